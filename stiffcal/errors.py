@@ -1,0 +1,76 @@
+"""The errors a user can meet.
+
+Every mistake in a user's input is an `InputFault`: one line that names the file, the place in it, the reason and the
+mend. The command line prints it and ends with exit code 2; nothing has been written by then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+Progress: TypeAlias = Callable[[str, float | None], None]
+"""`progress(text, fraction)`: what is being done, and how much of it (0 to 1, None where unknown)."""
+
+
+def no_progress(text: str, fraction: float | None = None) -> None:
+    """Ignore progress; the default of every long function.
+
+    Examples
+    --------
+    >>> no_progress("reading", 0.5)
+    """
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault in a user's input.
+
+    Attributes
+    ----------
+    file : the file as the user named it (relative to the campaign folder where it lies inside), or "" where none.
+    place : line, column, key or run inside the file, e.g. ``line 12, column Fx`` or ``[sources.ft] units.force``.
+    reason : what is wrong, with the value that was found.
+    mend : what to do about it.
+    """
+
+    file: str
+    place: str
+    reason: str
+    mend: str
+
+    def __str__(self) -> str:
+        where = ": ".join(part for part in (self.file, self.place) if part)
+        return f"{where}: {self.reason}; {self.mend}" if where else f"{self.reason}; {self.mend}"
+
+    def as_document(self) -> dict[str, str]:
+        """Return the fault as the `error` object of the JSON interface."""
+        return {"file": self.file, "place": self.place, "reason": self.reason, "mend": self.mend}
+
+
+class InputError(Exception):
+    """The user's input is wrong; exit code 2. Carries one or more faults, the most telling first."""
+
+    def __init__(self, *faults: Fault) -> None:
+        if not faults:
+            raise ValueError("an InputError needs at least one fault")
+        super().__init__("\n".join(str(fault) for fault in faults))
+        self.faults: tuple[Fault, ...] = faults
+
+    @classmethod
+    def at(cls, file: str, place: str, reason: str, mend: str) -> InputError:
+        """Make an error of a single fault.
+
+        Examples
+        --------
+        >>> str(InputError.at("campaign.toml", "robot", "no such file: robt.toml", "correct the name"))
+        'campaign.toml: robot: no such file: robt.toml; correct the name'
+        """
+        return cls(Fault(file, place, reason, mend))
+
+
+def raise_faults(faults: Sequence[Fault]) -> None:
+    """Raise an `InputError` with all `faults`, or return where there are none."""
+    if faults:
+        raise InputError(*faults)

@@ -1,0 +1,165 @@
+"""Load states: what the instruments read while the load was held, averaged, one entry per hold.
+
+Bodies are numbered along the chain: 0 is the base, k = 1 … J the link that joint k moves, J + 1 the flange.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A frame that rides on a body of the robot.
+
+    Attributes
+    ----------
+    body : 0 base, k = 1 … J link of joint k (its joint frame), J + 1 flange.
+    transform : (4, 4) body_from_frame, m.
+    """
+
+    body: int
+    transform: Floats
+
+
+@dataclass(frozen=True)
+class Sigma:
+    """Standard uncertainty of one load state's reading, SI; None where the manifest does not say.
+
+    Attributes
+    ----------
+    translation, rotation : of a measured pose or deflection, m and rad, per axis.
+    force, moment : of the wrench, N and N·m, per axis.
+    """
+
+    translation: float | None = None
+    rotation: float | None = None
+    force: float | None = None
+    moment: float | None = None
+
+
+@dataclass(frozen=True)
+class MeasurementSetup:
+    """Where the instruments sit: all that is needed to relate readings to the chain.
+
+    Attributes
+    ----------
+    wrench_axes : frame whose axes the wrench components are in.
+    wrench_point : frame whose origin the moment refers to (the sensor), or where the force acts (force only).
+    targets : the measured frames, one per tracked body, in the order of ``LoadStates.position``.
+    target_names : the frames' names in the manifest.
+    moments_measured : False where only forces are known; the moment about ``wrench_point`` is then zero.
+    base_from_tracker : (4, 4), how readings were brought to base axes; identity where they came in base axes.
+    tool_mass : kg hung on the flange; tool_com : (3,) in the flange frame, m.
+    sigma : stated standard uncertainties.
+    tared : "run", "campaign" or "no": when the force sensor was zeroed.
+    """
+
+    wrench_axes: Attachment
+    wrench_point: Attachment
+    targets: tuple[Attachment, ...]
+    target_names: tuple[str, ...]
+    moments_measured: bool
+    base_from_tracker: Floats
+    tool_mass: float = 0.0
+    tool_com: Floats = field(default_factory=lambda: np.zeros(3))
+    sigma: Sigma = field(default_factory=Sigma)
+    tared: str = "run"
+
+
+@dataclass(frozen=True)
+class RunInfo:
+    """What the manifest says of a run.
+
+    Attributes
+    ----------
+    name : the run's id, unique in the campaign.
+    experiment : "load", "clamped", "friction" or "free".
+    holdout : never used to fit.
+    tags : free words.
+    """
+
+    name: str
+    experiment: str = "load"
+    holdout: bool = False
+    tags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class LoadStates:
+    """n load states, grouped by run (contiguous) and in the order in which they were reached.
+
+    Attributes
+    ----------
+    runs : R runs.
+    run : (n,) index into ``runs``.
+    time : (n,) s on the campaign clock, NaN where not logged.
+    hold : (n,) s for which the load was held, NaN where not known.
+    joints : (n, L) logged joint angles, rad (what the controller shows; the robot file turns them into model angles).
+    wrench : (n, 6) N, N·m: force then moment, what the surroundings do to the robot, axes and point as in the setup.
+    position : (n, B, 3) m, base axes, of each target; NaN where not seen.
+    rotation : (n, B, 3, 3) base_from_target; NaN where orientation is not measured.
+    deflection : (n, B, 6) m, rad, base axes: loaded minus unloaded where the campaign holds that; else NaN.
+    reference : (n,) True for the run's reference state.
+    temperature : (n, T) kelvin or degC as logged; T may be 0.
+    row : (n,) data row of the states table from 1, or the hold's number in the run.
+    n_readings : (n,) readings averaged into the state.
+    wrench_scatter : (n, 6) standard deviation of single readings within the hold, NaN where not known.
+    position_scatter : (n, B, 3) likewise, m.
+    set_aside : (n,) reason why the state is not used ("" where it is): excluded in the manifest, or a bumped reading.
+    setup : where the instruments sit.
+    """
+
+    runs: tuple[RunInfo, ...]
+    run: Integers
+    time: Floats
+    hold: Floats
+    joints: Floats
+    wrench: Floats
+    position: Floats
+    rotation: Floats
+    deflection: Floats
+    reference: Booleans
+    temperature: Floats
+    row: Integers
+    n_readings: Integers
+    wrench_scatter: Floats
+    position_scatter: Floats
+    set_aside: NDArray[np.str_]
+    setup: MeasurementSetup
+
+    def __len__(self) -> int:
+        return int(self.run.shape[0])
+
+    @property
+    def has_orientation(self) -> bool:
+        """True where the targets' orientations (or rotational deflections) are measured."""
+        return bool(np.isfinite(self.rotation).any() or np.isfinite(self.deflection[:, :, 3:]).any())
+
+    @property
+    def deflection_given(self) -> bool:
+        """True where displacements came already taken, loaded minus unloaded."""
+        return bool(np.isfinite(self.deflection).any())
+
+    def select(self, keep: Booleans | Integers) -> LoadStates:
+        """Return the states picked by a mask or by indices; runs keep their numbers."""
+        arrays = {
+            name: getattr(self, name)[keep]
+            for name in (
+                "run", "time", "hold", "joints", "wrench", "position", "rotation", "deflection", "reference",
+                "temperature", "row", "n_readings", "wrench_scatter", "position_scatter", "set_aside",
+            )
+        }  # fmt: skip
+        return replace(self, **arrays)
+
+    @property
+    def used(self) -> Booleans:
+        """(n,) True for the states that are not set aside."""
+        return np.asarray(self.set_aside == "", dtype=np.bool_)

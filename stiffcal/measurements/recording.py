@@ -1,0 +1,32 @@
+"""A recording: one device's log of one run, in SI units, as arrays over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The samples of one source in one run, on the device's own clock.
+
+    Attributes
+    ----------
+    source : the source's name in the manifest.
+    run : the run's id.
+    time : (n,) s on this device's clock, strictly increasing.
+    signals : signal name ("wrench", "joints", "position", "quaternion", "lengths", "temperature", "hold", …) to
+        (n, c) array: wrench (n, 6) N, N·m in sensor axes, as it acts on the robot; joints (n, L) rad; position (n, 3) m
+        and quaternion (n, 4) w x y z in the tracker's axes; deflection (n, 6) m, rad.
+    file : where it was read from, as in the manifest.
+    """
+
+    source: str
+    run: str
+    time: Floats
+    signals: dict[str, Floats]
+    file: str

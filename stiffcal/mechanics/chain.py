@@ -1,0 +1,86 @@
+"""The robot as a chain of bodies: geometry and masses, as arrays.
+
+The frame of joint k (k = 1 … J) moves with link k, has its z axis along the joint's axis and its origin where the robot
+file's convention puts it. ``frame_k = frame_(k-1) @ fixed[k-1] @ Rz(q_k)``, frame 0 being the base.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LinkBeam:
+    """Where a link bends: its beam frame in the link's joint frame.
+
+    Attributes
+    ----------
+    joint : k = 1 … J, the joint that moves this link.
+    end : (4, 4) joint_frame_from_beam_frame at the beam's *outboard* end; x1 along the beam, x3 the inboard joint's
+        axis made perpendicular to x1 (x1 parallel to it: the outboard axis), x2 = x3 × x1.
+    length : m.
+    """
+
+    joint: int
+    end: Floats
+    length: float
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Geometry and masses of a serial robot with J revolute joints, of which L angles are logged.
+
+    Attributes
+    ----------
+    name : the robot's name.
+    joint_names : J names.
+    fixed : (J, 4, 4) from frame k-1 to frame k at q_k = 0, m.
+    flange : (4, 4) last joint frame to flange, m.
+    coupling : (J, L) model angle = coupling @ logged + offset; carries ``direction`` and ``logged``.
+    offset : (J,) rad, ``theta_deg``.
+    limits : (J, 2) rad, of the logged angles; infinite where not given.
+    gear_ratio : (J,) motor side / joint side.
+    gear_orders : J tuples of orders per joint turn.
+    mechanical : (J,) True where ``coupling = "mechanical"``: the drives sit on the logged axes, so springs act there.
+    bearing : (J,) m along the joint's axis from the frame's origin to the bearing.
+    link_names : J names.
+    link_mass : (J,) kg, zero where not known; ``masses_known`` tells.
+    link_com : (J, 3) m, in the link's joint frame.
+    masses_known : True where the robot file gives every link a mass.
+    gravity : (3,) m/s² in base axes.
+    beams : link name to its beam.
+    compensator : gravity compensator's geometry as in the robot file, or None.
+    """
+
+    name: str
+    joint_names: tuple[str, ...]
+    fixed: Floats
+    flange: Floats
+    coupling: Floats
+    offset: Floats
+    limits: Floats
+    gear_ratio: Floats
+    gear_orders: tuple[tuple[int, ...], ...]
+    mechanical: NDArray[np.bool_]
+    bearing: Floats
+    link_names: tuple[str, ...]
+    link_mass: Floats
+    link_com: Floats
+    masses_known: bool
+    gravity: Floats
+    beams: dict[str, LinkBeam] = field(default_factory=dict)
+    compensator: dict[str, object] | None = None
+
+    @property
+    def n_joints(self) -> int:
+        """J, the number of revolute joints."""
+        return int(self.fixed.shape[0])
+
+    def model_angles(self, logged: Floats) -> Floats:
+        """Turn logged joint angles (n, L), rad, into the chain's own (n, J), rad."""
+        return np.asarray(logged @ self.coupling.T + self.offset, dtype=np.float64)
