@@ -1,0 +1,53 @@
+# Two commands from a clean clone: `make demo` and `make test`. Both make .venv on first use.
+# PYTHON=/path/to/python3.12 chooses the interpreter (3.11 or newer).
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && { echo $$p; break; }; done)
+VENV ?= .venv
+BIN = $(VENV)/bin
+PIP = $(BIN)/python -m pip --disable-pip-version-check
+LOCKED = install --quiet --require-hashes --only-binary :all:
+WORKERS ?= 2
+
+.PHONY: demo test bench practice lint lock clean
+demo: $(VENV)/run.stamp
+	$(BIN)/python -m stiffcal demo
+
+test: $(VENV)/test.stamp
+	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
+
+bench: $(VENV)/test.stamp
+	@for f in tests/benchmarks/bench_*.py; do echo "== $$f"; $(BIN)/python "$$f" || exit 1; done
+
+practice: $(VENV)/test.stamp
+	$(BIN)/python -m pytest -q tests/campaigns
+
+lint: $(VENV)/test.stamp
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+# rewrites requirements/ from pyproject.toml; needs uv on the path (or UV=/path/to/uv)
+UV ?= uv
+COMPILE = $(UV) pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header \
+	--only-binary :all: --no-emit-index-url --no-emit-find-links --no-annotate pyproject.toml --group build
+lock:
+	$(COMPILE) -o requirements/run.txt
+	$(COMPILE) --group test -c requirements/run.txt -o requirements/test.txt
+
+clean:
+	rm -rf $(VENV) demo build dist
+
+$(VENV)/bin/python:
+	@test -n "$(PYTHON)" || { echo "no Python 3.11 or newer found; say PYTHON=/path/to/python"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/run.stamp: requirements/run.txt pyproject.toml | $(VENV)/bin/python
+	$(PIP) $(LOCKED) -r requirements/run.txt
+	$(PIP) install --quiet --no-deps --no-build-isolation -e .
+	@touch $@
+
+# test.txt holds run.txt
+$(VENV)/test.stamp: requirements/test.txt $(VENV)/run.stamp
+	$(PIP) $(LOCKED) -r requirements/test.txt
+	@touch $@
