@@ -1,0 +1,198 @@
+"""Units of the laboratory: a closed table that refuses what it does not know.
+
+Why a closed table: general unit parsers accept too much ("5 Nm" has been read as nanometres). Everything inside
+stiffcal is SI; a value in the lab's unit becomes SI by ``value * factor + offset``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+from math import pi
+
+# CODATA/ISO 80000: exact definitions of the pound, the inch and standard gravity.
+_POUND_KG = 0.45359237
+_INCH_M = 0.0254
+_STANDARD_GRAVITY = 9.80665
+_POUND_FORCE_N = _POUND_KG * _STANDARD_GRAVITY
+
+_LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": _INCH_M}
+_ANGLE = {
+    "rad": 1.0,
+    "mrad": 1e-3,
+    "urad": 1e-6,
+    "deg": pi / 180.0,
+    "arcmin": pi / 10_800.0,
+    "arcsec": pi / 648_000.0,
+    "rev": 2.0 * pi,
+}
+_FORCE = {"N": 1.0, "mN": 1e-3, "daN": 10.0, "kN": 1e3, "kgf": _STANDARD_GRAVITY, "lbf": _POUND_FORCE_N}
+_MOMENT = {
+    "N*m": 1.0,
+    "mN*m": 1e-3,
+    "N*mm": 1e-3,
+    "N*cm": 1e-2,
+    "kN*m": 1e3,
+    "lbf*in": _POUND_FORCE_N * _INCH_M,
+    "lbf*ft": _POUND_FORCE_N * 12.0 * _INCH_M,
+}
+_TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+_TEMPERATURE = {"K": 1.0, "degC": 1.0, "degF": 5.0 / 9.0}
+_MASS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": _POUND_KG}
+_VELOCITY = {"rad/s": 1.0, "deg/s": pi / 180.0, "mrad/s": 1e-3, "rev/s": 2.0 * pi, "rpm": pi / 30.0}
+_CURRENT = {"A": 1.0, "mA": 1e-3}
+
+_OFFSETS = {"degC": 273.15, "degF": 459.67 * 5.0 / 9.0}
+
+_TABLES: dict[str, dict[str, float]] = {
+    "length": _LENGTH,
+    "position": _LENGTH,
+    "translation": _LENGTH,
+    "angle": _ANGLE,
+    "rotation": _ANGLE,
+    "force": _FORCE,
+    "moment": _MOMENT,
+    "torque": _MOMENT,
+    "time": _TIME,
+    "temperature": _TEMPERATURE,
+    "mass": _MASS,
+    "velocity": _VELOCITY,
+    "current": _CURRENT,
+}
+
+# Other spellings of the same unit, per table, so that "C" is a temperature and nothing else.
+_ALIASES: dict[int, dict[str, str]] = {
+    id(_LENGTH): {"inch": "in", "micron": "um"},
+    id(_ANGLE): {"°": "deg", "degree": "deg", "degrees": "deg", "turn": "rev", "turns": "rev"},
+    id(_TEMPERATURE): {"°C": "degC", "C": "degC", "°F": "degF", "kelvin": "K"},
+    id(_TIME): {"sec": "s", "h": "h"},
+    id(_VELOCITY): {"°/s": "deg/s", "1/min": "rpm", "rev/min": "rpm"},
+    id(_MOMENT): {
+        "Nm": "N*m",
+        "Nmm": "N*mm",
+        "Ncm": "N*cm",
+        "mNm": "mN*m",
+        "kNm": "kN*m",
+        "lbf*inch": "lbf*in",
+        "in*lbf": "lbf*in",
+        "ft*lbf": "lbf*ft",
+    },
+}
+
+
+class UnknownUnitError(ValueError):
+    """A unit or quantity that the table does not hold.
+
+    Attributes
+    ----------
+    reason : what is wrong, with the name that was found.
+    mend : the units that are known.
+    """
+
+    def __init__(self, reason: str, mend: str) -> None:
+        super().__init__(f"{reason}; {mend}")
+        self.reason = reason
+        self.mend = mend
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit of one quantity: SI value = value * factor + offset.
+
+    Attributes
+    ----------
+    name : the unit's canonical name.
+    quantity : the quantity asked for.
+    factor, offset : to SI (m, rad, N, N·m, s, K, kg, rad/s, A).
+    """
+
+    name: str
+    quantity: str
+    factor: float
+    offset: float = 0.0
+
+    def to_si(self, value: float) -> float:
+        """Turn a number in this unit into SI.
+
+        Examples
+        --------
+        >>> unit("degC", "temperature").to_si(20.0)
+        293.15
+        """
+        return value * self.factor + self.offset
+
+
+def quantities() -> tuple[str, ...]:
+    """Return the names of all quantities.
+
+    Examples
+    --------
+    >>> "force" in quantities()
+    True
+    """
+    return tuple(_TABLES)
+
+
+def unit_names(quantity: str) -> tuple[str, ...]:
+    """Return the canonical unit names of a quantity, its SI unit first.
+
+    Examples
+    --------
+    >>> unit_names("time")
+    ('s', 'ms', 'us', 'ns', 'min', 'h')
+    """
+    return tuple(_table(quantity))
+
+
+def unit(name: str, quantity: str) -> Unit:
+    """Look up a unit by name.
+
+    Parameters
+    ----------
+    name : as the lab writes it: ``N*m``, ``Nm``, ``N m`` and ``N·m`` are one unit; ``µm`` is ``um``. Case counts.
+    quantity : one of `quantities()`.
+
+    Raises
+    ------
+    UnknownUnitError
+        The table does not hold that unit for that quantity; nothing is guessed.
+
+    Examples
+    --------
+    >>> unit("mm", "length").factor
+    0.001
+    >>> unit("N m", "moment").name
+    'N*m'
+    """
+    table = _table(quantity)
+    canonical = _canonical(name, table)
+    if canonical in table:
+        offset = _OFFSETS.get(canonical, 0.0) if table is _TEMPERATURE else 0.0
+        return Unit(canonical, quantity, table[canonical], offset)
+    raise UnknownUnitError(f'"{name}" is not a unit of {quantity} known here', _advice(name, quantity))
+
+
+def _table(quantity: str) -> dict[str, float]:
+    if quantity not in _TABLES:
+        raise UnknownUnitError(f'"{quantity}" is not a quantity known here', "use one of " + ", ".join(_TABLES))
+    return _TABLES[quantity]
+
+
+def _canonical(name: str, table: dict[str, float]) -> str:
+    """Spell a unit the table's way: one sign for micro, one for multiplication."""
+    text = name.strip().replace("µ", "u").replace("μ", "u")  # micro sign and Greek mu
+    for product in ("·", "⋅", "×", " * ", "* ", " *", ".", " "):
+        text = text.replace(product, "*")
+    return _ALIASES.get(id(table), {}).get(text, text)
+
+
+def _advice(name: str, quantity: str) -> str:
+    known = unit_names(quantity)
+    near = get_close_matches(name.lower(), [text.lower() for text in known], n=1)
+    for other, table in _TABLES.items():
+        if table is not _TABLES[quantity] and _canonical(name, table) in table:
+            return f"that is a unit of {other}; use one of " + ", ".join(known)
+    if near:
+        guess = next(text for text in known if text.lower() == near[0])
+        return f'did you mean "{guess}"? Known are ' + ", ".join(known)
+    return "use one of " + ", ".join(known)
