@@ -1,0 +1,246 @@
+"""An outside robot: MuJoCo finds where the loaded chain settles, with none of stiffcal's mechanics.
+
+Only the geometry and masses of a `Chain` and the frames of a `MeasurementSetup` are taken over, as data, into an MJCF
+model: a hinge with a spring for every joint (its rest angle is the commanded one) and, where wanted, more springs at
+any body. Static balance is not waited for by stepping time; the generalised forces that MuJoCo computes are brought to
+zero:
+
+    spring forces (``mj_passive``) + the load (``mj_applyFT``) - weight (``mj_rne`` at rest) = 0
+
+Why a quasi-Newton iteration: the springs are far stiffer than anything that geometry adds, so the spring stiffness is a
+nearly exact first Jacobian; Broyden's rank-one corrections make up for the rest within four to eight evaluations.
+
+Conventions: wrench (force, moment) is what the surroundings do to the robot, in axes that turn with their body; several
+springs on one body act one after another (turn about the joint, then the others in the given order), which differs from
+one rotation vector for all of them by products of two deflections.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import mujoco
+import numpy as np
+
+from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.mechanics.chain import Chain
+
+MASSLESS = 1e-12
+"""kg and kg·m²: MuJoCo refuses moving bodies without inertia; this weighs 1e-11 N."""
+
+SETTLED = 1e-14
+"""rad or m: the last step's size at which a state counts as settled."""
+
+
+@dataclass(frozen=True)
+class Spring:
+    """One more spring on the way to a body.
+
+    Attributes
+    ----------
+    body : 0 between ground and base, k = 1 … J after joint k's turn, J + 1 at the flange.
+    kind : "turn" about ``axis``, "slide" along it, or "ball": alike about all axes, one rotation vector.
+    stiffness : N·m/rad or N/m.
+    axis : (3,) in the body's frame.
+    origin : (3,) m, a point on the axis, or the ball's centre, in the body's frame.
+    """
+
+    body: int
+    kind: Literal["turn", "slide", "ball"]
+    stiffness: float
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Where the loaded robot stands.
+
+    Attributes
+    ----------
+    position : (n, B, 3) m, base axes, of the setup's targets.
+    rotation : (n, B, 3, 3) base_from_target.
+    sensor_rotation : (n, 3, 3) base_from_wrench_axes.
+    point : (n, 3) m, base axes, of the point that the moments refer to.
+    turned : (n, J) rad, joint angle minus commanded angle.
+    evaluations : (n,) force evaluations that were needed.
+    """
+
+    position: Floats
+    rotation: Floats
+    sensor_rotation: Floats
+    point: Floats
+    turned: Floats
+    evaluations: Floats
+
+
+class MujocoRobot:
+    """A robot with springs in its joints, solved by MuJoCo.
+
+    Parameters
+    ----------
+    chain : geometry, masses, gravity; taken over as data.
+    joint_stiffness : (J,) N·m/rad.
+    setup : where the load acts and which frames are looked at; tool mass on the flange.
+    springs : further springs.
+    weights : False leaves all weights out.
+    """
+
+    def __init__(
+        self,
+        chain: Chain,
+        joint_stiffness: Floats,
+        setup: MeasurementSetup,
+        springs: Sequence[Spring] = (),
+        weights: bool = True,
+    ) -> None:
+        self.n_joints = chain.n_joints
+        self.mjcf = _mjcf(chain, np.asarray(joint_stiffness, dtype=np.float64), setup, springs, weights)
+        self.model: Any = mujoco.MjModel.from_xml_string(self.mjcf)
+        self.data: Any = mujoco.MjData(self.model)
+        hinges = [self.model.joint(f"joint{k}") for k in range(1, self.n_joints + 1)]
+        self._angles = np.array([int(hinge.qposadr[0]) for hinge in hinges])
+        self._rest = np.array(self.model.qpos_spring)
+        self._stiffness = self._stiffness_of_each_freedom()
+        self._axes = int(self.model.site("wrench_axes").id)
+        self._point = int(self.model.site("wrench_point").id)
+        self._targets = [int(self.model.site(f"target{b}").id) for b in range(len(setup.targets))]
+
+    def settle(self, joints: Floats, wrench: Floats) -> Settled:
+        """Find the balance of every state.
+
+        Parameters
+        ----------
+        joints : (n, J) commanded model angles, rad.
+        wrench : (n, 6) N, N·m on the robot, in the setup's axes about its point.
+
+        Raises
+        ------
+        ArithmeticError : a state does not come to rest (a buckling load).
+        """
+        n, b = joints.shape[0], len(self._targets)
+        out = Settled(
+            position=np.empty((n, b, 3)),
+            rotation=np.empty((n, b, 3, 3)),
+            sensor_rotation=np.empty((n, 3, 3)),
+            point=np.empty((n, 3)),
+            turned=np.empty((n, self.n_joints)),
+            evaluations=np.empty(n),
+        )
+        for i in range(n):
+            out.evaluations[i] = self._settle_one(joints[i], wrench[i])
+            out.position[i] = self.data.site_xpos[self._targets]
+            out.rotation[i] = self.data.site_xmat[self._targets].reshape(b, 3, 3)
+            out.sensor_rotation[i] = self.data.site_xmat[self._axes].reshape(3, 3)
+            out.point[i] = self.data.site_xpos[self._point]
+            out.turned[i] = self.data.qpos[self._angles] - joints[i]
+        return out
+
+    def _settle_one(self, angles: Floats, wrench: Floats) -> int:
+        """Bring one state to rest, leaving it in ``self.data``; return the number of force evaluations."""
+        model, data = self.model, self.data
+        self._rest[self._angles] = angles
+        model.qpos_spring[:] = self._rest
+        data.qpos[:] = self._rest
+        inverse = np.diag(1.0 / self._stiffness)
+        force = self._unbalanced(wrench)
+        for evaluation in range(2, 60):
+            step = inverse @ force
+            mujoco.mj_integratePos(model, data.qpos, step, 1.0)
+            after = self._unbalanced(wrench)
+            if np.abs(step).max() < SETTLED:
+                return evaluation
+            # Broyden's "good" update of the inverse Jacobian; the force falls by `force - after` along `step`.
+            moved = inverse @ (force - after)
+            inverse += np.outer(step - moved, step @ inverse) / (step @ moved)
+            force = after
+        raise ArithmeticError(f"no balance found at joint angles {angles} under {wrench}")
+
+    def _unbalanced(self, wrench: Floats) -> Floats:
+        """Generalised force (nv,) left over at the present place."""
+        model, data = self.model, self.data
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        weight = np.zeros(model.nv)
+        mujoco.mj_rne(model, data, 0, weight)
+        mujoco.mj_passive(model, data)
+        load = np.zeros(model.nv)
+        axes = data.site_xmat[self._axes].reshape(3, 3)
+        body = int(model.site_bodyid[self._point])
+        mujoco.mj_applyFT(model, data, axes @ wrench[:3], axes @ wrench[3:], data.site_xpos[self._point], body, load)
+        return np.asarray(data.qfrc_passive + load - weight, dtype=np.float64)
+
+    def _stiffness_of_each_freedom(self) -> Floats:
+        """Stiffness (nv,) on the freedoms: three equal ones for a ball."""
+        stiffness = np.empty(self.model.nv)
+        for joint in range(self.model.njnt):
+            first = int(self.model.jnt_dofadr[joint])
+            count = 3 if self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL else 1
+            stiffness[first : first + count] = self.model.jnt_stiffness[joint]
+        return stiffness
+
+
+def _mjcf(chain: Chain, stiffness: Floats, setup: MeasurementSetup, springs: Sequence[Spring], weights: bool) -> str:
+    """Write the robot as MJCF: nested bodies ground › base › links › flange, sites for the frames."""
+    sites = _sites(setup)
+    n = chain.n_joints
+    tool = _inertia(setup.tool_mass, setup.tool_com)
+    inner = _body("flange", chain.flange, _extra(springs, n + 1), tool, sites, n + 1)
+    for k in range(n, 0, -1):
+        hinge = f'<joint name="joint{k}" type="hinge" axis="0 0 1" stiffness="{float(stiffness[k - 1])!r}"/>'
+        mass = _inertia(float(chain.link_mass[k - 1]), chain.link_com[k - 1])
+        inner = _body(f"link{k}", chain.fixed[k - 1], hinge + _extra(springs, k), mass, sites, k, inner)
+    base = _body("base", np.eye(4), _extra(springs, 0), _inertia(0.0, np.zeros(3)), {}, 0, inner)
+    gravity = _numbers(chain.gravity if weights else np.zeros(3))
+    return (
+        f'<mujoco><compiler angle="radian"/><option gravity="{gravity}"/>'
+        f"<worldbody>{sites.get(0, '')}{base}</worldbody></mujoco>"
+    )
+
+
+def _body(
+    name: str, placed: Floats, joints: str, inertia: str, sites: dict[int, str], number: int, inner: str = ""
+) -> str:
+    """Write one body with what hangs on it."""
+    return f'<body name="{name}" {_place(placed)}>{joints}{inertia}{sites.get(number, "")}{inner}</body>'
+
+
+def _sites(setup: MeasurementSetup) -> dict[int, str]:
+    """Write the setup's frames as sites, by the body they ride on; body 0 is the ground."""
+    named: list[tuple[str, Attachment]] = [("wrench_axes", setup.wrench_axes), ("wrench_point", setup.wrench_point)]
+    named += [(f"target{b}", target) for b, target in enumerate(setup.targets)]
+    sites: dict[int, str] = {}
+    for name, frame in named:
+        sites[frame.body] = sites.get(frame.body, "") + f'<site name="{name}" {_place(frame.transform)}/>'
+    return sites
+
+
+def _extra(springs: Sequence[Spring], body: int) -> str:
+    """Write the further springs of one body."""
+    kinds = {"turn": "hinge", "slide": "slide", "ball": "ball"}
+    return "".join(
+        f'<joint type="{kinds[s.kind]}" pos="{_numbers(s.origin)}" stiffness="{s.stiffness!r}"'
+        + ("/>" if s.kind == "ball" else f' axis="{_numbers(s.axis)}"/>')
+        for s in springs
+        if s.body == body
+    )
+
+
+def _inertia(mass: float, com: Floats) -> str:
+    """Write a point-like mass; at rest only mass and centre matter."""
+    inertia = max(mass, MASSLESS)
+    return f'<inertial pos="{_numbers(com)}" mass="{inertia!r}" diaginertia="{_numbers([inertia] * 3)}"/>'
+
+
+def _place(transform: Floats) -> str:
+    """Write a rigid transform as position and quaternion."""
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(transform[:3, :3]).ravel())
+    return f'pos="{_numbers(transform[:3, 3])}" quat="{_numbers(quaternion)}"'
+
+
+def _numbers(values: Floats | Sequence[float]) -> str:
+    """Write numbers so that they are read back unchanged."""
+    return " ".join(repr(float(value)) for value in values)
