@@ -1,0 +1,207 @@
+"""Block averages: a log of any length, reduced while it streams past, in bounded memory.
+
+Why: holds, clocks and states need the log's shape, not each sample. A block keeps count, sum and sum of squares, so
+means and scatter over any number of blocks are exact; when the blocks become too many, neighbours are joined and the
+duration doubles. A slow log keeps every sample as its own block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Finer than any tracker's interval (the fastest give 1 kHz, typically 25 to 100 Hz) and than the 10 ms asked of clocks.
+SHORTEST_BLOCK_S = 0.005
+MOST_BLOCKS = 1 << 17
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """A log as m block averages, on the device's own clock.
+
+    Attributes
+    ----------
+    time : (m,) s, mean of the block's sample times.
+    start, end : (m,) s, its first and last sample.
+    count : (m,) samples in the block.
+    mean : signal name to (m, c), in the units that were fed.
+    variance : signal name to (m, c), of single samples about the block's mean (0 where one sample).
+    dropped : samples left out because a value was missing.
+    """
+
+    time: Floats
+    start: Floats
+    end: Floats
+    count: Integers
+    mean: dict[str, Floats]
+    variance: dict[str, Floats]
+    dropped: int = 0
+
+    def __len__(self) -> int:
+        return int(self.time.shape[0])
+
+    @property
+    def interval(self) -> float:
+        """Typical time from block to block, s (0 where there is one block)."""
+        return float(np.median(np.diff(self.time))) if len(self) > 1 else 0.0
+
+
+class BlockAverager:
+    """Consume batches of a log, in order, and keep block averages.
+
+    Parameters
+    ----------
+    shortest : s, duration of a block to begin with.
+    most : blocks kept; beyond that neighbours are joined.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> averager = BlockAverager(shortest=1.0)
+    >>> averager.add(np.array([0.0, 0.4, 1.1]), {"wrench": np.array([[1.0, 3.0, 7.0]])})
+    >>> averager.blocks().mean["wrench"].ravel().tolist()
+    [2.0, 7.0]
+    """
+
+    def __init__(self, shortest: float = SHORTEST_BLOCK_S, most: int = MOST_BLOCKS) -> None:
+        self._duration = shortest
+        self._most = most
+        self._origin: float | None = None
+        self._names: list[tuple[str, int]] = []
+        self._zero = np.zeros(0)
+        self._quaternion: dict[str, Floats] = {}
+        self._index: list[Integers] = []
+        # rows: count, Σ(t−t0), first, last, then Σx and Σx² of every channel (about the log's first sample)
+        self._sums: list[Floats] = []
+        self._stored = 0
+        self.dropped = 0
+
+    def add(self, time: Floats, signals: Mapping[str, Floats]) -> None:
+        """Add a batch: time (n,) s; signals name to (c, n), channels first so that each is contiguous.
+
+        A signal whose name begins with ``quaternion`` is brought to one sign first (q and −q are one rotation).
+        Samples with a missing value are left out and counted in ``dropped``.
+        """
+        if self._origin is None:
+            self._begin(signals)
+        fed = {name: self._one_sign(name, values) for name, values in signals.items()}
+        data = np.concatenate([fed[name] for name, _ in self._names]) if self._names else np.zeros((0, time.size))
+        if not np.isfinite(data.sum()) or not np.isfinite(time.sum()):
+            whole = np.isfinite(data).all(axis=0) & np.isfinite(time)
+            self.dropped += int((~whole).sum())
+            data, time = data[:, whole], time[whole]
+        if time.size == 0:
+            return
+        if self._origin is None:
+            self._origin = float(time[0])
+            self._zero = data[:, 0].copy()
+        self._append(time - self._origin, data - self._zero[:, None])
+
+    def _begin(self, signals: Mapping[str, Floats]) -> None:
+        self._names = [(name, int(values.shape[0])) for name, values in signals.items()]
+
+    def _one_sign(self, name: str, values: Floats) -> Floats:
+        if not name.startswith("quaternion") or values.shape[1] == 0:
+            return np.asarray(values, dtype=np.float64)
+        guide = self._quaternion.setdefault(name, values[:, 0].copy())
+        return np.asarray(np.where(guide @ values < 0.0, -values, values), dtype=np.float64)
+
+    def _append(self, time: Floats, data: Floats) -> None:
+        index = np.floor(time / self._duration).astype(np.int64)
+        begins = np.flatnonzero(np.diff(index, prepend=index[0] - 1))
+        ends = np.append(begins[1:], time.size) - 1
+        n_channels = data.shape[0]
+        sums = np.empty((4 + 2 * n_channels, begins.size))
+        sums[0] = ends - begins + 1
+        sums[2], sums[3] = time[begins], time[ends]
+        if begins.size == time.size:
+            sums[1], sums[4 : 4 + n_channels], sums[4 + n_channels :] = time, data, data * data
+        else:
+            sums[1] = np.add.reduceat(time, begins)
+            for channel in range(n_channels):
+                sums[4 + channel] = np.add.reduceat(data[channel], begins)
+                sums[4 + n_channels + channel] = np.add.reduceat(data[channel] ** 2, begins)
+        self._index.append(index[begins])
+        self._sums.append(sums)
+        self._stored += begins.size
+        if self._stored > 2 * self._most:
+            self._join()
+
+    def _join(self) -> None:
+        """Join what belongs to one block, and neighbours while there are too many."""
+        index, sums = np.concatenate(self._index), np.concatenate(self._sums, axis=1)
+        while True:
+            begins = np.flatnonzero(np.diff(index, prepend=index[0] - 1))
+            if begins.size < index.size:
+                last = sums[3, np.append(begins[1:], index.size) - 1]
+                first = sums[2, begins]
+                sums = np.add.reduceat(sums, begins, axis=1)
+                sums[2], sums[3], index = first, last, index[begins]
+            if index.size <= self._most:
+                break
+            self._duration *= 2.0
+            index = index >> 1
+        self._index, self._sums, self._stored = [index], [sums], int(index.size)
+
+    def blocks(self) -> Blocks:
+        """Return the averages so far. Raises ValueError where nothing was fed."""
+        if self._origin is None:
+            raise ValueError("no samples were fed")
+        self._join()
+        sums = self._sums[0]
+        count = sums[0]
+        n_channels = self._zero.size
+        mean = sums[4 : 4 + n_channels] / count
+        variance = np.maximum(sums[4 + n_channels :] / count - mean**2, 0.0) * np.where(
+            count > 1, count / np.maximum(count - 1, 1), 0.0
+        )
+        mean += self._zero[:, None]
+        means: dict[str, Floats] = {}
+        variances: dict[str, Floats] = {}
+        place = 0
+        for name, width in self._names:
+            means[name] = np.ascontiguousarray(mean[place : place + width].T)
+            variances[name] = np.ascontiguousarray(variance[place : place + width].T)
+            place += width
+        return Blocks(
+            time=self._origin + sums[1] / count,
+            start=self._origin + sums[2],
+            end=self._origin + sums[3],
+            count=count.astype(np.int64),
+            mean=means,
+            variance=variances,
+            dropped=self.dropped,
+        )
+
+
+def blocks_of(time: Floats, signals: Mapping[str, Floats], shortest: float = SHORTEST_BLOCK_S) -> Blocks:
+    """Return the block averages of a log in memory: time (n,), signals name to (n, c).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> len(blocks_of(np.arange(5.0), {"joints": np.zeros((5, 6))}))
+    5
+    """
+    averager = BlockAverager(shortest)
+    averager.add(time, {name: np.ascontiguousarray(values.T) for name, values in signals.items()})
+    return averager.blocks()
+
+
+def noise_of(values: Floats) -> Floats:
+    """Return the standard deviation (c,) of fast noise in values (m, c): robust, blind to steps, ramps and spikes.
+
+    From second differences, which straight ramps leave at zero; their median is not moved by rare steps.
+    """
+    if values.shape[0] < 3:
+        return np.zeros(values.shape[1])
+    bend = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
+    # 0.6745 is the median of |N(0, 1)|; a second difference of white noise has variance 6.
+    noise = np.median(bend, axis=0) / (0.6745 * np.sqrt(6.0))
+    return np.asarray(noise, dtype=np.float64)

@@ -1,0 +1,275 @@
+"""Load states found in a log: the times in which the load was held.
+
+Why this way: no threshold is set by hand. The log is cut wherever its level changes by more than its own noise can
+explain (binary segmentation: Scott & Knott 1974, with a chi-square bound), neighbours of one level are joined, pieces
+of ramps are told by the change inside them, pauses and settling by their length beside the other holds. Edges are
+then walked outwards from the middle of each hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.reduction.blocks import noise_of
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+SAME_LEVEL = 0.01  # of the log's range: levels closer than this are one load (sensor drift, relaxation)
+CHUNK = 256  # blocks that are segmented at a time: keeps the work proportional to the length
+SHORT_HOLD = 0.35  # of the usual duration (60th percentile): shorter ones are pauses or settling
+REST = 1.6  # times as long at a level as the ramps need to pass it
+LONG_END = 1.25  # of the median: a log that runs on before the first or after the last load is cut to the median
+EDGE_SHARE = 0.03  # of a hold: the window that looks for its edges, and the margin left off at each
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """A stretch of a log that no state uses: start and end in s on the first source's clock, and why."""
+
+    start: float
+    end: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Holds:
+    """h holds of a run, in order, in s on the clock of the log they were found in.
+
+    Attributes
+    ----------
+    start, end : (h,) what is averaged.
+    reached, left : (h,) when the load was reached and left: ``left - reached`` is how long it was held.
+    dropped : what was thrown away, and why.
+    """
+
+    start: Floats
+    end: Floats
+    reached: Floats
+    left: Floats
+    dropped: tuple[Dropped, ...] = ()
+
+    def __len__(self) -> int:
+        return int(self.start.shape[0])
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """Blocks first … last-1 at one level: mean (c,) of the whitened values."""
+
+    first: int
+    last: int
+    mean: Floats
+
+
+def given_holds(start: Floats, end: Floats) -> Holds:
+    """Return holds that a table states; nothing is trimmed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> len(given_holds(np.array([0.0, 3.0]), np.array([2.0, 5.0])))
+    2
+    """
+    return Holds(start, end, start.copy(), end.copy())
+
+
+def find_holds(time: Floats, values: Floats) -> Holds:
+    """Find the times in which ``values`` (m, c) stayed at a level; ``time`` (m,) s.
+
+    The values are a wrench log (force and moment, any units), or positions where no wrench is logged.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> time = np.arange(0.0, 12.0, 0.01)
+    >>> load = 100.0 * np.floor(time / 4.0) + np.random.default_rng(1).normal(0.0, 1.0, time.size)
+    >>> len(find_holds(time, load[:, None]))
+    3
+    """
+    if time.size < 8:
+        return Holds(*(np.zeros(0) for _ in range(4)), dropped=(Dropped(0.0, 0.0, "too few readings to see a hold"),))
+    white, tolerance = _whitened(values)
+    pieces = _joined(_segmented(white, tolerance), tolerance)
+    rests = _rests(time, pieces)
+    holds = [piece for piece, rest in zip(pieces, rests, strict=True) if rest and _is_level(white, piece, tolerance)]
+    if not holds:
+        whole = Dropped(float(time[0]), float(time[-1]), "the load was never held")
+        return Holds(*(np.zeros(0) for _ in range(4)), dropped=(whole,))
+    duration = np.array([time[piece.last - 1] - time[piece.first] for piece in holds])
+    long_enough = duration >= SHORT_HOLD * np.quantile(duration, 0.6)
+    kept = [piece for piece, keep in zip(holds, long_enough, strict=True) if keep]
+    pauses = [piece for piece, keep in zip(holds, long_enough, strict=True) if not keep]
+    return _with_edges(time, white, kept, pauses, tolerance)
+
+
+def _whitened(values: Floats) -> tuple[Floats, float]:
+    """Return values over their noise with single spikes taken out, and the difference below which levels are one."""
+    low, high = np.quantile(values, [0.005, 0.995], axis=0)
+    spread = high - low
+    # A log without noise (a simulation, coarse digits) still has levels: its resolution stands in.
+    floor = np.maximum(1e-4 * spread.max(), np.finfo(float).tiny)
+    noise = np.maximum(noise_of(values), floor)
+    white = (values - np.median(values, axis=0)) / noise
+    padded = np.pad(white, ((2, 2), (0, 0)), mode="edge")
+    around = np.median(np.stack([padded[k : k + len(white)] for k in range(5)]), axis=0)
+    white = np.where(np.abs(white - around) > 6.0, around, white)
+    tolerance = max(SAME_LEVEL * float(np.linalg.norm(spread / noise)), 0.5)
+    return white, tolerance
+
+
+def _segmented(white: Floats, tolerance: float) -> list[_Piece]:
+    """Cut at every change of level: chunk by chunk, each at its most telling place, until nothing changes."""
+    n_channels = white.shape[1]
+    # chi-square of c degrees at a false alarm of about 1e-7 per place (Laurent & Massart 2000, Lemma 1, x = 16)
+    bound = n_channels + 2.0 * np.sqrt(16.0 * n_channels) + 32.0
+    pieces: list[_Piece] = []
+    for begin in range(0, len(white), CHUNK):
+        stack = [(begin, min(begin + CHUNK, len(white)))]
+        while stack:
+            first, last = stack.pop()
+            cut = _cut(white[first:last], bound, 0.5 * tolerance)
+            if cut:
+                stack += [(first + cut, last), (first, first + cut)]
+            else:
+                pieces.append(_Piece(first, last, white[first:last].mean(axis=0)))
+    return pieces
+
+
+def _cut(white: Floats, bound: float, smallest: float) -> int:
+    """Return where the level of (n, c) values of unit noise changes most, or 0 where it does not."""
+    n = len(white)
+    if n < 2:
+        return 0
+    left = np.cumsum(white, axis=0)
+    k = np.arange(1, n)
+    step = left[:-1] / k[:, None] - (left[-1] - left[:-1]) / (n - k)[:, None]
+    squared = np.einsum("kc,kc->k", step, step)
+    statistic = squared * (k * (n - k) / n)
+    best = int(np.argmax(statistic))
+    return best + 1 if statistic[best] > bound and squared[best] > smallest**2 else 0
+
+
+def _joined(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
+    """Join neighbours of one level."""
+    joined = [pieces[0]]
+    for piece in pieces[1:]:
+        current = joined[-1]
+        # a piece of a few blocks knows its level only to its own noise
+        uncertain = 3.0 * np.sqrt(piece.mean.size / (piece.last - piece.first))
+        if np.linalg.norm(piece.mean - current.mean) < max(tolerance, min(uncertain, 3.0 * tolerance)):
+            n, more = current.last - current.first, piece.last - piece.first
+            mean = (n * current.mean + more * piece.mean) / (n + more)
+            joined[-1] = _Piece(current.first, piece.last, mean)
+        else:
+            joined.append(piece)
+    return joined
+
+
+def _rests(time: Floats, pieces: Sequence[_Piece]) -> Booleans:
+    """Tell where the load stayed longer at a level than the ramps, at their own speed, need to pass it.
+
+    The ramps' speed is that at which half of the whole way is gone: holds of any length, breaks included, do not
+    move it.
+    """
+    if len(pieces) < 2:
+        return np.ones(len(pieces), dtype=np.bool_)
+    way = np.linalg.norm(np.diff([piece.mean for piece in pieces], axis=0), axis=1)
+    begin = time[[piece.first for piece in pieces]]
+    stop = time[[min(piece.last, len(time) - 1) for piece in pieces]]
+    middle = 0.5 * (begin + stop)
+    speed = way / np.maximum(np.diff(middle), np.finfo(float).tiny)
+    order = np.argsort(speed)
+    half = np.searchsorted(np.cumsum(way[order]), 0.5 * way.sum())
+    usual = speed[order[min(int(half), len(order) - 1)]]
+    # the way through a level: half of the steps to it and from it; an end of the log counts once
+    through = 0.5 * (np.append(way[:1], way) + np.append(way, way[-1:]))
+    return np.asarray((stop - begin) > REST * through / usual, dtype=np.bool_)
+
+
+def _is_level(white: Floats, piece: _Piece, tolerance: float) -> bool:
+    """Tell a hold from a slice of a ramp: by what changes from its first to its last quarter."""
+    n = piece.last - piece.first
+    if n < 4:
+        return False
+    quarter = max(n // 4, 1)
+    inside = white[piece.first : piece.last]
+    change = np.linalg.norm(inside[-quarter:].mean(axis=0) - inside[:quarter].mean(axis=0)) * n / (n - quarter)
+    return bool(change < tolerance + 2.0 * np.sqrt(2.0 * white.shape[1] / quarter))
+
+
+def _with_edges(
+    time: Floats, white: Floats, kept: Sequence[_Piece], pauses: Sequence[_Piece], tolerance: float
+) -> Holds:
+    """Walk outwards from the middle of each hold to its edges, and say what is left out."""
+    edges = np.array(
+        [
+            _edges(
+                white,
+                piece,
+                kept[number - 1].last if number else 0,
+                kept[number + 1].first if number + 1 < len(kept) else len(time),
+                tolerance,
+            )
+            for number, piece in enumerate(kept)
+        ],
+        dtype=np.int64,
+    )
+    reached, left = time[edges[:, 0]], time[edges[:, 1]]
+    margin = np.minimum(EDGE_SHARE * (left - reached), 0.25 * (left - reached))
+    start, end = reached + margin, left - margin
+    dropped = [
+        Dropped(float(time[piece.first]), float(time[piece.last - 1]), "held too briefly: a pause or settling")
+        for piece in pauses
+    ]
+    for number in range(1, len(kept)):
+        dropped.append(Dropped(float(end[number - 1]), float(start[number]), "load changing or settling"))
+    start, end, ends = _short_ends(start, end)
+    dropped += ends
+    return Holds(start, end, reached, left, tuple(sorted(dropped, key=lambda stretch: stretch.start)))
+
+
+def _edges(white: Floats, piece: _Piece, lowest: int, highest: int, tolerance: float) -> tuple[int, int]:
+    """Return the first and last block of the hold around the middle half of ``piece``."""
+    n = piece.last - piece.first
+    begin, stop = piece.first + n // 4, piece.last - n // 4
+    level = white[begin:stop].mean(axis=0)
+    window = max(int(EDGE_SHARE * n), 1)
+    n_channels = white.shape[1]
+    allowed = (n_channels + 4.0 * np.sqrt(2.0 * n_channels)) / window + (0.25 * tolerance) ** 2
+    after = np.concatenate([np.zeros((1, n_channels)), np.cumsum(white[lowest:highest] - level, axis=0)])
+    running = (after[window:] - after[:-window]) / window
+    inside = np.einsum("kc,kc->k", running, running) <= allowed
+    # running[k] covers blocks lowest+k … lowest+k+window-1; one outlier does not end a hold, two in a row do
+    outside = ~inside
+    outside[1:] &= ~inside[:-1]
+    before = np.flatnonzero(outside[: max(begin - lowest - window + 1, 0)])
+    behind = np.flatnonzero(outside[stop - lowest :])
+    first = lowest + int(before[-1]) + window if before.size else lowest
+    last = stop + int(behind[0]) - 1 if behind.size else highest - 1
+    return min(first, begin), max(last, stop - 1)
+
+
+def _short_ends(start: Floats, end: Floats) -> tuple[Floats, Floats, list[Dropped]]:
+    """Cut the open ends of a log to the usual hold, next to the load.
+
+    Before the first load and after the last nobody says when the hold began or ended; minutes of it would be another
+    average (drift, noise) than the other states.
+    """
+    if start.size < 3:
+        return start, end, []
+    usual = float(np.median(end[1:-1] - start[1:-1]))
+    start, end = start.copy(), end.copy()
+    dropped: list[Dropped] = []
+    if end[0] - start[0] > LONG_END * usual:
+        dropped.append(Dropped(float(start[0]), float(end[0] - usual), "before the first load: longer than the holds"))
+        start[0] = end[0] - usual
+    if end[-1] - start[-1] > LONG_END * usual:
+        dropped.append(Dropped(float(start[-1] + usual), float(end[-1]), "after the last load: longer than the holds"))
+        end[-1] = start[-1] + usual
+    return start, end, dropped
