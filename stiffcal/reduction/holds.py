@@ -18,12 +18,13 @@ from stiffcal.reduction.blocks import noise_of
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-Booleans = NDArray[np.bool_]
 
-SAME_LEVEL = 0.01  # of the log's range: levels closer than this are one load (sensor drift, relaxation)
+SAME_LEVEL = 0.003  # of the log's range: changes smaller than this do not cut a hold
+SAME_LOAD = 0.01  # of the log's range: holds side by side that differ by less are one (sensor drift, relaxation)
 CHUNK = 256  # blocks that are segmented at a time: keeps the work proportional to the length
-SHORT_HOLD = 0.35  # of the usual duration (60th percentile): shorter ones are pauses or settling
-REST = 1.6  # times as long at a level as the ramps need to pass it
+REST = 1.6  # times as long at a level as the ramps need to pass it: perhaps a hold
+CLEAR_REST = 6.0  # likewise: surely a hold, whose durations tell what is usual
+SHORT_HOLD = 0.35  # of the usual duration: shorter ones are pauses or settling
 LONG_END = 1.25  # of the median: a log that runs on before the first or after the last load is cut to the median
 EDGE_SHARE = 0.03  # of a hold: the window that looks for its edges, and the margin left off at each
 
@@ -95,17 +96,63 @@ def find_holds(time: Floats, values: Floats) -> Holds:
     if time.size < 8:
         return Holds(*(np.zeros(0) for _ in range(4)), dropped=(Dropped(0.0, 0.0, "too few readings to see a hold"),))
     white, tolerance = _whitened(values)
-    pieces = _joined(_segmented(white, tolerance), tolerance)
-    rests = _rests(time, pieces)
-    holds = [piece for piece, rest in zip(pieces, rests, strict=True) if rest and _is_level(white, piece, tolerance)]
-    if not holds:
+    kept, pauses = _levels(time, white, tolerance)
+    if kept:
+        # Noise that is not white (vibration, mains) moves means more than its single readings tell: look again.
+        coarse = _slow_noise(white, kept)
+        if (coarse > 1.3).any():
+            white = white / np.maximum(coarse, 1.0)
+            tolerance = _tolerance(white)
+            kept, pauses = _levels(time, white, tolerance)
+    if not kept:
         whole = Dropped(float(time[0]), float(time[-1]), "the load was never held")
         return Holds(*(np.zeros(0) for _ in range(4)), dropped=(whole,))
+    return _with_edges(time, white, kept, pauses, tolerance)
+
+
+def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece], list[_Piece]]:
+    """Return the pieces that are holds, and those held too briefly."""
+    pieces = _joined(_segmented(white, tolerance), tolerance)
+    stay = _stay(time, pieces)
+    level = np.array([_is_level(white, piece, tolerance) for piece in pieces], dtype=np.bool_) & (stay > REST)
+    holds = [piece for piece, held in zip(pieces, level, strict=True) if held]
+    if not holds:
+        return [], []
     duration = np.array([time[piece.last - 1] - time[piece.first] for piece in holds])
-    long_enough = duration >= SHORT_HOLD * np.quantile(duration, 0.6)
+    clear = duration[stay[level] > CLEAR_REST]
+    long_enough = duration >= SHORT_HOLD * float(np.median(clear if clear.size >= 3 else duration))
     kept = [piece for piece, keep in zip(holds, long_enough, strict=True) if keep]
     pauses = [piece for piece, keep in zip(holds, long_enough, strict=True) if not keep]
-    return _with_edges(time, white, kept, pauses, tolerance)
+    return _side_by_side(kept, tolerance), pauses
+
+
+def _side_by_side(holds: Sequence[_Piece], tolerance: float) -> list[_Piece]:
+    """Join holds of one load that a slow drift or a passing disturbance has cut."""
+    joined = list(holds[:1])
+    for piece in holds[1:]:
+        last = joined[-1]
+        near = piece.first - last.last <= 0.1 * min(piece.last - piece.first, last.last - last.first)
+        if near and np.linalg.norm(piece.mean - last.mean) < tolerance * SAME_LOAD / SAME_LEVEL:
+            n, more = last.last - last.first, piece.last - piece.first
+            joined[-1] = _Piece(last.first, piece.last, (n * last.mean + more * piece.mean) / (n + more))
+        else:
+            joined.append(piece)
+    return joined
+
+
+def _slow_noise(white: Floats, holds: Sequence[_Piece]) -> Floats:
+    """Return (c,) how much more means of 8 readings scatter inside holds than white noise of the same size would."""
+    spreads = []
+    for piece in holds:
+        n = piece.last - piece.first
+        inside = white[piece.first + n // 4 : piece.last - n // 4]
+        whole = len(inside) // 8 * 8
+        if whole >= 24:
+            means = inside[:whole].reshape(-1, 8, white.shape[1]).mean(axis=1)
+            spreads.append(0.5 * np.diff(means, axis=0) ** 2 * 8.0)
+    if not spreads:
+        return np.ones(white.shape[1])
+    return np.asarray(np.sqrt(np.concatenate(spreads).mean(axis=0)))
 
 
 def _whitened(values: Floats) -> tuple[Floats, float]:
@@ -119,8 +166,13 @@ def _whitened(values: Floats) -> tuple[Floats, float]:
     padded = np.pad(white, ((2, 2), (0, 0)), mode="edge")
     around = np.median(np.stack([padded[k : k + len(white)] for k in range(5)]), axis=0)
     white = np.where(np.abs(white - around) > 6.0, around, white)
-    tolerance = max(SAME_LEVEL * float(np.linalg.norm(spread / noise)), 0.5)
-    return white, tolerance
+    return white, _tolerance(white)
+
+
+def _tolerance(white: Floats) -> float:
+    """Return the change of level, in units of noise, that is too small to matter or to be seen."""
+    low, high = np.quantile(white, [0.005, 0.995], axis=0)
+    return max(SAME_LEVEL * float(np.linalg.norm(high - low)), 0.5)
 
 
 def _segmented(white: Floats, tolerance: float) -> list[_Piece]:
@@ -171,14 +223,14 @@ def _joined(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
     return joined
 
 
-def _rests(time: Floats, pieces: Sequence[_Piece]) -> Booleans:
-    """Tell where the load stayed longer at a level than the ramps, at their own speed, need to pass it.
+def _stay(time: Floats, pieces: Sequence[_Piece]) -> Floats:
+    """Return how many times longer the load stayed at each level than the ramps, at their speed, need to pass it.
 
     The ramps' speed is that at which half of the whole way is gone: holds of any length, breaks included, do not
     move it.
     """
     if len(pieces) < 2:
-        return np.ones(len(pieces), dtype=np.bool_)
+        return np.full(len(pieces), np.inf)
     way = np.linalg.norm(np.diff([piece.mean for piece in pieces], axis=0), axis=1)
     begin = time[[piece.first for piece in pieces]]
     stop = time[[min(piece.last, len(time) - 1) for piece in pieces]]
@@ -189,18 +241,18 @@ def _rests(time: Floats, pieces: Sequence[_Piece]) -> Booleans:
     usual = speed[order[min(int(half), len(order) - 1)]]
     # the way through a level: half of the steps to it and from it; an end of the log counts once
     through = 0.5 * (np.append(way[:1], way) + np.append(way, way[-1:]))
-    return np.asarray((stop - begin) > REST * through / usual, dtype=np.bool_)
+    return np.asarray((stop - begin) * usual / np.maximum(through, np.finfo(float).tiny))
 
 
 def _is_level(white: Floats, piece: _Piece, tolerance: float) -> bool:
-    """Tell a hold from a slice of a ramp: by what changes from its first to its last quarter."""
+    """Tell a hold from a slice of a ramp: by what changes inside its middle, edges of ramps being left out."""
     n = piece.last - piece.first
     if n < 4:
         return False
-    quarter = max(n // 4, 1)
-    inside = white[piece.first : piece.last]
-    change = np.linalg.norm(inside[-quarter:].mean(axis=0) - inside[:quarter].mean(axis=0)) * n / (n - quarter)
-    return bool(change < tolerance + 2.0 * np.sqrt(2.0 * white.shape[1] / quarter))
+    edge, half = n // 5, max((n - 2 * (n // 5)) // 2, 1)
+    inside = white[piece.first + edge : piece.last - edge]
+    change = np.linalg.norm(inside[-half:].mean(axis=0) - inside[:half].mean(axis=0))
+    return bool(change < 0.25 * tolerance + 2.0 * np.sqrt(2.0 * white.shape[1] / half))
 
 
 def _with_edges(
@@ -241,7 +293,8 @@ def _edges(white: Floats, piece: _Piece, lowest: int, highest: int, tolerance: f
     level = white[begin:stop].mean(axis=0)
     window = max(int(EDGE_SHARE * n), 1)
     n_channels = white.shape[1]
-    allowed = (n_channels + 4.0 * np.sqrt(2.0 * n_channels)) / window + (0.25 * tolerance) ** 2
+    # chi-square of c degrees, false alarm about 1e-5 per window (Laurent & Massart, x = 12)
+    allowed = (n_channels + 2.0 * np.sqrt(12.0 * n_channels) + 24.0) / window + (0.5 * tolerance) ** 2
     after = np.concatenate([np.zeros((1, n_channels)), np.cumsum(white[lowest:highest] - level, axis=0)])
     running = (after[window:] - after[:-window]) / window
     inside = np.einsum("kc,kc->k", running, running) <= allowed

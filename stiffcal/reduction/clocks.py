@@ -1,0 +1,337 @@
+"""Offsets between the clocks of one run's logs, from what the devices saw in common.
+
+Why two steps: load cycles repeat, so the whole log is needed to find the right cycle (a regression of one log on the
+other at every lag, by Fourier transforms); but between holds instruments wander by more than a ramp resolves, so the
+last milliseconds come from the ramps alone, each with its own level and gain. The scatter of the ramps' own answers
+is the uncertainty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.reduction.blocks import noise_of
+from stiffcal.reduction.holds import Holds, find_holds
+
+Floats = NDArray[np.float64]
+
+LEAST_OVERLAP = 0.3  # of the shorter log
+MOST_GRID = 1 << 14  # points of the common grid on which every lag is tried
+LEAST_GAIN = 1.5  # the residual at the best lag against that at the next best one, in log-likelihood per 25 %
+
+
+@dataclass(frozen=True)
+class SharedSignal:
+    """What a device saw that another may have seen too, on its own clock.
+
+    Attributes
+    ----------
+    source : the source's name.
+    time : (m,) s.
+    values : (m, c) wrench, position, joint angles, lengths: anything that follows the load linearly, nearly.
+    leads : True for the load itself (wrench): the others are regressed on it.
+    """
+
+    source: str
+    time: Floats
+    values: Floats
+    leads: bool
+
+
+@dataclass(frozen=True)
+class ClockOffset:
+    """How much more a source's clock shows than the first source's, s.
+
+    ``value`` and ``std`` are None where nothing is shared, and ``reason`` says why. ``std`` is 0 where given.
+    """
+
+    value: float | None
+    std: float | None
+    reason: str = ""
+
+    def as_document(self) -> dict[str, float | str | None]:
+        """Return the entry of ``clock_ahead_s``."""
+        document: dict[str, float | str | None] = {"value": self.value, "std": self.std}
+        if self.reason:
+            document["reason"] = self.reason
+        return document
+
+
+def align_clocks(
+    signals: Sequence[SharedSignal], given: Mapping[str, float] | None = None
+) -> dict[str, ClockOffset]:
+    """Find every source's clock against the first one's.
+
+    Parameters
+    ----------
+    signals : one per source, the first being the clock that counts. Start times carry no information.
+    given : offsets that the manifest states, s; they are taken as they are.
+
+    Returns
+    -------
+    Source to offset. A source that shares nothing with the first is tried against those already aligned.
+    """
+    given = dict(given or {})
+    first = signals[0]
+    found = {first.source: ClockOffset(0.0, 0.0)}
+    for signal in signals[1:]:
+        if signal.source in given:
+            found[signal.source] = ClockOffset(float(given[signal.source]), 0.0, "given in the manifest")
+    waiting = [signal for signal in signals[1:] if signal.source not in found]
+    reasons: dict[str, str] = {}
+    # the load first: what follows it is best aligned to it
+    waiting.sort(key=lambda signal: not signal.leads)
+    for signal in waiting:
+        known = [other for other in signals if other.source in found and found[other.source].value is not None]
+        known.sort(key=lambda other: (not other.leads, other.source != first.source))
+        for other in known:
+            offset = offset_between(other, signal)
+            if offset.value is None:
+                reasons.setdefault(signal.source, offset.reason)
+                continue
+            base = found[other.source]
+            assert base.value is not None and base.std is not None and offset.std is not None
+            found[signal.source] = ClockOffset(base.value + offset.value, float(np.hypot(base.std, offset.std)))
+            break
+        else:
+            found[signal.source] = ClockOffset(None, None, reasons.get(signal.source, "no other log to align to"))
+    return {signal.source: found[signal.source] for signal in signals}
+
+
+def offset_between(one: SharedSignal, other: SharedSignal) -> ClockOffset:
+    """Return how much more ``other``'s clock shows than ``one``'s."""
+    if not moves(one.values):
+        return ClockOffset(None, None, f"{one.source} shows only noise")
+    if not moves(other.values):
+        return ClockOffset(None, None, f"{other.source} shows only noise: nothing shared with {one.source}")
+    if other.leads and not one.leads:
+        turned = offset_between(other, one)
+        return ClockOffset(None if turned.value is None else -turned.value, turned.std, turned.reason)
+    coarse = _coarse_lag(one, other)
+    if isinstance(coarse, str):
+        return ClockOffset(None, None, coarse)
+    return _refined(one, other, coarse)
+
+
+def moves(values: Floats) -> bool:
+    """Tell whether a log shows more than noise: its slow part against what white noise would leave of it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> moves(np.random.default_rng(0).normal(size=(1000, 6)))
+    False
+    """
+    if len(values) < 16:
+        return bool(np.ptp(values, axis=0).max(initial=0.0) > 0.0) if len(values) > 1 else False
+    noise = noise_of(values)
+    size = max(len(values) // 200, 1)
+    whole = (len(values) // size) * size
+    means = values[:whole].reshape(-1, size, values.shape[1]).mean(axis=1)
+    quiet = noise == 0.0
+    if quiet.any() and bool((np.ptp(values[:, quiet], axis=0) > 0.0).any()):
+        return True
+    spread = means.std(axis=0) / np.maximum(noise / np.sqrt(size), np.finfo(float).tiny)
+    # 200 means of white noise scatter by 1 ± 0.05; 1.5 leaves room for noise that is not quite white
+    return bool((spread[~quiet] > 1.5).any())
+
+
+def _coarse_lag(one: SharedSignal, other: SharedSignal) -> float | str:
+    """Return the lag at which a regression of ``other`` on ``one`` leaves least, s, to the grid; or why there is none."""
+    span = max(np.ptp(one.time), np.ptp(other.time))
+    step = max(_interval(one.time), _interval(other.time), span / MOST_GRID)
+    u = _on_grid(one, step)
+    y = _on_grid(other, step)
+    u = (u - u.mean(axis=0)) / np.maximum(u.std(axis=0), 1e-12 * max(np.abs(u).max(), 1e-300))
+    noise = np.maximum(noise_of(other.values), 1e-6 * np.maximum(np.ptp(other.values, axis=0), 1e-300))
+    y = (y - y.mean(axis=0)) / noise
+    lags, gain, share = _gain_of_lags(u, y)
+    if lags.size == 0:
+        return f"{one.source} and {other.source} overlap too little"
+    best = int(np.argmax(gain))
+    n_free = u.shape[1] * y.shape[1]
+    if share[best] * min(len(u), len(y)) < 4.0 * n_free + 60.0 or share[best] < 0.02:
+        return f"{other.source} does not follow what {one.source} saw"
+    # the next best lag outside the peak: loads that repeat exactly cannot tell one cycle from the next
+    falls = np.flatnonzero(gain < 0.5 * gain[best])
+    left = falls[falls < best].max(initial=-1)
+    right = falls[falls > best].min(initial=gain.size)
+    rest = np.concatenate([gain[: left + 1], gain[right:]])
+    if rest.size and share[best] < 0.999 and gain[best] < 1.02 * rest.max():
+        return f"the loads repeat: {other.source} fits {one.source} at more than one lag"
+    return float(lags[best] * step + other.time[0] - one.time[0])
+
+
+def _interval(time: Floats) -> float:
+    return float(np.median(np.diff(time)))
+
+
+def _on_grid(signal: SharedSignal, step: float) -> Floats:
+    """Return the values averaged in steps from the log's start, gaps filled from beside them."""
+    index = np.floor((signal.time - signal.time[0]) / step + 1e-6).astype(np.int64)
+    n = int(index[-1]) + 1
+    count = np.bincount(index, minlength=n)
+    sums = np.stack([np.bincount(index, weights=column, minlength=n) for column in signal.values.T], axis=1)
+    have = np.flatnonzero(count)
+    means = sums[have] / count[have, None]
+    if have.size == n:
+        return np.asarray(means)
+    return np.stack([np.interp(np.arange(n), have, column) for column in means.T], axis=1)
+
+
+def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
+    """Regress y (N, c) on u (M, p) at every lag: y[i] beside u[i - lag].
+
+    Returns lags, the gain in log-likelihood over a constant, and the share of y's square sum that is explained.
+    """
+    n_u, n_y = len(u), len(y)
+    design = np.concatenate([np.ones((n_u, 1)), u], axis=1)
+    lags = np.arange(-(n_u - 1), n_y)
+    first, last = np.maximum(lags, 0), np.minimum(n_y, n_u + lags)  # the part of y that has a partner
+    overlap = last - first
+    keep = overlap >= max(LEAST_OVERLAP * min(n_u, n_y), 2 * design.shape[1])
+    lags, first, last, overlap = lags[keep], first[keep], last[keep], overlap[keep]
+    if lags.size == 0:
+        return np.zeros(0), np.zeros(0), np.zeros(0)
+    outer = np.zeros((n_u + 1, design.shape[1], design.shape[1]))
+    np.cumsum(design[:, :, None] * design[:, None, :], axis=0, out=outer[1:])
+    gram = outer[last - lags] - outer[first - lags]
+    size = 1 << int(np.ceil(np.log2(n_u + n_y)))
+    spectrum_u = np.conj(np.fft.rfft(design, size, axis=0))
+    spectrum_y = np.fft.rfft(y, size, axis=0)
+    cross = np.empty((lags.size, design.shape[1], y.shape[1]))
+    for column in range(y.shape[1]):
+        cross[:, :, column] = np.fft.irfft(spectrum_u * spectrum_y[:, column : column + 1], size, axis=0)[lags % size]
+    ridge = 1e-6 * np.trace(gram, axis1=1, axis2=2)[:, None, None] / design.shape[1] * np.eye(design.shape[1])
+    explained = np.einsum("lpc,lpc->l", cross, np.linalg.solve(gram + ridge, cross))
+    squares = np.concatenate([np.zeros((1, y.shape[1])), np.cumsum(y * y, axis=0)])
+    sums = np.concatenate([np.zeros((1, y.shape[1])), np.cumsum(y, axis=0)])
+    total = (squares[last] - squares[first]).sum(axis=1)
+    constant = ((sums[last] - sums[first]) ** 2).sum(axis=1) / overlap
+    about = np.maximum(total - constant, 1e-300)
+    left = np.clip(total - explained, 1e-9 * about, about)
+    return lags.astype(np.float64), overlap * np.log(about / left), 1.0 - left / about
+
+
+def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> ClockOffset:
+    """Refine a lag on the ramps between holds (on equal windows where there are no holds)."""
+    windows = _windows(one, find_holds(one.time, one.values))
+    width = max(_interval(other.time), _interval(one.time))
+    noise = np.maximum(noise_of(other.values), 1e-6 * np.maximum(np.ptp(other.values, axis=0), 1e-300))
+    white = other.values / noise
+    running = _Integral(one.time, one.values / np.maximum(noise_of(one.values), 1e-9 * np.ptp(one.values) + 1e-300))
+    scale = max(width, 0.25 * float(np.median([ramp for _, _, ramp in windows])))
+    steps, weights = np.zeros(0), np.zeros(0)
+    for _ in range(12):
+        steps, weights = _ramp_answers(windows, running, other.time, white, lag, scale)
+        if steps.size == 0:
+            return ClockOffset(None, None, f"no load step is seen by both {one.source} and {other.source}")
+        move = float(np.clip(_robust_mean(steps, weights), -scale, scale))
+        lag += move
+        if abs(move) < 1e-6:
+            break
+    return ClockOffset(lag, _spread(steps, weights, width))
+
+
+def _windows(one: SharedSignal, holds: Holds) -> list[tuple[float, float, float]]:
+    """Return begin, end and ramp time of the stretches that tell the lag."""
+    if len(holds) >= 4:
+        ramp = holds.reached[1:] - holds.left[:-1]
+        margin = np.minimum(np.maximum(ramp, 0.0), 0.4 * np.minimum(np.diff(holds.left), np.diff(holds.reached)))
+        margin = np.maximum(margin, 0.2 * (holds.left - holds.reached)[1:])
+        return [
+            (float(a), float(b), float(r))
+            for a, b, r in zip(holds.left[:-1] - margin, holds.reached[1:] + margin, ramp, strict=True)
+        ]
+    edges = np.linspace(one.time[0], one.time[-1], 25)
+    return [(float(a), float(b), float(b - a) / 10.0) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+
+class _Integral:
+    """Running means of a log at any time and width, by its integral."""
+
+    def __init__(self, time: Floats, values: Floats) -> None:
+        self._time = time
+        steps = 0.5 * (values[1:] + values[:-1]) * np.diff(time)[:, None]
+        self._integral = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
+        self._values = values
+
+    def at(self, time: Floats) -> Floats:
+        return np.stack([np.interp(time, self._time, column) for column in self._values.T], axis=1)
+
+    def mean(self, time: Floats, width: float) -> Floats:
+        upper, lower = self._at(time + 0.5 * width), self._at(time - 0.5 * width)
+        return np.asarray((upper - lower) / width)
+
+    def _at(self, time: Floats) -> Floats:
+        # the integral of a piecewise linear log is piecewise quadratic; between samples its own slope counts
+        k = np.clip(np.searchsorted(self._time, time, side="right") - 1, 0, len(self._time) - 2)
+        passed = np.clip(time - self._time[k], 0.0, self._time[k + 1] - self._time[k])
+        share = (passed / (self._time[k + 1] - self._time[k]))[:, None]
+        value = self._values[k] + 0.5 * share * (self._values[k + 1] - self._values[k])
+        return np.asarray(self._integral[k] + value * passed[:, None])
+
+
+def _ramp_answers(
+    windows: Sequence[tuple[float, float, float]], running: _Integral, time: Floats, white: Floats, lag: float, scale: float
+) -> tuple[Floats, Floats]:
+    """Return each ramp's own correction to ``lag``, s, and its weight (1/s², noise alone)."""
+    steps: list[float] = []
+    weights: list[float] = []
+    first, last = running._time[0] + scale, running._time[-1] - scale
+    for begin, end, _ in windows:
+        inside = slice(*np.searchsorted(time, [max(begin, first) + lag, min(end, last) + lag]))
+        if inside.stop - inside.start < 6:
+            continue
+        at = time[inside] - lag
+        load = running.mean(at, scale)
+        # one scalar per ramp: the load along the direction in which it changes
+        direction = load[-max(len(load) // 6, 1) :].mean(axis=0) - load[: max(len(load) // 6, 1)].mean(axis=0)
+        length = float(direction @ direction)
+        if length < 50.0:  # seven times the force sensor's noise: else there is no step here
+            continue
+        direction = direction / length
+        course = load @ direction
+        slope = (running.mean(at + 0.25 * scale, 0.5 * scale) - running.mean(at - 0.25 * scale, 0.5 * scale)) @ direction
+        slope = slope / (0.5 * scale)
+        basis = np.stack([np.ones_like(course), course], axis=1)
+        basis, _ = np.linalg.qr(basis)
+        seen = white[inside]
+        gain = np.linalg.lstsq(np.stack([np.ones_like(course), course], axis=1), seen, rcond=None)[0][1]
+        residual = seen - basis @ (basis.T @ seen)
+        moved = slope - basis @ (basis.T @ slope)
+        weight = float((gain @ gain) * (moved @ moved))
+        if weight <= 0.0 or not np.isfinite(weight):
+            continue
+        # later lag: the load is read at an earlier time, the course falls by its slope
+        steps.append(-float(moved @ (residual @ gain)) / weight)
+        weights.append(weight)
+    return np.array(steps), np.array(weights)
+
+
+def _robust_mean(steps: Floats, weights: Floats) -> float:
+    """Return the weighted mean with answers far from the weighted median let go gently (Huber's weights)."""
+    order = np.argsort(steps)
+    cumulated = np.cumsum(weights[order])
+    centre = float(steps[order[int(np.searchsorted(cumulated, 0.5 * cumulated[-1]))]])
+    for _ in range(10):
+        away = np.abs(steps - centre) * np.sqrt(weights)
+        scale = max(1.4826 * float(np.median(away)), 1e-12)
+        gentle = weights * np.minimum(1.0, 2.0 * scale / np.maximum(away, 1e-300))
+        centre = float((gentle @ steps) / gentle.sum())
+    return centre
+
+
+def _spread(steps: Floats, weights: Floats, width: float) -> float:
+    """Return the standard uncertainty of the mean, s: scatter between ramps, not less than the noise within them."""
+    within = 1.0 / np.sqrt(weights.sum())
+    share = weights / weights.sum()
+    effective = 1.0 / float(share @ share)
+    if effective < 2.0:
+        return float(np.hypot(within, 0.5 * width))
+    scatter = np.sqrt(float(share @ steps**2) / (effective - 1.0))
+    return float(max(within, scatter))
