@@ -1,0 +1,61 @@
+"""Elastic drives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    RZ,
+    DocumentedEffect,
+    Driver,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Term,
+    Values,
+    joint_node,
+)
+
+
+class JointCompliance(DocumentedEffect):
+    """The drive of a joint (gear, shaft, motor's position loop) turns in proportion to the torque about its axis.
+
+    Law: δ_Rz = c τ, with τ the whole torque about the joint's axis, weight included (Wang, Zhang and Fuhlbrigge 2009,
+    eq. 7; c = 1 / k_θ).
+
+    Assumes that the drive is linear, without play or friction, and that everything else is rigid. Holds for torques
+    well above the friction of the gear and well below its limit.
+    """
+
+    name = "joint-compliance"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "drive: rotation about the joint axis, proportional to torque"
+    parameters = (
+        ParameterSpec(
+            symbol="c",
+            unit="rad/(N·m)",
+            meaning="compliance of the drive about the joint's axis",
+            lower=0.0,
+            # Softer than any joint that carries a tool: harmonic drives of light arms have some 1e4 N·m/rad.
+            upper=1e-3,
+            typical=2e-6,
+            source="Wang, Zhang and Fuhlbrigge 2009, section III.C: 1.4e-6 (joint 1) to 6e-5 (joint 6)",
+            compliance=True,
+        ),
+    )
+    looks_like = ("base-compliance", "tool-compliance", "bearing-tilt")
+    fingerprint = "deflection proportional to load, growing with the lever about the joint's axis"
+    how_to_check = "Load the joint alone, with the force at right angles to its axis, at two levers."
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ_Rz = c τ."""
+        node = joint_node(place.joints[0])
+        return (Term(node, RZ, "c", loads.wrench[node, RZ]),)
+
+    def driver(self, place: Place, loads: NodeLoads) -> Driver:
+        """The torque about the joint's axis."""
+        joint = place.joints[0]
+        return Driver(f"torque on joint {joint}", "N·m", loads.wrench[joint_node(joint), RZ])

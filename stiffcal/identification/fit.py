@@ -1,0 +1,133 @@
+"""What a fit found: parameters with uncertainty, residuals, and what the data cannot tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.noise import Noise
+from stiffcal.identification.observation import Observations
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import ParameterSpec, Place
+
+Floats = NDArray[np.float64]
+
+# Two-sided 95 % of the normal distribution.
+NORMAL_95 = 1.959963984540054
+# A parameter whose 95 % half-width is above 60 % of its value is called poorly known: its stiffness is not known to
+# within a factor of two or three.
+POORLY_KNOWN = 0.6
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a fit.
+
+    Attributes
+    ----------
+    name : full name, ``effect.place.symbol``.
+    effect : the effect's name.
+    place : where it acts.
+    spec : symbol, unit, bounds.
+    value : estimate, None where not identifiable.
+    std : standard uncertainty, None where fixed or not identifiable.
+    interval : 95 %, clipped to possible values; None where fixed or not identifiable.
+    fixed : held at the model file's value.
+    identifiable : whether these data can tell it apart.
+    at_bound : the estimate lies on the edge of possible values.
+    """
+
+    name: str
+    effect: str
+    place: Place
+    spec: ParameterSpec
+    value: float | None
+    std: float | None
+    interval: tuple[float, float] | None
+    fixed: bool
+    identifiable: bool
+    at_bound: bool
+
+    @property
+    def poorly_known(self) -> bool:
+        """True where the value is known, but hardly."""
+        if self.value is None or self.std is None:
+            return False
+        return NORMAL_95 * self.std > POORLY_KNOWN * abs(self.value)
+
+    def stiffness(self) -> dict[str, object]:
+        """Return stiffness, its standard uncertainty and interval, for compliances."""
+        if not self.spec.compliance or self.value is None:
+            return {}
+        value = 1.0 / self.value if self.value > 0.0 else None
+        std = None if value is None or self.std is None else self.std * value**2
+        interval: list[float | None] | None = None
+        if self.interval is not None:
+            low, high = self.interval
+            interval = [1.0 / high if high > 0.0 else None, 1.0 / low if low > 0.0 else None]
+        return {"stiffness": value, "stiffness_std": std, "stiffness_interval": interval}
+
+
+@dataclass(frozen=True)
+class Ambiguity:
+    """Parameters that these data cannot tell apart, and what of them is known.
+
+    Attributes
+    ----------
+    names : the parameters.
+    known : the combination that is known, in words; "" where nothing is.
+    reason : why, in words.
+    """
+
+    names: tuple[str, ...]
+    known: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The result of an identification.
+
+    Attributes
+    ----------
+    robot : the model with the estimated values (parameters that are not identifiable at their neutral value).
+    parameters : all of them, in the model's order.
+    covariance : (p, p) of the free, identifiable amplitudes, in the order of ``free_names``.
+    free_names : p full names.
+    condition : condition number of the whitened observation matrix with columns of unit length.
+    ambiguities : what cannot be told apart.
+    noise : instrument noise, or None where it cannot be told.
+    noise_length : {"translation", "rotation"} rms length of the noise, wrench noise included; None where not known.
+    scaled : True where standard uncertainties were scaled by the reduced χ², the noise not being known.
+    reduced_chi2 : weighted sum of squares over degrees of freedom; None where the noise is not known.
+    dof : degrees of freedom of the fit.
+    residual : (m, n) measured minus predicted, each run's offset taken out, base axes.
+    predicted : (m, n) model's displacement plus the run's offset.
+    data : the observations that were fitted.
+    iterations : Gauss–Newton steps taken.
+    """
+
+    robot: CompliantRobot
+    parameters: tuple[Parameter, ...]
+    covariance: Floats
+    free_names: tuple[str, ...]
+    condition: float
+    ambiguities: tuple[Ambiguity, ...]
+    noise: Noise | None
+    noise_length: dict[str, float | None]
+    scaled: bool
+    reduced_chi2: float | None
+    dof: int
+    residual: Floats
+    predicted: Floats
+    data: Observations
+    iterations: int
+
+    def parameter(self, name: str) -> Parameter:
+        """Return a parameter by its full name; KeyError where there is none."""
+        for one in self.parameters:
+            if one.name == name:
+                return one
+        raise KeyError(name)

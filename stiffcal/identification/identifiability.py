@@ -1,0 +1,105 @@
+"""What the data can tell apart, and what not.
+
+With columns scaled to unit length, a direction in which the whitened observation matrix is shorter than 1e-3 is one in
+which two signatures agree to a tenth of a per cent: less than the model itself can be trusted, so that a number from it
+would be an artefact with an error bar. A parameter whose own standard uncertainty spans all that is possible is not
+known either, whatever the others do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.fit import Ambiguity
+from stiffcal.identification.least_squares import column_scale
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+
+# Signatures that agree to this are one signature.
+SAME_SIGNATURE = 1e-3
+# In a direction that the data do not see, parameters with a share above this take part.
+TAKES_PART = 0.1
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """Which of p parameters can be told.
+
+    Attributes
+    ----------
+    identifiable : (p,).
+    condition : ratio of the largest to the smallest singular value, columns of unit length; infinite where a column is
+        zero.
+    ambiguities : sets that cannot be told apart.
+    """
+
+    identifiable: Booleans
+    condition: float
+    ambiguities: tuple[Ambiguity, ...]
+
+
+def tell_apart(factor: Floats, names: tuple[str, ...], upper: Floats) -> Identifiability:
+    """Find what the whitened, triangular observation matrix cannot tell.
+
+    Parameters
+    ----------
+    factor : (p, p) triangular factor of the whitened observation matrix.
+    names : p full parameter names.
+    upper : (p,) largest value that is possible; a standard uncertainty beyond it tells nothing.
+    """
+    p = len(names)
+    if p == 0:
+        return Identifiability(np.zeros(0, dtype=np.bool_), 1.0, ())
+    length = np.sqrt(np.sum(factor * factor, axis=0))
+    identifiable = np.ones(p, dtype=np.bool_)
+    ambiguities: list[Ambiguity] = []
+    # One standard uncertainty, all else known, is 1 / length.
+    for i in np.flatnonzero(length * upper < 1.0):
+        identifiable[i] = False
+        ambiguities.append(Ambiguity((names[i],), "", "no load in these data turns it"))
+    remaining = np.flatnonzero(identifiable)
+    condition = np.inf if len(remaining) < p else 1.0
+    if len(remaining):
+        unit = factor[:, remaining] / column_scale(factor[:, remaining])
+        _, singular, directions = np.linalg.svd(unit)
+        if len(remaining) == p:
+            condition = float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
+        for blind in directions[singular < SAME_SIGNATURE * singular[0]]:
+            share = np.abs(blind) / np.max(np.abs(blind))
+            members = remaining[share > TAKES_PART]
+            identifiable[members] = False
+            ambiguities.append(_name_ambiguity(blind[share > TAKES_PART], length[members], [names[i] for i in members]))
+        alone = [i for i in remaining if identifiable[i] and _spread(factor, remaining, int(i)) > upper[i]]
+        for i in alone:
+            identifiable[i] = False
+            ambiguities.append(Ambiguity((names[i],), "", "what loads do to it is hidden behind the other parameters"))
+    return Identifiability(identifiable, condition, tuple(ambiguities))
+
+
+def _spread(factor: Floats, remaining: NDArray[np.int64], which: int) -> float:
+    """Return the standard uncertainty of one parameter with all others free."""
+    part = factor[:, remaining]
+    scale = column_scale(part)
+    inverse = np.linalg.pinv(part / scale, rcond=1e-13)
+    place = int(np.flatnonzero(remaining == which)[0])
+    return float(np.sqrt(np.sum(inverse[place] ** 2)) / scale[place])
+
+
+def _name_ambiguity(blind: Floats, length: Floats, names: list[str]) -> Ambiguity:
+    """Say which combination is known, orthogonal to the blind direction."""
+    if len(names) == 1:
+        return Ambiguity((names[0],), "", "no load in these data turns it")
+    # In scaled parameters y = length × x the data see what is across ``blind``; for two, one combination.
+    if len(names) == 2:
+        across = np.array([-blind[1], blind[0]]) * length
+        across = across / across[np.argmax(np.abs(across))]
+        known = " + ".join(
+            f"{factor:.3g} × {name}" if abs(factor - 1.0) > 5e-4 else name
+            for factor, name in zip(across, names, strict=True)
+        )
+        return Ambiguity(tuple(names), known.replace("+ -", "− "), "their signatures agree in these poses and loads")
+    return Ambiguity(tuple(names), "", "their signatures combine to each other in these poses and loads")

@@ -1,0 +1,258 @@
+"""How noisy the readings are: from repeats of the same load, else from what the manifest states.
+
+The scatter of repeats has four sources: the tracker's translation and rotation, and the force sensor's force and moment
+carried through the robot's compliance S. Repeats never hit the same load, so differences are taken after subtracting
+S ΔW. With d a contrast of a group of repeats (coefficients that sum to zero, squares that sum to one):
+
+    d ~ N(0, σ_t² I_t + σ_r² I_r + S (σ_F² I_F + σ_M² I_M) Sᵀ)
+
+and the four variances follow by maximum likelihood (Searle, Casella and McCulloch, Variance Components, 1992, ch. 6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.observation import Observations
+from stiffcal.measurements.load_states import Sigma
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# With fewer degrees of freedom the scatter of repeats is itself known to no better than 18 %, and the manifest's word
+# is taken instead where it gives one.
+ENOUGH_DOF = 30
+# Below this nothing is said from repeats at all: the noise would be known to no better than a third.
+LEAST_DOF = 6
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard uncertainty of one load state, per component.
+
+    Attributes
+    ----------
+    translation, rotation : of the measured displacement, m and rad.
+    force, moment : of the wrench, N and N·m.
+    source : "repeats", "manifest" or "none".
+    dof : degrees of freedom behind it; infinite for the manifest's word.
+    """
+
+    translation: float
+    rotation: float
+    force: float
+    moment: float
+    source: str
+    dof: float
+
+
+@dataclass(frozen=True)
+class Whitening:
+    """What turns residuals into independent numbers of unit variance.
+
+    Attributes
+    ----------
+    scale : (m, n) 1/σ where the covariance is diagonal; zero where nothing was seen.
+    lower : (m, m, n) inverse of the covariance's Cholesky factor, or None where it is diagonal.
+    """
+
+    scale: Floats
+    lower: Floats | None = None
+
+    @property
+    def diagonal(self) -> bool:
+        """True where components are independent."""
+        return self.lower is None
+
+    def part(self, pick: slice | NDArray[np.bool_] | Integers) -> Whitening:
+        """Return the whitening of some states."""
+        return Whitening(self.scale[:, pick], None if self.lower is None else self.lower[:, :, pick])
+
+    def apply(self, stack: Floats) -> Floats:
+        """Whiten (k, m, n) or (m, n) stacks."""
+        if self.lower is None:
+            return np.asarray(stack * self.scale)
+        result = np.zeros_like(stack)
+        for a in range(self.lower.shape[0]):
+            for b in range(a + 1):
+                result[..., a, :] += self.lower[a, b] * stack[..., b, :]
+        return result
+
+    def precision(self) -> Floats:
+        """Return the inverse covariances (m, m, n)."""
+        if self.lower is None:
+            m, n = self.scale.shape
+            result = np.zeros((m, m, n))
+            result[range(m), range(m)] = self.scale**2
+            return result
+        return np.asarray(np.einsum("can,cbn->abn", self.lower, self.lower))
+
+
+def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> Floats:
+    """Return the covariance (m, m, n) of the observations, wrench noise carried through the model included.
+
+    Parameters
+    ----------
+    noise : the instruments'.
+    data : the observations.
+    sensitivity : (m, 6, n) derivative of the prediction by the wrench, or None to leave wrench noise out.
+    """
+    m = len(data.measured)
+    own = np.where(data.rotational, noise.rotation, noise.translation) ** 2
+    result = np.zeros((m, m, data.n_states))
+    result[range(m), range(m)] = own[:, None]
+    if sensitivity is not None:
+        variance = np.array([noise.force**2] * 3 + [noise.moment**2] * 3)
+        result += np.einsum("akn,k,bkn->abn", sensitivity, variance, sensitivity)
+    return result
+
+
+def whiten(noise: Noise, data: Observations, sensitivity: Floats | None) -> Whitening:
+    """Return the whitening of the observations."""
+    own = np.where(data.rotational, noise.rotation, noise.translation)
+    scale = np.where(data.seen, 1.0 / own[:, None], 0.0)
+    if sensitivity is None or (noise.force == 0.0 and noise.moment == 0.0):
+        return Whitening(scale)
+    full = np.moveaxis(covariance(noise, data, sensitivity), -1, 0)
+    unseen = ~data.seen.T
+    if unseen.any():
+        pair = unseen[:, :, None] | unseen[:, None, :]
+        full = np.where(pair, 0.0, full) + unseen[:, :, None] * np.eye(full.shape[1])
+    # Components are scaled to unit variance first: metres and radians differ by orders.
+    deviation = np.sqrt(np.diagonal(full, axis1=1, axis2=2))
+    factor = np.linalg.cholesky(full / deviation[:, :, None] / deviation[:, None, :])
+    lower = np.linalg.inv(factor) / deviation[:, None, :]
+    if unseen.any():
+        lower = np.where(unseen[:, :, None] | unseen[:, None, :], 0.0, lower)
+    return Whitening(scale, np.ascontiguousarray(np.moveaxis(np.tril(lower), 0, -1)))
+
+
+def rms_length(noise: Noise, data: Observations, sensitivity: Floats | None) -> dict[str, float | None]:
+    """Return the noise as rms means it: root mean square length of the noise vector, m and rad."""
+    own = np.where(data.rotational, noise.rotation, noise.translation)[:, None] ** 2 * np.ones(data.n_states)
+    if sensitivity is not None:
+        variance = np.array([noise.force**2] * 3 + [noise.moment**2] * 3)
+        own = own + np.einsum("akn,k->an", sensitivity**2, variance)
+    own = np.where(data.seen, own, 0.0)
+    return {
+        "translation": root_mean_square_length(own, data, rotational=False),
+        "rotation": root_mean_square_length(own, data, rotational=True),
+    }
+
+
+def root_mean_square_length(squares: Floats, data: Observations, rotational: bool) -> float | None:
+    """Return √(mean over readings of the summed squares) of translation or rotation; None where not measured."""
+    rows = data.rotational == rotational
+    if not rows.any():
+        return None
+    n_vectors = sum(
+        int(np.count_nonzero(data.seen[rows & (data.body == body)].any(axis=0))) for body in np.unique(data.body[rows])
+    )
+    return float(np.sqrt(np.sum(squares[rows]) / n_vectors)) if n_vectors else None
+
+
+def contrasts(data: Observations, sensitivity: Floats, groups: Sequence[Integers]) -> tuple[Floats, Floats]:
+    """Return orthonormal contrasts of repeats, the load's difference taken out.
+
+    Parameters
+    ----------
+    data : the observations.
+    sensitivity : (m, 6, n).
+    groups : positions (in ``data``) of states that repeat each other.
+
+    Returns
+    -------
+    differences : (c, m), zero mean under noise alone.
+    compliance : (c, m, 6) the sensitivity that goes with each.
+    """
+    moved = data.measured - np.einsum("akn,kn->an", sensitivity, data.wrench)
+    differences, levers = [], []
+    for group in groups:
+        group = group[data.seen[:, group].all(axis=0)]
+        for k in range(1, len(group)):
+            # Helmert: the k-th member against the mean of those before.
+            coefficient = np.concatenate([np.full(k, -1.0 / k), [1.0]]) / np.sqrt(1.0 + 1.0 / k)
+            differences.append(moved[:, group[: k + 1]] @ coefficient)
+            levers.append(sensitivity[:, :, group[: k + 1]].mean(axis=2))
+    m = len(data.measured)
+    if not differences:
+        return np.zeros((0, m)), np.zeros((0, m, 6))
+    return np.stack(differences), np.stack(levers)
+
+
+def noise_from_repeats(data: Observations, sensitivity: Floats, groups: Sequence[Integers]) -> Noise | None:
+    """Estimate the four noise levels from repeats by maximum likelihood; None where repeats are too few.
+
+    Parameters
+    ----------
+    data : the observations.
+    sensitivity : (m, 6, n) of the present model.
+    groups : positions of states that repeat each other.
+    """
+    differences, levers = contrasts(data, sensitivity, groups)
+    n_rotational = int(np.count_nonzero(data.rotational))
+    n_translational = len(data.rotational) - n_rotational
+    if len(differences) * n_translational < LEAST_DOF:
+        return None
+    translation = float(np.sqrt(np.mean(differences[:, ~data.rotational] ** 2)))
+    rotation = float(np.sqrt(np.mean(differences[:, data.rotational] ** 2))) if n_rotational else 0.0
+    scales = np.where(data.rotational, rotation, translation)
+    if np.any(scales == 0.0):
+        return None
+    variance = _variance_components(differences / scales, levers / scales[:, None], data)
+    # The components are in units of the raw scatter; wrench components were scaled to their share of it.
+    return Noise(
+        translation=translation * float(np.sqrt(variance[0])),
+        rotation=rotation * float(np.sqrt(variance[1])),
+        force=float(np.sqrt(variance[2])),
+        moment=float(np.sqrt(variance[3])),
+        source="repeats",
+        dof=float(differences.size),
+    )
+
+
+def _variance_components(differences: Floats, levers: Floats, data: Observations) -> Floats:
+    """Return σ_t², σ_r² (in units of the scaled differences) and σ_F², σ_M² by Fisher scoring, none negative."""
+    m = differences.shape[1]
+    kinds = [
+        np.diag((~data.rotational).astype(np.float64)) * np.ones((len(differences), 1, 1)),
+        np.diag(data.rotational.astype(np.float64)) * np.ones((len(differences), 1, 1)),
+        np.einsum("cak,cbk->cab", levers[:, :, :3], levers[:, :, :3]),
+        np.einsum("cak,cbk->cab", levers[:, :, 3:], levers[:, :, 3:]),
+    ]
+    size = np.array([float(np.mean(np.trace(kind, axis1=1, axis2=2))) / m for kind in kinds])
+    active = [i for i in range(4) if size[i] > 0.0]
+    variance = np.zeros(4)
+    for i in active:
+        # Start: the tracker makes most of the scatter, the wrench a little.
+        variance[i] = 0.9 if i < 2 else 0.05 / size[i]
+    basis = np.stack([kinds[i] for i in active])
+    for _ in range(200):
+        total = np.einsum("i,icab->cab", variance[active], basis)
+        inverse = np.linalg.inv(total)
+        weighted = np.einsum("cab,cb->ca", inverse, differences)
+        projected = np.einsum("cab,icbd->icad", inverse, basis)
+        gradient = np.einsum("ca,icab,cb->i", weighted, basis, weighted)
+        expected = np.einsum("icaa->i", projected)
+        # The EM-like multiplicative update keeps variances positive and never lowers the likelihood.
+        updated = variance[active] * np.sqrt(gradient / expected)
+        change = np.max(np.abs(updated - variance[active]) * size[active])
+        variance[active] = updated
+        if change < 1e-6:
+            break
+    return variance
+
+
+def stated_noise(sigma: Sigma, data: Observations) -> Noise | None:
+    """Return the manifest's noise, or None where it does not give what these observations need."""
+    if not data.rotational.all() and sigma.translation is None:
+        return None
+    if data.rotational.any() and sigma.rotation is None:
+        return None
+    return Noise(
+        sigma.translation or 0.0, sigma.rotation or 0.0, sigma.force or 0.0, sigma.moment or 0.0, "manifest", np.inf
+    )

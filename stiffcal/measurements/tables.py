@@ -1,0 +1,207 @@
+"""Load states as a table: one row per state, a unit in every column's name, the setup as a JSON document beside it.
+
+The table is what lies in the store, so its columns are part of the interface: a person reads it with one line of
+pandas, polars or DuckDB. Rotations are unit quaternions w, x, y, z. Missing numbers are NaN.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo, Sigma
+
+Floats = NDArray[np.float64]
+
+SCHEMA = "stiffcal/states/1"
+_WRENCH = ("Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
+_KEY = b"stiffcal"
+
+
+def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Table:
+    """Return the states as a table.
+
+    Columns: ``run`` (id), ``row`` (data row of the source, or the hold's number in the run, from 1), ``time_s``,
+    ``hold_s``, ``<joint>_rad``, ``Fx_N … Mz_Nm`` (what the surroundings do to the robot, in the axes of
+    ``setup.wrench_axes``), per target ``<target>_x_m …`` and ``<target>_qw … _qz`` (base axes), ``<target>_dx_m …``
+    and ``<target>_rx_rad …`` (deflection already taken), ``reference``, ``temperature<k>``, ``n_readings``,
+    ``Fx_scatter_N …`` and ``<target>_x_scatter_m …`` (standard deviation of single readings within the hold), and
+    ``set_aside`` (why a state is not used, "" where it is).
+
+    Parameters
+    ----------
+    joint_names : L names; ``joint1`` … where none are given.
+    """
+    n_joints = states.joints.shape[1]
+    names = joint_names if len(joint_names) == n_joints else tuple(f"joint{k + 1}" for k in range(n_joints))
+    columns: dict[str, Any] = {
+        "run": pa.array([states.runs[k].name for k in states.run], pa.string()),
+        "row": states.row,
+        "time_s": states.time,
+        "hold_s": states.hold,
+    }
+    columns |= {f"{name}_rad": states.joints[:, k] for k, name in enumerate(names)}
+    columns |= {name: states.wrench[:, k] for k, name in enumerate(_WRENCH)}
+    quaternions = _quaternions(states.rotation)
+    for b, target in enumerate(states.setup.target_names):
+        columns |= {f"{target}_{axis}_m": states.position[:, b, k] for k, axis in enumerate("xyz")}
+        columns |= {f"{target}_q{axis}": quaternions[:, b, k] for k, axis in enumerate("wxyz")}
+        columns |= {f"{target}_d{axis}_m": states.deflection[:, b, k] for k, axis in enumerate("xyz")}
+        columns |= {f"{target}_r{axis}_rad": states.deflection[:, b, 3 + k] for k, axis in enumerate("xyz")}
+        columns |= {f"{target}_{axis}_scatter_m": states.position_scatter[:, b, k] for k, axis in enumerate("xyz")}
+    columns["reference"] = states.reference
+    columns |= {f"temperature{k + 1}": states.temperature[:, k] for k in range(states.temperature.shape[1])}
+    columns["n_readings"] = states.n_readings
+    columns |= {_scatter_name(name): states.wrench_scatter[:, k] for k, name in enumerate(_WRENCH)}
+    columns["set_aside"] = pa.array([str(reason) for reason in states.set_aside], pa.string())
+    table = pa.table(columns)
+    document = {"schema": SCHEMA, "joints": list(names)} | _setup_document(states)
+    return table.replace_schema_metadata({_KEY: json.dumps(document)})
+
+
+def states_from_table(table: pa.Table) -> LoadStates:
+    """Return the load states of a table that `states_table` made.
+
+    Raises
+    ------
+    ValueError
+        The table carries no setup, or one of another version.
+    """
+    document = json.loads((table.schema.metadata or {}).get(_KEY, b"{}"))
+    if document.get("schema") != SCHEMA:
+        raise ValueError(f"this table is not {SCHEMA}; ingest again")
+    runs = tuple(
+        RunInfo(run["name"], run["experiment"], run["holdout"], tuple(run["tags"])) for run in document["runs"]
+    )
+    number = {run.name: k for k, run in enumerate(runs)}
+    setup = _setup(document["setup"])
+    targets = setup.target_names
+
+    def block(names: list[str]) -> Floats:
+        found = [table.column(name).to_numpy() for name in names]
+        return np.stack(found, axis=1).astype(np.float64) if found else np.zeros((table.num_rows, 0))
+
+    def of_targets(pattern: str, axes: str) -> Floats:
+        return np.stack([block([pattern.format(t, axis) for axis in axes]) for t in targets], axis=1)
+
+    temperatures = [name for name in table.column_names if name.startswith("temperature")]
+    deflection = np.concatenate([of_targets("{}_d{}_m", "xyz"), of_targets("{}_r{}_rad", "xyz")], axis=2)
+    return LoadStates(
+        runs=runs,
+        run=np.array([number[name] for name in table.column("run").to_pylist()], dtype=np.int64),
+        time=block(["time_s"])[:, 0],
+        hold=block(["hold_s"])[:, 0],
+        joints=block([f"{name}_rad" for name in document["joints"]]),
+        wrench=block(list(_WRENCH)),
+        position=of_targets("{}_{}_m", "xyz"),
+        rotation=_rotations(of_targets("{}_q{}", "wxyz")),
+        deflection=deflection,
+        reference=np.array(table.column("reference").to_pylist(), dtype=np.bool_),
+        temperature=block(temperatures),
+        row=table.column("row").to_numpy().astype(np.int64),
+        n_readings=table.column("n_readings").to_numpy().astype(np.int64),
+        wrench_scatter=block([_scatter_name(name) for name in _WRENCH]),
+        position_scatter=of_targets("{}_{}_scatter_m", "xyz"),
+        set_aside=np.array(table.column("set_aside").to_pylist(), dtype=np.str_),
+        setup=setup,
+    )
+
+
+def _scatter_name(name: str) -> str:
+    """Return ``Fx_scatter_N`` for ``Fx_N``."""
+    component, unit = name.split("_")
+    return f"{component}_scatter_{unit}"
+
+
+def _quaternions(rotation: Floats) -> Floats:
+    """Return (…, 4) w x y z, NaN where the rotation is: by the largest of four forms (Shepperd 1978)."""
+    r = rotation
+    trace = r[..., 0, 0] + r[..., 1, 1] + r[..., 2, 2]
+    squares = np.stack([trace, r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]], axis=-1)
+    squares[..., 0] = 1.0 + trace
+    squares[..., 1:] = 1.0 + 2.0 * squares[..., 1:] - trace[..., None]
+    one, two, three = (
+        r[..., 2, 1] - r[..., 1, 2],
+        r[..., 0, 2] - r[..., 2, 0],
+        r[..., 1, 0] - r[..., 0, 1],
+    )
+    xy, xz, yz = (r[..., 0, 1] + r[..., 1, 0], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 2] + r[..., 2, 1])
+    products = np.stack(
+        [
+            np.stack([squares[..., 0], one, two, three], axis=-1),
+            np.stack([one, squares[..., 1], xy, xz], axis=-1),
+            np.stack([two, xy, squares[..., 2], yz], axis=-1),
+            np.stack([three, xz, yz, squares[..., 3]], axis=-1),
+        ],
+        axis=-2,
+    )
+    largest = np.argmax(np.nan_to_num(squares, nan=-1.0), axis=-1)
+    quaternion = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
+    quaternion = quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    return np.asarray(np.where(quaternion[..., :1] < 0.0, -quaternion, quaternion))
+
+
+def _rotations(quaternion: Floats) -> Floats:
+    """Return (…, 3, 3) of unit quaternions w x y z; NaN stays NaN."""
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _setup_document(states: LoadStates) -> dict[str, Any]:
+    setup = states.setup
+    return {
+        "runs": [
+            {"name": run.name, "experiment": run.experiment, "holdout": run.holdout, "tags": list(run.tags)}
+            for run in states.runs
+        ],
+        "setup": {
+            "wrench_axes": _attachment_document(setup.wrench_axes),
+            "wrench_point": _attachment_document(setup.wrench_point),
+            "targets": [_attachment_document(target) for target in setup.targets],
+            "target_names": list(setup.target_names),
+            "moments_measured": setup.moments_measured,
+            "base_from_tracker": setup.base_from_tracker.tolist(),
+            "tool_mass_kg": setup.tool_mass,
+            "tool_com_m": setup.tool_com.tolist(),
+            "sigma": {
+                "translation_m": setup.sigma.translation,
+                "rotation_rad": setup.sigma.rotation,
+                "force_N": setup.sigma.force,
+                "moment_Nm": setup.sigma.moment,
+            },
+            "tared": setup.tared,
+        },
+    }
+
+
+def _attachment_document(attachment: Attachment) -> dict[str, Any]:
+    return {"body": attachment.body, "transform": attachment.transform.tolist()}
+
+
+def _attachment(document: dict[str, Any]) -> Attachment:
+    return Attachment(int(document["body"]), np.array(document["transform"], dtype=np.float64))
+
+
+def _setup(document: dict[str, Any]) -> MeasurementSetup:
+    sigma = document["sigma"]
+    return MeasurementSetup(
+        wrench_axes=_attachment(document["wrench_axes"]),
+        wrench_point=_attachment(document["wrench_point"]),
+        targets=tuple(_attachment(target) for target in document["targets"]),
+        target_names=tuple(document["target_names"]),
+        moments_measured=bool(document["moments_measured"]),
+        base_from_tracker=np.array(document["base_from_tracker"], dtype=np.float64),
+        tool_mass=float(document["tool_mass_kg"]),
+        tool_com=np.array(document["tool_com_m"], dtype=np.float64),
+        sigma=Sigma(sigma["translation_m"], sigma["rotation_rad"], sigma["force_N"], sigma["moment_Nm"]),
+        tared=str(document["tared"]),
+    )

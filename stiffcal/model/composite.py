@@ -1,0 +1,97 @@
+"""The robot as the model sees it: a chain and the sum of the effects placed on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import Effect, ParameterSpec, Place, Sort
+
+
+@dataclass(frozen=True)
+class PlacedEffect:
+    """An effect at one place, with values.
+
+    Attributes
+    ----------
+    effect : the physics.
+    place : where.
+    values : symbol to value, in the units of the effect's parameters. Missing amplitudes count as neutral.
+    """
+
+    effect: Effect
+    place: Place
+    values: Mapping[str, float] = field(default_factory=dict)
+
+    def parameter_name(self, symbol: str) -> str:
+        """The parameter's full name, ``effect.place.symbol``."""
+        return f"{self.effect.name}.{self.place.label}.{symbol}"
+
+    def amplitude(self, symbol: str) -> float:
+        """What the law multiplies with: the value, or its inverse for stiffnesses; 0 where no value is set.
+
+        A term without a symbol has no free parameter and counts as it is.
+        """
+        if not symbol:
+            return 1.0
+        value = self.values.get(symbol)
+        if value is None:
+            return 0.0
+        return 1.0 / value if self.effect.spec(symbol).inverse else value
+
+    def shape(self) -> dict[str, float]:
+        """Symbol to value of the shape parameters; typical sizes where none is set."""
+        return {
+            spec.symbol: self.values.get(spec.symbol, spec.typical)
+            for spec in self.effect.parameters
+            if spec.sort is Sort.SHAPE
+        }
+
+    def specs(self, sort: Sort) -> tuple[ParameterSpec, ...]:
+        """The effect's parameters of one sort."""
+        return tuple(spec for spec in self.effect.parameters if spec.sort is sort)
+
+
+@dataclass(frozen=True)
+class CompliantRobot:
+    """A chain whose nodes give.
+
+    Attributes
+    ----------
+    chain : geometry and masses.
+    placed : the effects, each at one place.
+    deformed : True where the wrench acts on the deformed, weight-sagged chain (``balance = "deformed"``); False for the
+        papers' first-order form.
+    """
+
+    chain: Chain
+    placed: tuple[PlacedEffect, ...]
+    deformed: bool = True
+
+    @property
+    def has_memory(self) -> bool:
+        """True where a law depends on the states before."""
+        return any(one.effect.has_memory for one in self.placed)
+
+    def with_values(self, values: Mapping[str, float]) -> CompliantRobot:
+        """Return the robot with parameters set by full name; names that the model lacks are ignored."""
+        placed = tuple(
+            replace(
+                one,
+                values={
+                    **one.values,
+                    **{
+                        spec.symbol: values[one.parameter_name(spec.symbol)]
+                        for spec in one.effect.parameters
+                        if one.parameter_name(spec.symbol) in values
+                    },
+                },
+            )
+            for one in self.placed
+        )
+        return replace(self, placed=placed)
+
+    def values(self) -> dict[str, float]:
+        """Return every set value by full name."""
+        return {one.parameter_name(symbol): value for one in self.placed for symbol, value in one.values.items()}

@@ -1,0 +1,332 @@
+"""The interface of a physical effect: one class, one file, everything that the tool needs to know of it.
+
+An effect acts at one *place* (a joint, a link, a pair of joints, or the set-up) and brings parameters. Its parameters
+are of three sorts:
+
+- *amplitudes*: the small displacement at a node, or the shift of an observation, is proportional to them;
+- *shape* parameters (a slip torque, the width of a crossing): the law bends with them;
+- *set-up* parameters (a turned frame, an offset): they change what goes into the model.
+
+Nodes are numbered along the chain: 0 the base, 2k − 1 joint k, 2k the outboard end of link k, 2J + 1 the tool.
+A node's small displacement has six components in the node's axes: three translations, three rotations.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
+from stiffcal.mechanics.chain import Chain
+
+Floats = NDArray[np.float64]
+Values = Mapping[str, float]
+PlaceKind = Literal["joints", "links", "pairs", "setup"]
+
+# Components of a node's displacement and wrench.
+TX, TY, TZ, RX, RY, RZ = range(6)
+
+
+class Kind(Enum):
+    """Where in the one equation an effect enters (physics, section 1)."""
+
+    NODE_LAW = "node law"
+    COUPLING = "coupling"
+    CONFIGURATION = "configuration"
+    OBSERVATION = "observation"
+
+
+class Sort(Enum):
+    """How the model depends on a parameter."""
+
+    AMPLITUDE = "amplitude"
+    SHAPE = "shape"
+    SETUP = "set-up"
+
+
+@dataclass(frozen=True)
+class ParameterSpec:
+    """One parameter of an effect.
+
+    Attributes
+    ----------
+    symbol : its name in the model file, e.g. ``c``.
+    unit : SI, as printed.
+    meaning : in words.
+    lower, upper : bounds of possible values.
+    typical : a size met on industrial robots; ``source`` says where the number is from.
+    source : where ``typical`` is from.
+    sort : amplitude, shape or set-up.
+    inverse : True where the amplitude in the law is 1 / value (a stiffness or flexural rigidity is reported, and its
+        inverse is estimated, because the displacement is linear in that).
+    compliance : True where ``1 / value`` is a stiffness that people want to read.
+    """
+
+    symbol: str
+    unit: str
+    meaning: str
+    lower: float
+    upper: float
+    typical: float
+    source: str
+    sort: Sort = Sort.AMPLITUDE
+    inverse: bool = False
+    compliance: bool = False
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an effect acts.
+
+    Attributes
+    ----------
+    kind : "joints", "links", "pairs" or "setup".
+    joints : joint numbers from 1: one for a joint, two for a pair, none else.
+    link : the link's name, or "".
+    """
+
+    kind: PlaceKind
+    joints: tuple[int, ...] = ()
+    link: str = ""
+
+    @property
+    def label(self) -> str:
+        """The place in parameter names: ``j4``, ``swing``, ``j5-j6`` or ``setup``."""
+        if self.kind == "links":
+            return self.link
+        return "-".join(f"j{number}" for number in self.joints) or "setup"
+
+    def as_where(self) -> dict[str, list[object]]:
+        """The place as the JSON interface writes it."""
+        if self.kind == "joints":
+            return {"joints": list(self.joints)}
+        if self.kind == "pairs":
+            return {"pairs": [list(self.joints)]}
+        return {"links": [self.link]} if self.kind == "links" else {}
+
+
+@dataclass(frozen=True)
+class Term:
+    """One product ``amplitude × value`` that adds to one component of one node's displacement.
+
+    Attributes
+    ----------
+    node : node number.
+    component : 0 … 5, translation then rotation, node axes.
+    symbol : the amplitude's symbol; "" for a term without a free parameter.
+    value : (n,) what the amplitude is multiplied with, per state.
+    """
+
+    node: int
+    component: int
+    symbol: str
+    value: Floats
+
+
+@dataclass(frozen=True)
+class StateOrder:
+    """Order and time of states, for laws with a memory.
+
+    Attributes
+    ----------
+    run : (n,) run number; states of a run are contiguous and in order.
+    time : (n,) s, NaN where not logged.
+    hold : (n,) s for which the load was held, NaN where not known.
+    motor : (J, n) model-joint motion of the motors since the run's reference, rad; zero where not logged.
+    temperature : (n,) first temperature channel minus its value at the run's reference; NaN where not logged.
+    since_reference : (n,) s since the run's reference state.
+    """
+
+    run: NDArray[np.int64]
+    time: Floats
+    hold: Floats
+    motor: Floats
+    temperature: Floats
+    since_reference: Floats
+
+    def block(self, part: slice) -> StateOrder:
+        """Return the states of a slice."""
+        return StateOrder(
+            self.run[part],
+            self.time[part],
+            self.hold[part],
+            self.motor[:, part],
+            self.temperature[part],
+            self.since_reference[part],
+        )
+
+
+@dataclass(frozen=True)
+class NodeLoads:
+    """What the nodes carry in n states.
+
+    Attributes
+    ----------
+    wrench : (2J + 2, 6, n) force and moment in each node's axes about its origin, N and N·m, weight included.
+    angles : (J, n) model joint angles, rad.
+    order : the states' order and time, or None where the states stand alone.
+    weight : (2J + 2, 6, n) the part of ``wrench`` that weight alone makes at no load, where a law needs it; else None.
+    """
+
+    wrench: Floats
+    angles: Floats
+    order: StateOrder | None = None
+    weight: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What goes into the balance, for effects that change it.
+
+    Attributes
+    ----------
+    angles : (J, n) model joint angles, rad.
+    wrench : (6, n) as read, sensor axes.
+    setup : where the instruments sit.
+    """
+
+    angles: Floats
+    wrench: Floats
+    setup: MeasurementSetup
+
+
+@dataclass(frozen=True)
+class Observed:
+    """What observation effects act on.
+
+    Attributes
+    ----------
+    displacement : (B, 6, n) predicted displacement of each target since the unloaded state, base axes, m and rad.
+    order : the states' order and time.
+    """
+
+    displacement: Floats
+    order: StateOrder
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What was seen, in words with numbers; made by an effect's ``evidence``."""
+
+    text: str
+    meaning: str
+    check: str
+
+
+@dataclass(frozen=True)
+class Driver:
+    """What the residual is to be plotted against.
+
+    Attributes
+    ----------
+    label, unit : for the axis.
+    value : (n,).
+    """
+
+    label: str
+    unit: str
+    value: Floats = field(default_factory=lambda: np.zeros(0))
+
+
+class Effect(ABC):
+    """A physical effect. Subclasses hold constants and pure functions; instances carry no state."""
+
+    name: ClassVar[str]
+    kind: ClassVar[Kind]
+    place_kind: ClassVar[PlaceKind]
+    summary: ClassVar[str]
+    includes: ClassVar[tuple[str, ...]] = ()
+    excludes: ClassVar[tuple[str, ...]] = ()
+    parameters: ClassVar[tuple[ParameterSpec, ...]] = ()
+    needs: ClassVar[tuple[str, ...]] = ()
+    looks_like: ClassVar[tuple[str, ...]] = ()
+    how_to_check: ClassVar[str] = ""
+    fingerprint: ClassVar[str] = ""
+    has_memory: ClassVar[bool] = False
+
+    def places(self, chain: Chain) -> list[Place]:
+        """Return where on this robot the effect can act."""
+        if self.place_kind == "joints":
+            return [Place("joints", (k,)) for k in range(1, chain.n_joints + 1)]
+        if self.place_kind == "pairs":
+            count = chain.n_joints
+            return [Place("pairs", (a, b)) for a in range(1, count + 1) for b in range(a + 1, count + 1)]
+        if self.place_kind == "links":
+            return [Place("links", (), name) for name in chain.beams]
+        return [Place("setup")]
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Return what is missing to tell this effect from these data, or None where it can be tried."""
+        return None
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """Return the finite constitutive law as a sum of terms (empty for effects that act elsewhere).
+
+        Parameters
+        ----------
+        place : where.
+        loads : what the nodes carry.
+        shape : values of the shape parameters by symbol.
+        """
+        return ()
+
+    def joint_torque(self, place: Place, chain: Chain, angles: Floats, values: Values) -> Floats | None:
+        """Return (n,) torque that acts beside the drive of the place's joint, N·m, or None."""
+        return None
+
+    def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
+        """Return the inputs as changed by the set-up parameters; zero values change nothing."""
+        return inputs
+
+    def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
+        """Return amplitude symbol to (B, 6, n): what a unit of it adds to the displacement."""
+        return {}
+
+    def driver(self, place: Place, loads: NodeLoads) -> Driver | None:
+        """Return what the residual of this effect follows."""
+        return None
+
+    def spec(self, symbol: str) -> ParameterSpec:
+        """Return the parameter of that symbol; KeyError where there is none."""
+        for parameter in self.parameters:
+            if parameter.symbol == symbol:
+                return parameter
+        raise KeyError(symbol)
+
+    @abstractmethod
+    def describe(self) -> str:
+        """Return the effect's physics for a reader: the class docstring."""
+
+
+class DocumentedEffect(Effect):
+    """An effect whose description is its docstring; the base of all built-in effects."""
+
+    def describe(self) -> str:
+        """Return the class docstring."""
+        import inspect
+
+        return inspect.getdoc(type(self)) or ""
+
+
+def joint_node(joint: int) -> int:
+    """Return the node number of joint k = 1 … J."""
+    return 2 * joint - 1
+
+
+def link_node(joint: int) -> int:
+    """Return the node number of the outboard end of the link that joint k moves."""
+    return 2 * joint
+
+
+def tool_node(chain: Chain) -> int:
+    """Return the node number of the tool."""
+    return 2 * chain.n_joints + 1
+
+
+BASE_NODE = 0

@@ -1,0 +1,369 @@
+"""The balance of the deformed chain: where the robot comes to rest under weight and a wrench.
+
+Every node answers the wrench that it carries with a small displacement in its own axes; the wrench is taken on the
+deformed, weight-sagged shape, so that shape and wrench are found together, by fixed-point iteration. For joint springs
+alone this is (K_θ − K_C) Δθ = Jᵀ F carried to all orders (Alici and Shirinzadeh 2005; Klimchik et al.; physics,
+section 1). Prediction, identification, simulation and compensation all come here.
+
+Why fixed point and not Newton: a load changes the levers by well under a percent on a robot that still works, so that
+every sweep gains two digits or more and none needs a derivative of the laws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, base_frame, cross
+from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import RZ, Inputs, NodeLoads, StateOrder, Term, tool_node
+
+Floats = NDArray[np.float64]
+
+# 1e-12 rad is 3 pm at three metres: a hundred-thousandth of the best tracker's noise.
+TOLERANCE = 1e-12
+MAX_SWEEPS = 200
+
+
+class NoBalanceError(ArithmeticError):
+    """The chain finds no rest: the load is beyond what the springs can hold (buckling)."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A chain in one shape: n states, state axis last.
+
+    Attributes
+    ----------
+    bodies : J + 2 frames, base to flange, on the deformed chain.
+    nodes : 2J + 2 frames of the nodes before their own displacement.
+    """
+
+    bodies: list[StackedFrame]
+    nodes: list[StackedFrame]
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Where n states came to rest.
+
+    Attributes
+    ----------
+    shape : the deformed chain.
+    wrench : (2J + 2, 6, n) what the nodes carry, node axes.
+    displacement : (2J + 2, 6, n) their small displacements, node axes.
+    terms : the laws' terms at rest, each with the placed effect that made it.
+    inputs : what went in, after the effects that change it.
+    sweeps : how many fixed-point sweeps it took.
+    weight : what the nodes carry under weight alone, as it was handed in, or None.
+    """
+
+    shape: Shape
+    wrench: Floats
+    displacement: Floats
+    terms: list[tuple[PlacedEffect, Term]]
+    inputs: Inputs
+    sweeps: int
+    weight: Floats | None
+
+    def target(self, attachment: Attachment) -> StackedFrame:
+        """Return the frame that rides on a body, on the deformed chain."""
+        return self.shape.bodies[attachment.body].moved(attachment.transform)
+
+
+def chain_shape(chain: Chain, angles: Floats, small: Floats | None) -> Shape:
+    """Place every body and node of the chain whose nodes are displaced by ``small``.
+
+    Parameters
+    ----------
+    angles : (J, n) model angles, rad.
+    small : (2J + 2, 6, n) node displacements in node axes, or None for the rigid chain.
+    """
+    n = angles.shape[1]
+    beams = {beam.joint: beam.end for beam in chain.beams.values()}
+    frame = base_frame(n)
+    nodes = [frame]
+    if small is not None and small[0].any():
+        frame = frame.displaced(small[0])
+    bodies = [frame]
+    for k in range(1, chain.n_joints + 1):
+        frame = frame.moved(chain.fixed[k - 1]).turned_about_z(angles[k - 1])
+        bearing = float(chain.bearing[k - 1])
+        node = _shifted_along_z(frame, bearing)
+        nodes.append(node)
+        if small is not None:
+            frame = _shifted_along_z(_node_moved(node, small[2 * k - 1]), -bearing)
+        bodies.append(frame)
+        if k in beams:
+            end = frame.moved(beams[k])
+            nodes.append(end)
+            if small is not None and small[2 * k].any():
+                frame = end.displaced(small[2 * k]).moved(_inverse(beams[k]))
+        else:
+            nodes.append(frame)
+    flange = frame.moved(chain.flange)
+    nodes.append(flange)
+    if small is not None and small[-1].any():
+        flange = flange.displaced(small[-1])
+    bodies.append(flange)
+    return Shape(bodies, nodes)
+
+
+def _shifted_along_z(frame: StackedFrame, distance: float) -> StackedFrame:
+    return frame if distance == 0.0 else StackedFrame(frame.rotation, frame.position + distance * frame.rotation[:, 2])
+
+
+def _node_moved(frame: StackedFrame, small: Floats) -> StackedFrame:
+    # A plain drive only turns about z: much cheaper than the general displacement, and exact.
+    if small[:RZ].any():
+        return frame.displaced(small)
+    return frame.turned_about_z(small[RZ])
+
+
+def _inverse(rigid: Floats) -> Floats:
+    result = np.eye(4)
+    result[:3, :3] = rigid[:3, :3].T
+    result[:3, 3] = -rigid[:3, :3].T @ rigid[:3, 3]
+    return result
+
+
+def node_wrenches(chain: Chain, shape: Shape, inputs: Inputs, forces: Floats | None = None) -> Floats:
+    """Return what every node carries: load and outboard weight, in node axes about the node.
+
+    Parameters
+    ----------
+    shape : the chain as it stands.
+    inputs : angles, wrench as read and set-up.
+    forces : (6, n) wrench to use in place of the one in ``inputs``; without weight.
+
+    Returns
+    -------
+    (2J + 2, 6, n) N, N·m.
+    """
+    setup = inputs.setup
+    reading = inputs.wrench if forces is None else forces
+    axes = shape.bodies[setup.wrench_axes.body].moved(setup.wrench_axes.transform)
+    point = shape.bodies[setup.wrench_point.body].point(setup.wrench_point.transform[:3, 3])
+    force = np.einsum("ijn,jn->in", axes.rotation, reading[:3])
+    moment = np.einsum("ijn,jn->in", axes.rotation, reading[3:]) if setup.moments_measured else np.zeros_like(force)
+    moment = moment + cross(point, force)
+    with_weight = forces is None
+    n_joints = chain.n_joints
+    result = np.zeros((2 * n_joints + 2, 6, reading.shape[1]))
+    # The load may act on an inner body; nodes outboard of it do not feel it.
+    load_body = setup.wrench_point.body
+    total_force, total_moment = np.zeros_like(force), np.zeros_like(force)
+    for node in range(2 * n_joints + 1, -1, -1):
+        if node == 2 * n_joints + 1:
+            if with_weight and setup.tool_mass > 0.0:
+                weight = np.broadcast_to((setup.tool_mass * chain.gravity)[:, None], force.shape)
+                total_force = total_force + weight
+                total_moment = total_moment + cross(shape.bodies[-1].point(setup.tool_com), weight)
+            if load_body == n_joints + 1:
+                total_force, total_moment = total_force + force, total_moment + moment
+        elif node > 0 and node % 2 == 0:
+            link = node // 2
+            if with_weight and chain.link_mass[link - 1] > 0.0:
+                weight = np.broadcast_to((chain.link_mass[link - 1] * chain.gravity)[:, None], force.shape)
+                total_force = total_force + weight
+                total_moment = total_moment + cross(shape.bodies[link].point(chain.link_com[link - 1]), weight)
+            if load_body == link:
+                total_force, total_moment = total_force + force, total_moment + moment
+        frame = shape.nodes[node]
+        about = total_moment - cross(frame.position, total_force)
+        result[node, :3] = np.einsum("jin,jn->in", frame.rotation, total_force)
+        result[node, 3:] = np.einsum("jin,jn->in", frame.rotation, about)
+    return result
+
+
+def law_terms(robot: CompliantRobot, loads: NodeLoads) -> list[tuple[PlacedEffect, Term]]:
+    """Return the terms of all laws under these loads."""
+    return [
+        (one, term)
+        for one in robot.placed
+        for term in one.effect.terms(one.place, robot.chain, loads, one.shape())
+    ]  # fmt: skip
+
+
+def node_displacements(robot: CompliantRobot, terms: list[tuple[PlacedEffect, Term]], n: int) -> Floats:
+    """Sum the terms, times their amplitudes, into (2J + 2, 6, n) node displacements."""
+    small = np.zeros((tool_node(robot.chain) + 1, 6, n))
+    for one, term in terms:
+        amplitude = one.amplitude(term.symbol)
+        if amplitude != 0.0:
+            small[term.node, term.component] += amplitude * term.value
+    return small
+
+
+def _add_side_torques(robot: CompliantRobot, angles: Floats, wrench: Floats) -> None:
+    """Add torques that act beside a drive (balancing springs) to what its joint carries."""
+    for one in robot.placed:
+        torque = one.effect.joint_torque(one.place, robot.chain, angles, one.values)
+        if torque is not None:
+            wrench[2 * one.place.joints[0] - 1, RZ] += torque
+
+
+def find_rest(
+    robot: CompliantRobot,
+    inputs: Inputs,
+    order: StateOrder | None = None,
+    weight: Floats | None = None,
+    start: Floats | None = None,
+    tolerance: float = TOLERANCE,
+) -> Rest:
+    """Find where the loaded chain comes to rest.
+
+    Parameters
+    ----------
+    robot : chain and valued effects.
+    inputs : angles (J, n), wrench (6, n) as read, set-up.
+    order : order and time of the states, for laws with a memory.
+    weight : (2J + 2, 6, n) node wrenches under weight alone, for laws with a memory.
+    start : (2J + 2, 6, n) displacements to start from.
+    tolerance : rad and m, largest change of a displacement in the last sweep.
+
+    Raises
+    ------
+    NoBalanceError : the iteration does not settle.
+    """
+    for one in robot.placed:
+        inputs = one.effect.adjusted(one.place, inputs, one.values)
+    chain = robot.chain
+    n = inputs.angles.shape[1]
+    small = start
+    previous = np.inf
+    for sweep in range(1, MAX_SWEEPS + 1):
+        shape = chain_shape(chain, inputs.angles, small)
+        wrench = node_wrenches(chain, shape, inputs)
+        joint_turn = inputs.angles if small is None else inputs.angles + small[1 : 2 * chain.n_joints : 2, RZ]
+        _add_side_torques(robot, joint_turn, wrench)
+        terms = law_terms(robot, NodeLoads(wrench, inputs.angles, order, weight))
+        updated = node_displacements(robot, terms, n)
+        change = float(np.max(np.abs(updated if small is None else updated - small), initial=0.0))
+        small = updated
+        if not robot.deformed or change <= tolerance:
+            if robot.deformed:
+                shape = chain_shape(chain, inputs.angles, small)
+            return Rest(shape, wrench, small, terms, inputs, sweep, weight)
+        if not np.isfinite(change) or (sweep > 20 and change > 2.0 * previous):
+            break
+        previous = change
+    raise NoBalanceError(
+        f"no balance after {sweep} sweeps (last change {change:.2g} rad): the load is more than the springs hold"
+    )
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Where the targets are at rest, and how far the load moved them.
+
+    Attributes
+    ----------
+    target_position : (n, B, 3) base axes, m.
+    target_rotation : (n, B, 3, 3) base_from_target.
+    unloaded_position, unloaded_rotation : the same under weight alone.
+    displacement : (n, B, 6) from the weight-only state: difference of positions, and rotation vector of R R_refᵀ, base
+        axes, m and rad.
+    joint_torque : (n, J) whole torque about the joints' axes at rest, N·m.
+    """
+
+    target_position: Floats
+    target_rotation: Floats
+    unloaded_position: Floats
+    unloaded_rotation: Floats
+    displacement: Floats
+    joint_torque: Floats
+
+
+def blocks(run: NDArray[np.int64] | None, n: int, keep_runs: bool) -> Iterator[slice]:
+    """Cut n states into blocks for the cache; with ``keep_runs`` only between runs, for laws with a memory."""
+    if not keep_runs or run is None:
+        for start in range(0, n, BLOCK):
+            yield slice(start, min(start + BLOCK, n))
+        return
+    edges = np.concatenate([np.flatnonzero(np.diff(run)) + 1, [n]])
+    start = 0
+    for edge in edges:
+        if edge - start >= BLOCK or edge == n:
+            yield slice(start, int(edge))
+            start = int(edge)
+
+
+def displacement_between(loaded: StackedFrame, unloaded: StackedFrame) -> Floats:
+    """Return (6, n): position difference and rotation vector of R R_refᵀ, base axes."""
+    turn = np.einsum("ijn,kjn->nik", loaded.rotation, unloaded.rotation)
+    return np.concatenate([loaded.position - unloaded.position, vector_from_rotation(turn).T])
+
+
+def last_node_inboard(body: int, n_joints: int) -> int:
+    """Return the outermost node whose displacement moves a body: joint k's for link k, the tool's for the flange."""
+    return 2 * n_joints + 1 if body == n_joints + 1 else max(2 * body - 1, 0)
+
+
+def first_order_displacement(rest: Rest, target: Attachment) -> Floats:
+    """Return (6, n) of the papers' linear form: Jacobian columns times node displacements (002, eq. 8)."""
+    frame = rest.target(target)
+    result = np.zeros((6, frame.position.shape[1]))
+    for node in range(last_node_inboard(target.body, len(rest.shape.bodies) - 2) + 1):
+        origin, small = rest.shape.nodes[node], rest.displacement[node]
+        if not small.any():
+            continue
+        move = np.einsum("ijn,jn->in", origin.rotation, small[:3])
+        turn = np.einsum("ijn,jn->in", origin.rotation, small[3:])
+        result[:3] += move + cross(turn, frame.position - origin.position)
+        result[3:] += turn
+    return result
+
+
+def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = TOLERANCE) -> Rest:
+    """Find the rest under weight alone: no load, no memory, motors where the reference left them."""
+    return find_rest(robot, replace(inputs, wrench=np.zeros_like(inputs.wrench)), tolerance=tolerance)
+
+
+def solve_balance(
+    robot: CompliantRobot,
+    joints: Floats,
+    wrench: Floats,
+    setup: MeasurementSetup,
+    order: StateOrder | None = None,
+) -> Balance:
+    """Predict where the targets come to rest, exactly.
+
+    Parameters
+    ----------
+    robot : chain and valued effects.
+    joints : (n, J) model joint angles, rad (``chain.model_angles`` of the logged ones).
+    wrench : (n, 6) N and N·m in the set-up's wrench axes about its wrench point, acting on the robot.
+    setup : where the instruments sit.
+    order : order and time of the states, for laws with a memory; states of a run contiguous.
+
+    Raises
+    ------
+    NoBalanceError : the load is more than the springs hold.
+    """
+    n, n_bodies = joints.shape[0], len(setup.targets)
+    position, rotation = np.empty((n, n_bodies, 3)), np.empty((n, n_bodies, 3, 3))
+    position_0, rotation_0 = np.empty_like(position), np.empty_like(rotation)
+    moved, torque = np.empty((n, n_bodies, 6)), np.empty((n, robot.chain.n_joints))
+    run = None if order is None else order.run
+    for block in blocks(run, n, robot.has_memory):
+        inputs = Inputs(np.ascontiguousarray(joints[block].T), np.ascontiguousarray(wrench[block].T), setup)
+        unloaded = rest_under_weight(robot, inputs)
+        loaded = find_rest(robot, inputs, None if order is None else order.block(block), unloaded.wrench)
+        torque[block] = loaded.wrench[1 : 2 * robot.chain.n_joints : 2, RZ].T
+        for body, target in enumerate(loaded.inputs.setup.targets):
+            after, before = loaded.target(target), unloaded.target(target)
+            position[block, body], rotation[block, body] = after.position.T, np.moveaxis(after.rotation, -1, 0)
+            position_0[block, body], rotation_0[block, body] = before.position.T, np.moveaxis(before.rotation, -1, 0)
+            if robot.deformed:
+                moved[block, body] = displacement_between(after, before).T
+            else:
+                linear = first_order_displacement(loaded, target) - first_order_displacement(unloaded, target)
+                moved[block, body] = linear.T
+    return Balance(position, rotation, position_0, rotation_0, moved, torque)

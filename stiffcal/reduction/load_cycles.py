@@ -1,0 +1,189 @@
+"""What the load did from state to state: direction, branch, cycle, level, and which states repeat each other.
+
+Only the force is looked at (the moment where no force was applied): within a run the pose stands still, so that sensor
+axes are as good as any.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import LoadStates
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Below this share of the run's largest load a state counts as unloaded: loads are set in steps of a tenth and more,
+# while a released rig keeps some per cent (cable weight, friction of a pulley).
+UNLOADED_SHARE = 0.06
+# Two loads point the same way within this angle; rigs repeat a direction within a degree or two.
+SAME_DIRECTION = np.cos(np.radians(15.0))
+# Loads of like level differ by less than this share of the run's largest load.
+SAME_LEVEL_SHARE = 0.08
+
+UNLOADED, LOADING, PEAK, UNLOADING = 0, 1, 2, 3
+BRANCH_NAMES = ("unloaded", "loading", "peak", "unloading")
+
+
+@dataclass(frozen=True)
+class LoadCycles:
+    """How the load went, per state.
+
+    Attributes
+    ----------
+    magnitude : (n,) |force|, N (|moment|, N·m, in runs without force).
+    direction : (n,) number of the signed direction within the run, −1 where unloaded.
+    axis : (n,) number of the direction regardless of sign, −1 where unloaded.
+    branch : (n,) UNLOADED, LOADING, PEAK or UNLOADING.
+    cycle : (n,) how often this signed direction has been loaded in the run, from 1; for unloaded states that of the
+        direction just left, 0 before any.
+    left : (n,) for unloaded states the signed direction just left (−1 before any); else the direction itself.
+    first : (n,) True on the first loading along an axis in the run, whose memory (friction, play) is not known.
+    """
+
+    magnitude: Floats
+    direction: Integers
+    axis: Integers
+    branch: Integers
+    cycle: Integers
+    left: Integers
+    first: NDArray[np.bool_]
+
+
+def load_vector(wrench: Floats) -> Floats:
+    """Return (n, 3) the force, or the moment where no force was applied to speak of."""
+    force = wrench[:, :3]
+    return force if float(np.max(np.abs(force), initial=0.0)) > 0.0 else wrench[:, 3:]
+
+
+def _directions(vectors: Floats, loaded: NDArray[np.bool_]) -> tuple[Integers, Integers]:
+    """Number the signed directions and the axes of one run's loads."""
+    direction = np.full(len(vectors), -1, dtype=np.int64)
+    size = np.sqrt(np.sum(vectors**2, axis=1))
+    known: list[Floats] = []
+    # The largest loads tell their direction best; they found the clusters.
+    for i in np.argsort(-size, kind="stable"):
+        if not loaded[i]:
+            continue
+        unit = vectors[i] / size[i]
+        closeness = [float(unit @ other) for other in known]
+        if closeness and max(closeness) > SAME_DIRECTION:
+            direction[i] = int(np.argmax(closeness))
+        else:
+            direction[i] = len(known)
+            known.append(unit)
+    axis_of = list(range(len(known)))
+    for a in range(len(known)):
+        for b in range(a):
+            if float(known[a] @ known[b]) < -SAME_DIRECTION:
+                axis_of[a] = axis_of[b]
+                break
+    axis = np.array([axis_of[d] if d >= 0 else -1 for d in direction], dtype=np.int64)
+    return direction, axis
+
+
+def _branches(direction: Integers, magnitude: Floats, step: float) -> Integers:
+    """Tell loading from unloading within each stretch of one direction."""
+    n = len(direction)
+    branch = np.full(n, UNLOADED, dtype=np.int64)
+    start = 0
+    while start < n:
+        if direction[start] < 0:
+            start += 1
+            continue
+        end = start
+        while end + 1 < n and direction[end + 1] == direction[start]:
+            end += 1
+        rising = True
+        for i in range(start, end + 1):
+            before = magnitude[i - 1] if i > start else 0.0
+            if magnitude[i] > before + step:
+                rising = True
+            elif magnitude[i] < before - step:
+                rising = False
+            after = magnitude[i + 1] if i < end else 0.0
+            branch[i] = (PEAK if after < magnitude[i] - step else LOADING) if rising else UNLOADING
+        start = end + 1
+    return branch
+
+
+def find_load_cycles(states: LoadStates) -> LoadCycles:
+    """Label every state by what the load did.
+
+    Examples
+    --------
+    See ``tests/reduction/test_load_cycles.py``.
+    """
+    n = len(states)
+    magnitude = np.zeros(n)
+    direction, axis, left = (np.full(n, -1, dtype=np.int64) for _ in range(3))
+    branch, cycle = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
+    first = np.zeros(n, dtype=np.bool_)
+    for number in np.unique(states.run):
+        members = np.flatnonzero(states.run == number)
+        vectors = load_vector(states.wrench[members])
+        size = np.sqrt(np.sum(vectors**2, axis=1))
+        largest = float(np.max(size, initial=0.0))
+        # A run of a single state has nothing to be unloaded against.
+        loaded = size > UNLOADED_SHARE * largest if len(members) > 1 else size > 0.0
+        signed, unsigned = _directions(vectors, loaded)
+        magnitude[members], direction[members], axis[members] = size, signed, unsigned
+        branch[members] = _branches(signed, size, 0.3 * SAME_LEVEL_SHARE * largest)
+        cycle[members], left[members], first[members] = _count_cycles(signed, unsigned, branch[members])
+    return LoadCycles(magnitude, direction, axis, branch, cycle, left, first)
+
+
+def _count_cycles(
+    signed: Integers, unsigned: Integers, branch: Integers
+) -> tuple[Integers, Integers, NDArray[np.bool_]]:
+    """Count, state by state, how often a direction has been loaded, and mark the first time along its axis."""
+    n = len(signed)
+    cycle, left = np.zeros(n, dtype=np.int64), np.full(n, -1, dtype=np.int64)
+    first = np.zeros(n, dtype=np.bool_)
+    count: dict[int, int] = {}
+    seen_axes: set[int] = set()
+    current, previous_branch, virgin = -1, UNLOADED, False
+    for i in range(n):
+        if signed[i] >= 0:
+            # A new cycle begins with a new direction, or when the load turns up again without a full release.
+            turned_up = branch[i] in (LOADING, PEAK) and previous_branch in (UNLOADED, UNLOADING)
+            if signed[i] != current or turned_up:
+                count[int(signed[i])] = count.get(int(signed[i]), 0) + 1
+                virgin = int(unsigned[i]) not in seen_axes
+                seen_axes.add(int(unsigned[i]))
+            current = int(signed[i])
+            first[i] = virgin and branch[i] == LOADING
+        cycle[i], left[i] = count.get(current, 0), current
+        previous_branch = int(branch[i])
+    return cycle, left, first
+
+
+def repeat_groups(states: LoadStates, cycles: LoadCycles) -> list[Integers]:
+    """Return groups of indices of states that repeat each other.
+
+    Repeats share run, signed direction, branch and level, in different cycles; the first loading along an axis is left
+    out, because friction and play start there from an unknown memory (physics, section 3). Unloaded states repeat each
+    other when they were reached from the same direction.
+    """
+    groups: list[Integers] = []
+    usable = states.used & ~cycles.first & (cycles.cycle > 0)
+    if not usable.any():
+        return groups
+    largest = np.zeros(len(states))
+    for number in np.unique(states.run):
+        members = states.run == number
+        largest[members] = np.max(cycles.magnitude[members])
+    keys = np.stack([states.run, cycles.left, cycles.branch], axis=1)
+    for key in np.unique(keys[usable], axis=0):
+        members = np.flatnonzero(usable & np.all(keys == key, axis=1))
+        members = members[np.argsort(cycles.magnitude[members], kind="stable")]
+        gaps = np.diff(cycles.magnitude[members]) > SAME_LEVEL_SHARE * largest[members[1:]]
+        for part in np.split(members, np.flatnonzero(gaps) + 1):
+            spread = float(np.ptp(cycles.magnitude[part]))
+            distinct = len(np.unique(cycles.cycle[part])) == len(part)
+            if len(part) > 1 and distinct and spread <= 2.0 * SAME_LEVEL_SHARE * largest[part[0]]:
+                groups.append(np.sort(part))
+    return groups
