@@ -195,7 +195,9 @@ def _mjcf(chain: Chain, stiffness: Floats, setup: MeasurementSetup, springs: Seq
     base = _body("base", np.eye(4), _extra(springs, 0), _inertia(0.0, np.zeros(3)), {}, 0, inner)
     gravity = _numbers(chain.gravity if weights else np.zeros(3))
     return (
-        f'<mujoco><compiler angle="radian"/><option gravity="{gravity}"/>'
+        # Armature (rotor inertia) changes nothing at rest; it keeps MuJoCo's inertia matrix regular where two springs
+        # share an axis, which it would otherwise warn of.
+        f'<mujoco><compiler angle="radian"/><option gravity="{gravity}"/><default><joint armature="1"/></default>'
         f"<worldbody>{sites.get(0, '')}{base}</worldbody></mujoco>"
     )
 
