@@ -1,0 +1,308 @@
+"""The interface of a log format, and how formats are found.
+
+A format is one module in this folder, named like the format, with one class that meets `Reader` and one instance of
+it called ``READER``. Nothing else has to be edited: `find_reader` walks the folder. A package outside stiffcal adds a
+format through the entry point group ``stiffcal.readers`` (name: the format, value: the instance).
+
+Why batches: a log can be larger than memory, so every reader yields pieces of bounded size and every stage behind it
+takes them one by one. Why no repair: a reader yields the numbers that stand in the file or raises `InputError`; what
+may be left out is the caller's decision, never the reader's.
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import importlib.metadata
+import pkgutil
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol, TypeAlias, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import Fault, InputError
+
+Floats: TypeAlias = NDArray[np.float64]
+Options: TypeAlias = Mapping[str, object]
+"""What the manifest says of a format: the table ``csv = {…}``, ``hdf5 = {…}`` of a source."""
+
+ENTRY_POINTS = "stiffcal.readers"
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """The columns that are to be read.
+
+    Attributes
+    ----------
+    numbers : columns of numbers; every cell must be a finite number.
+    texts : columns of words, such as a run's name.
+    times : columns of ISO 8601 times; they come back among the numbers, as seconds since 1970-01-01 UTC.
+    gaps : those of `numbers` in which an empty cell or NaN is a missing reading (a marker out of sight), given as NaN.
+    """
+
+    numbers: tuple[str, ...]
+    texts: tuple[str, ...] = ()
+    times: tuple[str, ...] = ()
+    gaps: frozenset[str] = frozenset()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names, each once, in the order in which they were asked for."""
+        return tuple(dict.fromkeys((*self.numbers, *self.times, *self.texts)))
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Consecutive data rows of a log.
+
+    Attributes
+    ----------
+    first_row : the first row's number in the log, from 1; header lines are not counted.
+    numbers : column name to (n,) array in the log's own units; ISO times are seconds since 1970-01-01 UTC.
+    texts : column name to the n words.
+    """
+
+    first_row: int
+    numbers: dict[str, Floats]
+    texts: dict[str, list[str]] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        for values in self.numbers.values():
+            return len(values)
+        for words in self.texts.values():
+            return len(words)
+        return 0
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a log says of itself.
+
+    Attributes
+    ----------
+    columns : the names of all columns, in order.
+    units : column name to the unit that the log itself states (a unit row, an attribute), where it does.
+    n_rows : the number of data rows where the format knows it without reading them, else None.
+    options : the options as understood, detected ones included (a delimiter that was not given).
+    """
+
+    columns: tuple[str, ...]
+    units: dict[str, str] = field(default_factory=dict)
+    n_rows: int | None = None
+    options: dict[str, object] = field(default_factory=dict)
+
+
+class Reader(Protocol):
+    """A log format. `shown` is the file as the user named it, for messages; default: the path itself."""
+
+    name: str
+
+    def recognises(self, path: Path) -> bool:
+        """True where the file's ending or first bytes are of this format."""
+        ...
+
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+        """Return the columns; with `wanted`, check that these are there."""
+        ...
+
+    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+        """Yield the rows in order, streamed. Raises `InputError` at the first fault, with its place."""
+        ...
+
+    def place_of_row(self, path: Path, options: Options, row: int) -> str:
+        """Return where data row `row` (from 1) stands in the file, e.g. ``line 12``."""
+        ...
+
+
+def formats() -> tuple[str, ...]:
+    """Return the names of the formats that lie in this folder.
+
+    Examples
+    --------
+    >>> "csv" in formats()
+    True
+    """
+    folder = str(Path(__file__).parent)
+    return tuple(sorted(entry.name for entry in pkgutil.iter_modules([folder])))
+
+
+def find_reader(path: Path, log_format: str | None = None, shown: str = "") -> Reader:
+    """Return the reader for a file: by the format's name, else by the file's ending, else by its first bytes.
+
+    Raises
+    ------
+    InputError
+        If no format of this name is known, or none recognises the file.
+    """
+    known = formats()
+    if log_format is not None:
+        reader = _load(log_format, known)
+        if reader is None:
+            raise InputError.at(
+                shown or str(path), "format", f"no reader for format {log_format!r}", _suggest_format(log_format, known)
+            )
+        return reader
+    endings = [suffix.lstrip(".").lower() for suffix in reversed(path.suffixes)]
+    # The module named like the ending first, so that a .csv does not import h5py.
+    ordered = [name for name in endings if name in known] + [name for name in known if name not in endings]
+    for name in ordered:
+        reader = _load(name, known)
+        if reader is not None and reader.recognises(path):
+            return reader
+    for entry in _outside():
+        reader = cast(Reader, entry.load())
+        if reader.recognises(path):
+            return reader
+    raise InputError.at(
+        shown or str(path),
+        "",
+        "the format cannot be told from the file",
+        f"say format = one of {', '.join(known)} in its source",
+    )
+
+
+def _load(name: str, known: Sequence[str]) -> Reader | None:
+    if name in known:
+        return cast(Reader, importlib.import_module(f"{__name__}.{name}").READER)
+    for entry in _outside():
+        if entry.name == name:
+            return cast(Reader, entry.load())
+    return None
+
+
+def _outside() -> list[importlib.metadata.EntryPoint]:
+    return list(importlib.metadata.entry_points(group=ENTRY_POINTS))
+
+
+def _suggest_format(log_format: str, known: Sequence[str]) -> str:
+    near = difflib.get_close_matches(log_format.lower(), known, n=1, cutoff=0.6)
+    return f"did you mean {near[0]!r}?" if near else f"formats: {', '.join(known)}"
+
+
+# ---- what every reader has to say -----------------------------------------------------------------------------------
+
+
+def check_columns(wanted: Wanted, columns: Sequence[str], shown: str, place: str, hint: str = "") -> None:
+    """Raise `InputError` naming every wanted column that is missing or not unique, with the nearest name there is."""
+    faults = []
+    for name in wanted.names:
+        found = sum(column == name for column in columns)
+        if found > 1:
+            reason = f"the column name {name!r} stands {found} times"
+            faults.append(Fault(shown, place, reason, "give every column a name of its own"))
+        elif found == 0:
+            mend = hint or nearest_name(name, columns)
+            faults.append(Fault(shown, place, f"no column {name!r}", mend))
+    if faults:
+        raise InputError(*faults)
+
+
+def nearest_name(name: str, columns: Sequence[str]) -> str:
+    """Return a mend for a missing column: the nearest name, or the names there are.
+
+    Examples
+    --------
+    >>> nearest_name("Fx", ["Time", "fx", "Fy"])
+    "did you mean 'fx'?"
+    """
+    folded = {column.casefold(): column for column in columns}
+    bare = {column.split("[")[0].split("(")[0].strip(" #\ufeff").casefold(): column for column in columns}
+    near = folded.get(name.casefold()) or bare.get(name.casefold())
+    if near is None:
+        close = difflib.get_close_matches(name.casefold(), list(folded), n=1, cutoff=0.6)
+        near = folded[close[0]] if close else None
+    if near is not None:
+        return f"did you mean {near!r}?"
+    there = ", ".join(repr(column) for column in columns[:12]) + (", …" if len(columns) > 12 else "")
+    return f"the file has {there}" if columns else "the file has no columns"
+
+
+def check_options(options: Options, known: Mapping[str, type], table: str, shown: str) -> None:
+    """Raise `InputError` for an option that the format does not know or that is of the wrong type."""
+    faults = []
+    for key, value in options.items():
+        if key not in known:
+            faults.append(Fault(shown, f"{table}.{key}", "no such option", nearest_option(key, list(known), table)))
+        elif value is not None and (not isinstance(value, known[key]) or type(value) is bool is not known[key]):
+            kind = {str: "text", int: "a whole number", bool: "true or false"}[known[key]]
+            faults.append(Fault(shown, f"{table}.{key}", f"{value!r} is not {kind}", "correct the manifest"))
+    if faults:
+        raise InputError(*faults)
+
+
+def nearest_option(key: str, known: Sequence[str], table: str) -> str:
+    """Return a mend for an unknown option."""
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    return f"did you mean {table}.{near[0]}?" if near else f"options: {', '.join(known)}"
+
+
+def first_not_finite(numbers: Mapping[str, Floats], wanted: Wanted, first_row: int) -> tuple[int, str, float] | None:
+    """Return (row, column, value) of the first cell that is not a finite number, or None.
+
+    Cells of the columns in ``wanted.gaps`` may be NaN, never infinite.
+    """
+    worst: tuple[int, str, float] | None = None
+    for name, values in numbers.items():
+        # A sum is finite where every term is (short of an overflow, which the full look below sorts out).
+        with np.errstate(all="ignore"):
+            if np.isfinite(values.sum()):
+                continue
+        bad = np.isinf(values) if name in wanted.gaps else ~np.isfinite(values)
+        if bad.any():
+            at = int(bad.argmax())
+            if worst is None or first_row + at < worst[0]:
+                worst = (first_row + at, name, float(values[at]))
+    return worst
+
+
+def seconds_of_times(texts: Sequence[str], shown: str, name: str, first_row: int) -> Floats:
+    """Return ISO 8601 times as seconds since 1970-01-01 UTC (without a zone: taken as UTC).
+
+    Parameters
+    ----------
+    texts : n times, such as ``2026-11-21T08:15:30.250Z`` or ``2026-11-21 08:15:30,25+01:00``.
+
+    Raises
+    ------
+    InputError
+        At the first that is none.
+
+    Examples
+    --------
+    >>> seconds_of_times(["1970-01-02T00:00:00.5Z", "1970-01-02 01:00:01+01:00"], "log.csv", "t", 1)
+    array([86400.5, 86401. ])
+    """
+    from datetime import UTC, datetime
+
+    seconds = np.empty(len(texts))
+    epoch = datetime(1970, 1, 1, tzinfo=UTC)
+    for index, text in enumerate(texts):
+        try:
+            whole, nanoseconds = _split_fraction(text.strip())
+            moment = datetime.fromisoformat(whole)
+        except ValueError:
+            raise InputError.at(
+                shown, f"row {first_row + index}, column {name}", f"{text!r} is not an ISO 8601 time",
+                "write times like 2026-11-21T08:15:30.250Z, or give the column's unit as s, ms, us or ns",
+            ) from None  # fmt: skip
+        elapsed = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)) - epoch
+        seconds[index] = elapsed.days * 86400 + elapsed.seconds + nanoseconds
+    return seconds
+
+
+def _split_fraction(text: str) -> tuple[str, float]:
+    """Return the time without its decimal fraction, and that in seconds: any number of digits, point or comma."""
+    if len(text) < 10 or not text[:4].isdigit():
+        raise ValueError(text)
+    for mark in ".,":
+        head, found, tail = text.partition(mark)
+        if found:
+            digits = len(tail) - len(tail.lstrip("0123456789"))
+            if not digits:
+                raise ValueError(text)
+            return head + tail[digits:], float("0." + tail[:digits])
+    return text, 0.0

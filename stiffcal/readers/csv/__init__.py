@@ -1,0 +1,181 @@
+"""Comma separated logs, and all that goes by that name: any delimiter, decimal comma, encodings, header lines.
+
+Options of the manifest (``csv = {…}``), all optional:
+
+delimiter : one character; absent: told from the header line.
+decimal : "." or ",".
+encoding : of the file, "utf-8" when absent.
+skip_rows : lines before the line with the column names.
+unit_row : True where the line after the names holds units; absent: told from that line, which then holds nothing but
+    units this program has heard of.
+
+Lines are parsed by pyarrow in blocks, single-threaded, with every wanted column's type given, so that memory stays flat
+and no cell is guessed at. Faults are found again in a second, slow pass that knows lines and columns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as arrow_csv
+
+from stiffcal.errors import InputError
+from stiffcal.readers import (
+    Batch,
+    Floats,
+    Header,
+    Options,
+    Wanted,
+    first_not_finite,
+    seconds_of_times,
+)
+from stiffcal.readers.csv.faults import GAP_WORDS, check_last_line, find_fault
+from stiffcal.readers.csv.layout import Layout, open_log
+from stiffcal.readers.csv.lines import LogText
+
+# Large enough that the parser's cost per block vanishes, small enough for flat memory.
+BLOCK = 1 << 22
+ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".log", ".asc")
+
+
+class CsvReader:
+    """Reads logs of text lines with one delimiter."""
+
+    name = "csv"
+
+    def recognises(self, path: Path) -> bool:
+        """Return True for the usual endings, also packed by gzip."""
+        endings = [suffix.lower() for suffix in path.suffixes if suffix.lower() != ".gz"]
+        return bool(endings) and endings[-1] in ENDINGS
+
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+        """Return the columns and what was detected of the file.
+
+        Raises
+        ------
+        InputError
+            For a missing or repeated column of `wanted`, an empty file, a wrong encoding or an unknown option.
+        """
+        with open_log(path, options, shown or str(path), wanted or Wanted(())) as (_, layout):
+            understood: dict[str, object] = {
+                "delimiter": layout.delimiter,
+                "decimal": layout.decimal,
+                "encoding": layout.encoding,
+                "skip_rows": layout.header_line - 1,
+                "unit_row": layout.has_unit_row,
+            }
+            return Header(layout.columns, layout.units, None, understood)
+
+    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+        """Yield the data rows in blocks of about 4 MB of text.
+
+        Raises
+        ------
+        InputError
+            With line and column, for a cell that is no finite number, a line with too few or too many cells, a file
+            that ends in the middle of a line, a file without data.
+        """
+        shown = shown or str(path)
+        with open_log(path, options, shown, wanted) as (text, layout):
+            blank_rows: list[int] = []
+            row = 0
+            try:
+                for records in _parse(text, layout, wanted, blank_rows):
+                    batch = _batch(records, layout, wanted, row + 1, shown)
+                    row += len(batch)
+                    yield batch
+            except pa.ArrowInvalid as error:
+                raise _placed(path, layout, wanted, row, shown, str(error)) from None
+            if row + len(blank_rows) != text.n_lines:
+                raise _placed(path, layout, wanted, 0, shown, "a quotation mark runs over several lines")
+            if row == 0:
+                place = f"line {layout.first_data_line}"
+                raise InputError.at(shown, place, "no data after the header", "log again, or leave the file out")
+            check_last_line(text, layout, wanted, shown)
+
+    def place_of_row(self, path: Path, options: Options, row: int) -> str:
+        """Return ``line n`` of data row `row` (from 1); reads the file up to there."""
+        with open_log(path, options, str(path), Wanted(())) as (text, layout):
+            found = 0
+            for line in text.lines():
+                found += bool(line.strip()) or len(layout.columns) == 1
+                if found == row:
+                    return f"line {text.line_number}"
+        return f"data row {row}"
+
+
+READER = CsvReader()
+
+
+def _parse(text: LogText, layout: Layout, wanted: Wanted, blank_rows: list[int]) -> Iterator[pa.RecordBatch]:
+    """Yield pyarrow's record batches of the wanted columns, named c0, c1, … by their place in the file."""
+
+    def judge(row: Any) -> str:
+        if row.text.strip():
+            return "error"
+        blank_rows.append(row.number)
+        return "skip"
+
+    names = [f"c{index}" for index in range(len(layout.columns))]
+    numbers = set(wanted.numbers)
+    types = {
+        f"c{layout.columns.index(name)}": pa.float64() if name in numbers else pa.string() for name in wanted.names
+    }
+    try:
+        stream = arrow_csv.open_csv(
+            pa.PythonFile(text, mode="r"),
+            read_options=arrow_csv.ReadOptions(use_threads=False, block_size=BLOCK, column_names=names),
+            parse_options=arrow_csv.ParseOptions(
+                delimiter=layout.delimiter, ignore_empty_lines=False, invalid_row_handler=judge
+            ),
+            convert_options=arrow_csv.ConvertOptions(
+                column_types=types,
+                include_columns=list(types),
+                decimal_point=layout.decimal,
+                null_values=list(GAP_WORDS) if wanted.gaps else [],
+                strings_can_be_null=False,
+            ),
+        )
+    except pa.ArrowInvalid as error:
+        if "Empty CSV" in str(error):
+            return
+        raise
+    try:
+        yield from stream
+    finally:
+        stream.close()
+
+
+def _batch(records: pa.RecordBatch, layout: Layout, wanted: Wanted, first_row: int, shown: str) -> Batch:
+    """Return the records as arrays; raises `pa.ArrowInvalid` where a cell is not what it has to be."""
+    numbers: dict[str, Floats] = {}
+    texts: dict[str, list[str]] = {}
+    for name in wanted.names:
+        column = records.column(f"c{layout.columns.index(name)}")
+        if name in wanted.numbers:
+            if column.null_count and name not in wanted.gaps:
+                raise pa.ArrowInvalid(f"an empty cell in column {name}")
+            numbers[name] = np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)
+            continue
+        words: list[str] = [word.strip() for word in column.to_pylist()]
+        if not all(words):
+            raise pa.ArrowInvalid(f"an empty cell in column {name}")
+        if name in wanted.times:
+            numbers[name] = seconds_of_times(words, shown, name, first_row)
+        else:
+            texts[name] = words
+    if (bad := first_not_finite(numbers, wanted, first_row)) is not None:
+        raise pa.ArrowInvalid(f"row {bad[0]}, column {bad[1]}: {bad[2]} is not a finite number")
+    return Batch(first_row, numbers, texts)
+
+
+def _placed(path: Path, layout: Layout, wanted: Wanted, rows_read: int, shown: str, reason: str) -> InputError:
+    """Return the fault with its line; where the slow pass finds none, with the row up to which all was well."""
+    fault = find_fault(path, layout, wanted, rows_read, shown)
+    return fault or InputError.at(
+        shown, f"after data row {rows_read}", reason, "correct the line in a copy of the file"
+    )

@@ -1,0 +1,154 @@
+"""Where a text log is broken: a slow pass over its lines that names line, column and value.
+
+It runs only after the fast parser has refused the file, so that its cost does not matter, and judges every line by the
+same rules.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+from stiffcal.errors import InputError
+from stiffcal.readers import Wanted
+from stiffcal.readers.csv.layout import Layout
+from stiffcal.readers.csv.lines import LogText
+
+# What stands for a missing reading in the columns that may have gaps.
+GAP_WORDS = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "None")
+CUT_OFF = "log again, or delete the last line in a copy of the file"
+
+
+def find_fault(path: Path, layout: Layout, wanted: Wanted, rows_read: int, shown: str) -> InputError | None:
+    """Return the first fault after data row `rows_read`, or None where every line is sound.
+
+    Parameters
+    ----------
+    rows_read : data rows that are known to be good; they are passed over.
+    """
+    with LogText(path, layout.encoding, shown) as text:
+        row = empty_line = 0
+        for line in text.lines():
+            if text.line_number < layout.first_data_line:
+                continue
+            if not line.strip():
+                empty_line = empty_line or text.line_number
+                continue
+            if empty_line and len(layout.columns) == 1:
+                # With one column an empty line is an empty cell; at the end of the file it is nothing.
+                place = f"line {empty_line}, column {layout.columns[0]}"
+                return InputError.at(shown, place, "the cell is empty", "delete the line in a copy of the file")
+            row += 1
+            if row > rows_read:
+                fault = _line_fault(line, text, layout, wanted, shown, row)
+                if fault is not None:
+                    return fault
+    return None
+
+
+def _line_fault(line: bytes, text: LogText, layout: Layout, wanted: Wanted, shown: str, row: int) -> InputError | None:
+    place = f"line {text.line_number}"
+    cut_off = text.unfinished
+    if b"\0" in line:
+        reason = "the line holds NUL bytes: writing the log was interrupted"
+        return InputError.at(shown, place, reason, "log again, or delete the line in a copy of the file")
+    cells = layout.split(line.decode("utf-8", "replace"))
+    if len(cells) != len(layout.columns):
+        return _count_fault(cells, line, layout, shown, place, cut_off, row)
+    for name in wanted.names:
+        cell = cells[layout.columns.index(name)]
+        at = f"{place}, column {name}"
+        if name not in wanted.numbers:
+            if not cell:
+                return InputError.at(shown, at, "the cell is empty", "fill it in")
+            if "\ufffd" in cell:
+                reason = f"{cell!r} is not {layout.encoding}"
+                return InputError.at(shown, at, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"')
+        elif not (name in wanted.gaps and cell in GAP_WORDS):
+            fault = _number_fault(cell, name, layout)
+            if fault is not None:
+                reason, mend = fault
+                if cut_off and name == layout.columns[-1]:
+                    reason, mend = f"the file is cut off in the middle of a line ({cell!r})", CUT_OFF
+                return InputError.at(shown, at, reason, mend)
+    return None
+
+
+def _count_fault(
+    cells: list[str], line: bytes, layout: Layout, shown: str, place: str, cut_off: bool, row: int
+) -> InputError:
+    expected, found = len(layout.columns), len(cells)
+    if cut_off and found < expected:
+        reason = f"the file is cut off in the middle of a line ({found} of {expected} cells)"
+        return InputError.at(shown, place, reason, CUT_OFF)
+    reason = f"{found} cell{'s' * (found != 1)}, the header has {expected}"
+    mend = "log again, or delete the line in a copy of the file"
+    if line.count(b'"') % 2:
+        reason += ": a quotation mark is opened and not closed"
+    elif row == 1:
+        mend = "check csv.skip_rows and csv.delimiter"
+        if layout.delimiter == "," and found > expected:
+            mend += "; decimal commas need another delimiter or quotation marks"
+    return InputError.at(shown, place, reason, mend)
+
+
+def _number_fault(cell: str, name: str, layout: Layout) -> tuple[str, str] | None:
+    """Return reason and mend where the cell is no finite number."""
+    if layout.is_number(cell):
+        if math.isfinite(float(cell.replace(layout.decimal, "."))):
+            return None
+        return f"{cell!r} is too large for a number", "log again, or delete the line in a copy of the file"
+    if not cell:
+        return "the cell is empty", "give the reading, or delete the line in a copy of the file"
+    other = "," if layout.decimal == "." else "."
+    if re.fullmatch(r"[+-]?\d*" + re.escape(other) + r"\d+([eE][+-]?\d+)?", cell):
+        return f"{cell!r} has another decimal mark than {layout.decimal!r}", f'set csv.decimal = "{other}"'
+    if re.fullmatch(r"[+-]?\d{1,3}([., '\u00a0]\d{3})+([.,]\d+)?", cell):
+        return f"{cell!r} has marks between thousands", "write numbers without them"
+    if cell == name:
+        return f"the header stands here again ({cell!r})", "the log was started twice: make it two files"
+    if cell.lower().lstrip("+-") in ("nan", "inf", "infinity") or cell in GAP_WORDS:
+        return f"{cell!r} is not a finite number", "give the reading, or delete the line in a copy of the file"
+    if '"' in cell:
+        return f"{cell!r} is not a number: a quotation mark is opened and not closed", "correct the line in a copy"
+    return f"{cell!r} is not a number", "correct the cell in a copy of the file, or name another column"
+
+
+def check_last_line(text: LogText, layout: Layout, wanted: Wanted, shown: str) -> None:
+    """Raise `InputError` where the file's last line has no line end and its last number may be cut.
+
+    It is whole for certain where the last column is not wanted, or stands in quotation marks, or has as many decimals
+    as in all lines before it.
+    """
+    last_column = layout.columns[-1]
+    if not text.unfinished or last_column not in wanted.names:
+        return
+    *before, last = text.tail.split(b"\n")[-60:]
+    cell = _last_cell(last, layout)
+    earlier = [_last_cell(line, layout) for line in before[1:] if line.strip()]
+    if cell.endswith('"'):
+        return
+    if last_column in wanted.numbers:
+        shape = _decimals(cell, layout.decimal)
+        whole = (
+            shape is not None and bool(earlier) and all(_decimals(other, layout.decimal) == shape for other in earlier)
+        )
+    else:
+        whole = cell in earlier
+    if not whole:
+        place = f"last line, column {last_column}"
+        reason = f"the file ends without a line end after {cell!r}: it may be cut off in the middle of a number"
+        raise InputError.at(
+            shown, place, reason, "log again; if the number is whole, end the line in a copy of the file"
+        )
+
+
+def _last_cell(line: bytes, layout: Layout) -> str:
+    return line.decode("utf-8", "replace").rpartition(layout.delimiter)[2].strip()
+
+
+def _decimals(cell: str, decimal: str) -> tuple[int, int] | None:
+    """Return how many digits stand after the decimal mark and in the exponent; None without a decimal mark."""
+    match = re.fullmatch(r"[+-]?\d*" + re.escape(decimal) + r"(\d+)(?:[eE]([+-]?\d+))?", cell)
+    return (len(match[1]), len(match[2] or "")) if match else None

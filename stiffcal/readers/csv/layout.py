@@ -1,0 +1,206 @@
+"""How a text log is laid out: where its header stands, what separates its cells, which units it states."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from stiffcal.errors import InputError
+from stiffcal.readers import Options, Wanted, check_columns, check_options
+from stiffcal.readers.csv.lines import LogText, find_codec
+
+KNOWN_OPTIONS: dict[str, type] = {
+    "delimiter": str, "decimal": str, "encoding": str, "skip_rows": int, "unit_row": bool,
+}  # fmt: skip
+DELIMITERS = ",;\t|"
+# In how many lines from the start the column names are looked for, to say what skip_rows should be.
+HEADER_SEARCH = 60
+UNIT_WORDS = (
+    "s sec ms us µs μs ns min h n kn mn nm knm nmm ncm m mm cm um µm μm deg ° rad mrad urad µrad μrad rev turn a ma v"
+    " mv degc °c c k kg g hz khz rpm pa bar lbf - % iso8601"
+)
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a text log is to be read.
+
+    Attributes
+    ----------
+    columns : the names in the header line.
+    units : column name to unit where there is a unit row.
+    delimiter, decimal, encoding : of the file.
+    header_line : number of the line with the names, from 1.
+    has_unit_row : True where the line after the names holds units.
+    """
+
+    columns: tuple[str, ...]
+    units: dict[str, str]
+    delimiter: str
+    decimal: str
+    encoding: str
+    header_line: int
+    has_unit_row: bool
+
+    @property
+    def first_data_line(self) -> int:
+        """Number of the first line that can hold data."""
+        return self.header_line + 1 + self.has_unit_row
+
+    def split(self, line: str) -> list[str]:
+        """Return the cells of one line, without the blanks around them."""
+        for row in csv.reader([line], delimiter=self.delimiter):
+            return [cell.strip() for cell in row]
+        return [""]
+
+    def is_number(self, cell: str) -> bool:
+        """Return True for a decimal number with this file's decimal mark."""
+        if self.decimal != ".":
+            if "." in cell:
+                return False
+            cell = cell.replace(self.decimal, ".")
+        return NUMBER.fullmatch(cell) is not None
+
+
+@contextmanager
+def open_log(path: Path, options: Options, shown: str, wanted: Wanted) -> Iterator[tuple[LogText, Layout]]:
+    """Open a log and read its header; the text stands at the first data line.
+
+    Raises
+    ------
+    InputError
+        For an unknown option, an unreadable or empty file, a wrong encoding, a missing or repeated wanted column.
+    """
+    check_options(options, KNOWN_OPTIONS, "csv", shown)
+    encoding = str(options.get("encoding") or "utf-8")
+    find_codec(encoding, shown)
+    # Only words need decoding; for numbers the bytes are enough, where the encoding agrees with ASCII.
+    text = LogText(path, encoding, shown, decode=bool(wanted.texts or wanted.times))
+    try:
+        layout = _read_layout(text, path, options, shown, wanted)
+        text.keep_empty_lines = len(layout.columns) == 1
+        yield text, layout
+    finally:
+        text.close()
+
+
+def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted: Wanted) -> Layout:
+    skip = options.get("skip_rows") or 0
+    assert isinstance(skip, int)
+    decimal = _single(options, "decimal", shown) or "."
+    if decimal not in ".,":
+        raise InputError.at(shown, "csv.decimal", f"{decimal!r} is no decimal mark", 'give "." or ","')
+    for _ in range(skip):
+        if text.next_line() is None:
+            break
+    line = text.next_line()
+    while line is not None and not line.strip():
+        line = text.next_line()
+    if line is None:
+        empty = path.stat().st_size == 0
+        reason = "the file is empty" if empty else f"the file ends before its header (csv.skip_rows = {skip})"
+        raise InputError.at(shown, "", reason, "log again" if empty else "correct csv.skip_rows or log again")
+    header = decode_line(text, line, shown)
+    delimiter = _single(options, "delimiter", shown) or _find_delimiter(header, wanted, decimal)
+    header_line = text.line_number
+    columns = tuple(Layout((), {}, delimiter, decimal, "", 0, False).split(header))
+    given = options.get("delimiter") is not None
+    hint = "" if set(wanted.names) <= set(columns) else _header_hint(path, text, shown, wanted, delimiter, given, skip)
+    check_columns(wanted, columns, shown, f"line {header_line}", hint)
+    layout = Layout(columns, {}, delimiter, decimal, text.encoding, header_line, False)
+    units = _read_units(text, layout, options.get("unit_row"), wanted)
+    if units is None:
+        return layout
+    return Layout(columns, units, delimiter, decimal, text.encoding, header_line, True)
+
+
+def decode_line(text: LogText, line: bytes, shown: str) -> str:
+    """Return a line as text; raises `InputError` where its bytes are of another encoding."""
+    encoding = text.encoding if text.as_it_is else "utf-8"
+    place = f"line {text.line_number}"
+    if line.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in line:
+        mend = 'set csv.encoding = "utf-16" if it is, else copy the file again from its origin'
+        raise InputError.at(shown, place, "the line holds bytes that are no text (NUL)", mend)
+    try:
+        return line.decode(encoding)
+    except UnicodeDecodeError as error:
+        reason = f"byte 0x{line[error.start]:02x} is not {encoding}"
+        raise InputError.at(shown, place, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"') from None
+
+
+def _single(options: Options, key: str, shown: str) -> str | None:
+    value = options.get(key)
+    if value is None:
+        return None
+    text = "\t" if value in ("tab", "\\t") else str(value)
+    if len(text) != 1 or not text.isascii() or text in '"\n\r' or text.isalnum():
+        raise InputError.at(shown, f"csv.{key}", f"{value!r} is not one character that can stand there", "correct it")
+    return text
+
+
+def _find_delimiter(header: str, wanted: Wanted, decimal: str) -> str:
+    """Return the delimiter under which the wanted columns are found; else the one that gives most columns."""
+
+    def merit(delimiter: str) -> tuple[int, int, bool]:
+        names = next(csv.reader([header], delimiter=delimiter), [])
+        found = len({name.strip() for name in names} & set(wanted.names))
+        return found, len(names), delimiter != decimal
+
+    # A log of one column has no delimiter; then any that is not the decimal mark will do.
+    candidates: tuple[str, ...] = (*DELIMITERS, " ")
+    return max(candidates, key=merit)
+
+
+def _header_hint(path: Path, text: LogText, shown: str, wanted: Wanted, delimiter: str, given: bool, skip: int) -> str:
+    """Return what to set in the manifest if the names stand in another line or with another delimiter."""
+    with LogText(path, text.encoding, shown) as search:
+        for _ in range(HEADER_SEARCH):
+            line = search.next_line()
+            if line is None:
+                break
+            for other in dict.fromkeys((delimiter, *DELIMITERS, " ")):
+                cells = next(csv.reader([line.decode("utf-8", "replace")], delimiter=other), [])
+                if not set(wanted.names) <= {cell.strip() for cell in cells}:
+                    continue
+                settings = []
+                if search.line_number != text.line_number and search.line_number != skip + 1:
+                    settings.append(f"csv.skip_rows = {search.line_number - 1}")
+                if other != delimiter and given:
+                    settings.append(f"csv.delimiter = {other!r}".replace("'", '"'))
+                if settings:
+                    return f"the column names stand in line {search.line_number}: set " + " and ".join(settings)
+    return ""
+
+
+def _read_units(text: LogText, layout: Layout, asked: object, wanted: Wanted) -> dict[str, str] | None:
+    """Take the line after the names if it holds units; None and nothing taken where it does not."""
+    if asked is False:
+        return None
+    line = text.next_line()
+    if line is None:
+        return None
+    cells = layout.split(line.decode(text.encoding if text.as_it_is else "utf-8", "replace"))
+    units = {name: cell.strip("[]() ") for name, cell in zip(layout.columns, cells, strict=False) if cell}
+    if asked is True or (
+        _all_units(list(units.values()))
+        and len(cells) == len(layout.columns)
+        and any(units.get(name) for name in wanted.numbers or layout.columns)
+    ):
+        return {name: unit for name, unit in units.items() if unit}
+    text.give_back(line)
+    return None
+
+
+def _all_units(words: Sequence[str]) -> bool:
+    """Return True where every word is a unit this program has heard of, and none is a number."""
+
+    def parts(word: str) -> list[str]:
+        return [part.rstrip("²³23^-") for part in re.split(r"[*·./ ]", word.lower()) if part] if word != "-" else ["-"]
+
+    known = set(UNIT_WORDS.split())
+    return bool(words) and all(parts(word) and all(part in known for part in parts(word)) for word in words)

@@ -1,0 +1,198 @@
+"""The bytes of a text log, as the CSV parser is to see them: one line end, no empty lines, every line counted.
+
+Why between the file and the parser: exact line numbers, a file that ends in the middle of a line and a quotation mark
+that swallows lines can only be seen here. All steps are on whole chunks of bytes, so this costs little beside parsing.
+"""
+
+from __future__ import annotations
+
+import codecs
+import gzip
+import io
+import re
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, cast
+
+from stiffcal.errors import InputError
+
+CHUNK = 1 << 20
+TAIL = 1 << 14
+# Encodings in which digits and delimiters are the bytes of ASCII and no other character contains such a byte:
+# numbers can be parsed without decoding the file.
+PLAIN = {"utf-8", "ascii", "cp1250", "cp1251", "cp1252"} | {f"iso8859-{part}" for part in range(1, 17)}
+
+
+def find_codec(encoding: str, shown: str) -> str:
+    """Return the canonical name of a text encoding; raises `InputError` where there is none."""
+    try:
+        "".encode(encoding)
+        return codecs.lookup(encoding).name
+    except (LookupError, ValueError):
+        raise InputError.at(
+            shown, "csv.encoding", f"no encoding {encoding!r}", 'give "utf-8", "latin-1", "cp1252" or "utf-16"'
+        ) from None
+
+
+class LogText(io.RawIOBase):
+    """A text log opened for reading: header lines first by `next_line`, then the data by `read` or `lines`.
+
+    Parameters
+    ----------
+    path : the file; one that begins like a gzip file is unpacked on the way.
+    encoding : of the file; everything comes out as UTF-8, or as it is where `decode` is False and the encoding agrees
+        with ASCII.
+    shown : the file's name in messages.
+    keep_empty_lines : hand empty lines between data lines on (in a log of one column an empty line is an empty cell).
+
+    Attributes
+    ----------
+    line_number : number of the last line taken, from 1.
+    n_lines : data lines that `read` has handed out.
+    as_it_is : True where bytes are handed out undecoded.
+    unfinished : True once the end was reached and the last line had no line end.
+    tail : the last bytes that `read` has handed out.
+    """
+
+    def __init__(
+        self, path: Path, encoding: str, shown: str, keep_empty_lines: bool = False, decode: bool = True
+    ) -> None:
+        super().__init__()
+        self.encoding = find_codec(encoding, shown)
+        self.shown = shown
+        self.keep_empty_lines = keep_empty_lines
+        self.line_number = self.n_lines = 0
+        self.unfinished = False
+        self.tail = b""
+        self.as_it_is = self.encoding == "utf-8" or (self.encoding in PLAIN and not decode)
+        self._decoder = None if self.as_it_is else codecs.getincrementaldecoder(encoding)("strict")
+        self._file = _open_bytes(path, shown)
+        self._buffer = self._held = b""
+        self._ended = self._started = self._closed_off = self._ended_line = False
+        self._ends = self._taken = 0
+        while len(self._buffer) < 3 and self._pull():
+            pass
+        self._buffer = self._buffer.removeprefix(codecs.BOM_UTF8)
+
+    def readable(self) -> bool:
+        """Return True."""
+        return True
+
+    def close(self) -> None:
+        """Close the file."""
+        if not self.closed:
+            self._file.close()
+        super().close()
+
+    def next_line(self) -> bytes | None:
+        """Return the next line without its end, or None at the end of the file; empty lines are returned too."""
+        while (end := self._buffer.find(b"\n")) < 0 and self._pull():
+            pass
+        if end < 0 and not self._buffer:
+            return None
+        line, end_mark, self._buffer = self._buffer.partition(b"\n")
+        self._ended_line = bool(end_mark)
+        self.line_number += 1
+        return line
+
+    def give_back(self, line: bytes) -> None:
+        """Undo the last `next_line`."""
+        self._buffer = line + b"\n" + self._buffer if self._ended_line else line
+        self.line_number -= 1
+
+    def lines(self) -> Iterator[bytes]:
+        """Yield the remaining lines, empty ones included, `line_number` following; to find a place, not to parse."""
+        rest = b""
+        while self._buffer or self._pull(CHUNK):
+            *whole, rest = (rest + self._buffer).split(b"\n")
+            self._buffer = b""
+            for line in whole:
+                self.line_number += 1
+                yield line
+        self.unfinished = bool(rest)
+        if rest:
+            self.line_number += 1
+            yield rest
+
+    def read(self, size: int = -1) -> bytes:
+        """Return at most `size` bytes of data lines; b"" at the end."""
+        size = CHUNK if size < 0 else max(size, 8)
+        pieces: list[bytes] = []
+        room = size
+        # Short answers would cut a line into more than two blocks, which the parser refuses.
+        while room > size // 2 and (self._buffer or self._pull(room)):
+            chunk, self._buffer = self._buffer[: room - 2], self._buffer[room - 2 :]
+            if data := self._whole_lines(chunk):
+                pieces.append(data)
+                room -= len(data)
+        if not pieces and self._started and not self._closed_off:
+            self._closed_off = True
+            self.unfinished = self._ends == 0
+            self.n_lines += self.unfinished
+            pieces = [b"\n"] * bool(self._ends)
+        data = pieces[0] if len(pieces) == 1 else b"".join(pieces)
+        self.n_lines += data.count(b"\n")
+        self.tail = data[-TAIL:] if len(data) >= TAIL else (self.tail + data)[-TAIL:]
+        return data
+
+    def _whole_lines(self, chunk: bytes) -> bytes:
+        """Drop empty lines; line ends at the chunk's end are held back until data follows them."""
+        body = chunk.rstrip(b"\n")
+        ends = len(chunk) - len(body)
+        if not body:
+            self._ends += ends
+            return b""
+        before, self._ends = self._ends, ends
+        if self.keep_empty_lines:
+            # Two line ends in a row are one empty cell already, and that is a fault however many there are.
+            before = min(before, 2)
+        else:
+            bare = body.lstrip(b"\n")
+            before = min(before + len(body) - len(bare), 1) if self._started else 0
+            body = re.sub(rb"\n\n+", b"\n", bare) if b"\n\n" in bare else bare
+        self._started = True
+        return b"\n" * before + body if before else body
+
+    def _pull(self, size: int = 1 << 16) -> bool:
+        """Take one more chunk into the buffer, decoded, with one kind of line end; False at the end."""
+        while not self._ended:
+            raw = self._held + self._decoded(size)
+            self._held = b""
+            if b"\r" in raw:
+                if raw.endswith(b"\r") and not self._ended:
+                    raw, self._held = raw[:-1], b"\r"
+                raw = raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+            if raw:
+                self._buffer += raw
+                return True
+        return False
+
+    def _decoded(self, size: int) -> bytes:
+        try:
+            raw = self._file.read(size)
+        except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+            reason = f"the compressed file is damaged or cut off ({error})"
+            raise InputError.at(self.shown, "", reason, "copy it again from its origin") from None
+        self._ended = not raw
+        self._taken += len(raw)
+        if self._decoder is None:
+            return raw
+        try:
+            return self._decoder.decode(raw, final=self._ended).encode("utf-8")
+        except UnicodeError as error:
+            place = f"byte {self._taken - len(raw) + getattr(error, 'start', 0) + 1}"
+            reason = f"the bytes are not {self.encoding} ({getattr(error, 'reason', error)})"
+            raise InputError.at(self.shown, place, reason, "set csv.encoding to the encoding of the file") from None
+
+
+def _open_bytes(path: Path, shown: str) -> IO[bytes]:
+    try:
+        file = path.open("rb", buffering=0)
+        packed = file.read(2) == b"\x1f\x8b"
+        file.seek(0)
+    except OSError as error:
+        raise InputError.at(
+            shown, "", f"cannot be read: {error.strerror}", "check the file's name and rights"
+        ) from None
+    return cast("IO[bytes]", gzip.GzipFile(fileobj=file)) if packed else cast("IO[bytes]", file)
