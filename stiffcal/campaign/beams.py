@@ -1,0 +1,64 @@
+"""Where links bend: beam frames from joint to joint, physics section 2, row link-beam."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.naming import beam_name
+from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.mechanics.chain import LinkBeam
+
+Floats = NDArray[np.float64]
+
+# Physics section 2: links shorter than 50 mm are no place for a beam.
+SHORTEST_BEAM = 0.050
+
+# Below this sine two axes count as parallel: what is left of one beside the other would be rounding.
+PARALLEL = 1e-6
+
+
+def link_beams(robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tuple[str, ...]) -> dict[str, LinkBeam]:
+    """Return the beams of all links that lie between two joints and are long enough, by link name.
+
+    The beam goes from the inboard joint's node to the outboard joint's node, that is from the joint origins, moved by
+    ``bearing_m`` along the axes. Why moved: origins differ between DH, modified DH and URDF, bearings do not.
+
+    Parameters
+    ----------
+    robot : for ``[links.NAME] from_m, to_m``, in the link's joint frame.
+    fixed : (J, 4, 4) joint to joint at zero angle, m. bearing : (J,) m along each axis.
+    link_names : J names. Six axes: the links of joints 2 and 3 are called `swing` and `arm` here, whatever their own
+        name, unless the file calls some link so.
+    """
+    beams = {}
+    for k in range(len(fixed)):
+        name = beam_name(k, link_names)
+        entry = robot.links.get(name) or robot.links.get(link_names[k])
+        start, end = np.array([0.0, 0.0, bearing[k]]), None
+        outboard_axis = np.array([0.0, 0.0, 1.0])
+        if k + 1 < len(fixed):
+            outboard_axis = fixed[k + 1, :3, 2]
+            end = fixed[k + 1, :3, 3] + bearing[k + 1] * outboard_axis
+        if entry is not None and entry.from_m is not None:
+            start = np.array(entry.from_m)
+        if entry is not None and entry.to_m is not None:
+            end = np.array(entry.to_m)
+        if end is not None and np.linalg.norm(end - start) >= SHORTEST_BEAM:
+            beams[name] = _beam(k + 1, start, end, outboard_axis)
+    return beams
+
+
+def _beam(joint: int, start: Floats, end: Floats, outboard_axis: Floats) -> LinkBeam:
+    """Lay the beam frame: x1 along, x3 the inboard axis (z) made perpendicular to it, x2 = x3 × x1."""
+    length = float(np.linalg.norm(end - start))
+    x1 = (end - start) / length
+    for axis in (np.array([0.0, 0.0, 1.0]), outboard_axis, np.array([1.0, 0.0, 0.0])):
+        across = axis - (axis @ x1) * x1
+        if np.linalg.norm(across) > PARALLEL:
+            break
+    x3 = across / np.linalg.norm(across)
+    transform = np.eye(4)
+    transform[:3, :3] = np.column_stack([x1, np.cross(x3, x1), x3])
+    transform[:3, 3] = end
+    return LinkBeam(joint, transform, length)

@@ -1,0 +1,296 @@
+"""What can only be seen by looking at manifest, robot, model and folder together."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from difflib import get_close_matches
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
+
+from stiffcal.campaign.explain import key_path
+from stiffcal.campaign.frame_checks import frame_fault, frame_faults
+from stiffcal.campaign.manifest import Manifest, Source
+from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
+from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
+from stiffcal.errors import Fault
+
+MANIFEST_FILE = "campaign.toml"
+
+
+def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[Fault]:
+    """Check a manifest in itself.
+
+    Parameters
+    ----------
+    manifest : as read. links : names that the robot's links go by; None where the robot could not be read.
+    """
+    return [
+        *frame_faults(manifest, links),
+        *_run_faults(manifest),
+        *_source_faults(manifest),
+        *_signal_faults(manifest, links),
+        *_exclusion_faults(manifest),
+    ]
+
+
+def robot_match_faults(manifest: Manifest, joint_names: tuple[str, ...], robot_file: str) -> list[Fault]:
+    """Check joint columns, nominal joints and moved joints against the robot's number of joints."""
+    faults = []
+    count = len(joint_names)
+    for source, name, signal in manifest.signals():
+        if not isinstance(signal, Joints):
+            continue
+        for key, columns in signal.groups().items():
+            if len(columns) != count:
+                place = f"sources.{source}.{name}.{key}"
+                reason = f"{len(columns)} columns against the {count} joints of {robot_file}"
+                faults.append(_fault(place, reason, f"name one column per joint: {', '.join(joint_names)}"))
+        constants = signal.torque_constant
+        if constants is not None and len(constants) not in (1, count):
+            reason = f"{len(constants)} constants against the {count} joints of {robot_file}"
+            faults.append(_fault(f"sources.{source}.{name}.torque_constant", reason, "write one, or one per joint"))
+    for number, run in enumerate(manifest.runs):
+        place = f"runs[{number + 1}] ({run.id})"
+        if run.joints_deg is not None and len(run.joints_deg) != count:
+            reason = f"{len(run.joints_deg)} angles against the {count} joints of {robot_file}"
+            faults.append(_fault(f"{place}.joints_deg", reason, "write one angle per joint"))
+        if run.moved_joint is not None and run.moved_joint > count:
+            reason = f"joint {run.moved_joint} of a robot with {count} joints"
+            faults.append(_fault(f"{place}.moved_joint", reason, f"write 1 to {count}"))
+    for name in manifest.thresholds.min_stiffness:
+        if name not in ("all", *joint_names):
+            place = f"thresholds.min_stiffness.{name}"
+            faults.append(_fault(place, "there is no such joint", "use " + ", ".join(joint_names)))
+    return faults
+
+
+def model_match_faults(model: ModelFile, joint_names: tuple[str, ...], links: tuple[str, ...]) -> list[Fault]:
+    """Check the model's places against the robot."""
+    faults = []
+    count = len(joint_names)
+    for number, entry in enumerate(model.effects):
+        place = f"effects[{number + 1}] ({entry.type})"
+        for key, joints in (("joints", entry.joints or ()), ("pairs", [j for pair in entry.pairs or () for j in pair])):
+            wrong = [joint for joint in joints if joint > count]
+            if wrong:
+                reason = f"joint {wrong[0]} of a robot with {count} joints"
+                faults.append(Fault(MODEL_FILE, f"{place}.{key}", reason, f"write 1 to {count}"))
+        for name in entry.links or ():
+            if name not in links:
+                mend = "use one of " + ", ".join(links) if links else "name the links in robot.toml"
+                faults.append(Fault(MODEL_FILE, f"{place}.links", f'the robot has no link "{name}"', mend))
+    return faults
+
+
+def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[Fault]:
+    """Check every path in the manifest: inside the campaign folder, and there."""
+    faults = []
+    for location, file, fetched in _paths(manifest):
+        place = key_path(location, {"runs": [{"id": run.id} for run in manifest.runs]})
+        if escapes(file):
+            mend = "copy or link the file into the campaign folder, and write its path from there"
+            faults.append(_fault(place, f'"{file}" lies outside the campaign folder', mend))
+        elif fetched and must_exist and not (folder / file).exists():
+            faults.append(_fault(place, f"no such file: {file}", _file_advice(folder, file)))
+    return faults
+
+
+def escapes(file: str) -> bool:
+    """Tell whether a path leads out of the folder that it is written in.
+
+    Examples
+    --------
+    >>> escapes("raw/../table.csv"), escapes("../table.csv"), escapes("/tmp/table.csv"), escapes("C:/table.csv")
+    (False, True, True, True)
+    """
+    if PureWindowsPath(file).drive or PureWindowsPath(file).root or PurePosixPath(file).is_absolute():
+        return True
+    depth = 0
+    for part in PurePosixPath(file.replace("\\", "/")).parts:
+        depth += -1 if part == ".." else 1
+        if depth < 0:
+            return True
+    return False
+
+
+def _file_advice(folder: Path, file: str) -> str:
+    wanted = folder / file
+    if not wanted.parent.is_dir():
+        return f"there is no folder {PurePosixPath(file).parent} either; put the file there"
+    names = sorted(path.name for path in wanted.parent.iterdir())
+    near = get_close_matches(wanted.name, names, n=1)
+    return f'did you mean "{near[0]}"?' if near else "put it there, or correct the name"
+
+
+def _paths(manifest: Manifest) -> Iterator[tuple[tuple[int | str, ...], str, bool]]:
+    """Yield (place, path, whether it is read as a file) of everything that names a file."""
+    yield ("robot",), manifest.robot, False  # its absence is found when it is read
+    for name, source in manifest.sources.items():
+        local = source.format != "postgres"
+        if source.file is not None:
+            yield ("sources", name, "file"), source.file, local
+        for signal, file in source.files.items():
+            yield ("sources", name, "files", signal), file, local
+    for number, run in enumerate(manifest.runs):
+        for name, file in run.files.items():
+            local = name not in manifest.sources or manifest.sources[name].format != "postgres"
+            yield ("runs", number, "files", name), file, local
+        if run.states is not None:
+            yield ("runs", number, "states"), run.states, True
+    for number, file in enumerate(manifest.plugins):
+        yield ("plugins", number), file, True
+
+
+def _fault(place: str, reason: str, mend: str) -> Fault:
+    return Fault(MANIFEST_FILE, place, reason, mend)
+
+
+def _run_faults(manifest: Manifest) -> Iterator[Fault]:
+    counts = Counter(run.id for run in manifest.runs)
+    for number, run in enumerate(manifest.runs):
+        place = f"runs[{number + 1}] ({run.id})"
+        if counts[run.id] > 1 and run.id in {other.id for other in manifest.runs[:number]}:
+            yield _fault(place, f'{counts[run.id]} runs have the name "{run.id}"', "give each run a name of its own")
+        for key, names in (("files", run.files), ("clock_ahead_s", run.clock_ahead_s)):
+            for name in names:
+                if name not in manifest.sources:
+                    yield _fault(
+                        f"{place}.{key}.{name}", f'there is no source "{name}"', _choices(name, manifest.sources)
+                    )
+        if not run.files and manifest.sources and not any(_has_own_file(held) for held in manifest.sources.values()):
+            yield _fault(place, "the run names no files", 'add files = { SOURCE = "raw/…" }')
+
+
+def _choices(wrong: str, known: Any) -> str:
+    near = get_close_matches(wrong, list(known), n=1)
+    if near:
+        return f'did you mean "{near[0]}"?'
+    return "use one of " + ", ".join(known) if known else "describe it first"
+
+
+def _source_faults(manifest: Manifest) -> Iterator[Fault]:
+    for name, source in manifest.sources.items():
+        place = f"sources.{name}"
+        signals = source.signals()
+        if not signals:
+            yield _fault(place, "the source holds no signal", "add joints, wrench, pose, deflection, …")
+        if source.file is not None and source.files:
+            yield _fault(f"{place}.files", "file and files are both given", "keep one of them")
+        for signal in source.files:
+            if signal not in (*signals, "time", "run"):
+                yield _fault(
+                    f"{place}.files.{signal}", f'the source has no signal "{signal}"', _choices(signal, signals)
+                )
+        if not source.is_states and source.time is None:
+            mend = (
+                'add time = { column = "t", unit = "s" } or { rate_hz = 5000 }; for averaged states sampling = "states"'
+            )
+            yield _fault(place, "the source is logged over time, but has no time", mend)
+        yield from _source_run_faults(manifest, name, source)
+        yield from _format_faults(manifest, name, source)
+
+
+def _has_own_file(source: Source) -> bool:
+    return source.file is not None or bool(source.files)
+
+
+def _source_run_faults(manifest: Manifest, name: str, source: Source) -> Iterator[Fault]:
+    """See that every source's files can be put to runs."""
+    place = f"sources.{name}"
+    in_runs = [run.id for run in manifest.runs if name in run.files]
+    own = _has_own_file(source)
+    if not own and not in_runs:
+        yield _fault(place, "no file is named", 'add file = "raw/table.csv", or files = { … } to each run')
+    if own and in_runs:
+        yield _fault(place, f'a file is named here and in run "{in_runs[0]}"', "name it in one place")
+    if own and source.run is None and len(manifest.runs) != 1:
+        mend = 'add run = { column = "run" } or run = { each = "row" }'
+        if not source.is_states:
+            mend += ", or [[runs]] with files = { … } for each"
+        yield _fault(place, "it is not said which run a row belongs to", mend)
+    if source.run is not None and source.run.each == "row" and not source.is_states:
+        yield _fault(f"{place}.run", "a row logged over time cannot be a run of its own", 'use { column = "run" }')
+
+
+def _format_faults(manifest: Manifest, name: str, source: Source) -> Iterator[Fault]:
+    if source.format is not None:
+        return
+    own = list(source.files.values()) or ([source.file] if source.file is not None else [])
+    files = own + [run.files[name] for run in manifest.runs if name in run.files]
+    for file in files:
+        if source.format_for(file) is None:
+            yield _fault(
+                f"sources.{name}", f'the ending of "{file}" does not tell the format', 'add format = "csv", say'
+            )
+            return
+
+
+def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[Fault]:
+    for source, name, signal in manifest.signals():
+        place = f"sources.{source}.{name}"
+        for key, frame in _frames_of(signal, name):
+            fault = frame_fault(manifest, links, frame, f"{place}.{key}")
+            if fault is not None:
+                yield fault
+        if isinstance(signal, Wrench):
+            yield from _wrench_faults(signal, manifest.sources[source], place)
+        if isinstance(signal, Displacement | Wrench) and signal.direction is not None and not any(signal.direction):
+            yield _fault(f"{place}.direction", "the direction is zero", "write a vector such as [0, 0, 1]")
+        if isinstance(signal, Lengths):
+            for column in signal.columns:
+                if column not in manifest.ids:
+                    reason = f'nothing says where the rod "{column}" is fixed'
+                    yield _fault(f"{place}.columns", reason, f"add [ids.{column}] with link, start_m, end_m")
+        if isinstance(signal, Pose):
+            for marker, point in signal.markers.items():
+                if point.at_m is None and marker not in manifest.frames:
+                    mend = "write { columns = […], at_m = [x, y, z] }"
+                    yield _fault(f"{place}.markers.{marker}", "its place on the body is not said", mend)
+    for name, rod in manifest.ids.items():
+        if links is not None and rod.link not in links:
+            yield _fault(f"ids.{name}.link", f'the robot has no link "{rod.link}"', _choices(rod.link, links))
+
+
+def _frames_of(signal: Signal, name: str) -> list[tuple[str, str]]:
+    """Return (key, frame) of every frame a signal names."""
+    found: list[tuple[str, str | None]] = []
+    if isinstance(signal, Wrench):
+        found = [("frame", signal.frame), ("axes", signal.axes), ("point", signal.point)]
+    elif isinstance(signal, Pose):
+        body = signal.body or (name.removeprefix("poses.") if name != "pose" else "target")
+        found = [("frame", signal.frame), ("body", body)]
+    elif isinstance(signal, Deflection | Displacement):
+        found = [("body", signal.body), ("axes", signal.axes)]
+    elif isinstance(signal, DeadWeight):
+        found = [("point", signal.point)]
+    return [(key, frame) for key, frame in found if frame is not None]
+
+
+def _wrench_faults(wrench: Wrench, source: Source, place: str) -> Iterator[Fault]:
+    gauge = source.displacement
+    if wrench.axes_frame is None and not (len(wrench.columns) == 1 and gauge is not None):
+        yield _fault(place, "it is not said in which axes the wrench is", 'add frame = "ft_sensor", or axes and point')
+    if wrench.point_frame is None:
+        if len(wrench.columns) == 6:
+            yield _fault(place, "the point that the moments refer to is missing", 'add point = "ft_sensor", say')
+        else:
+            reason = "a force without moments needs the point where it acts"
+            yield _fault(place, reason, 'add point = "load_point", a frame under [frames]')
+    if len(wrench.columns) == 1 and wrench.direction is None and gauge is None:
+        yield _fault(place, "a force of one column needs a direction", "add direction = [0, 0, 1], say")
+    if len(wrench.columns) != 1 and wrench.direction is not None:
+        yield _fault(f"{place}.direction", "a direction is for a force of one column", "remove it")
+
+
+def _exclusion_faults(manifest: Manifest) -> Iterator[Fault]:
+    runs = {run.id for run in manifest.runs}
+    for number, entry in enumerate(manifest.exclude):
+        place = f"exclude[{number + 1}]"
+        if entry.source not in manifest.sources:
+            reason = f'there is no source "{entry.source}"'
+            yield _fault(f"{place}.source", reason, _choices(entry.source, manifest.sources))
+        elif entry.run is None and any(entry.source in run.files for run in manifest.runs[1:]):
+            yield _fault(place, "each run has a file of its own, so rows alone are not enough", "add run = …")
+        if entry.run is not None and runs and entry.run not in runs:
+            yield _fault(f"{place}.run", f'there is no run "{entry.run}"', _choices(entry.run, sorted(runs)))

@@ -1,0 +1,165 @@
+"""From pydantic's errors to faults in the lab's words: file, key path, what was found, what to write."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from typing import Any, Union, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+
+from stiffcal.campaign.typed import Table, WrongValueError
+from stiffcal.errors import Fault
+
+Path = Sequence[int | str]
+
+_EXPECTED = {
+    "string_type": "a text in quotes",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "bool_type": "true or false",
+    "tuple_type": "a list in square brackets",
+    "list_type": "a list in square brackets",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "finite_number": "a finite number",
+}
+_BOUNDS = {
+    "greater_than": ("gt", "more than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "at most"),
+}
+
+
+def faults_of(error: ValidationError, file: str, model: type[BaseModel], document: Mapping[str, Any]) -> list[Fault]:
+    """Turn a pydantic error into faults, one per wrong key.
+
+    Parameters
+    ----------
+    error : what pydantic raised.
+    file : the file as the user named it.
+    model : the root type that was read.
+    document : the file's contents, to name runs and joints by what the user called them.
+    """
+    faults = []
+    for detail in error.errors(include_url=False):
+        location = detail["loc"]
+        reason, mend = _words(dict(detail), model)
+        faults.append(Fault(file, key_path(location, document), reason, mend))
+    return faults
+
+
+def key_path(location: Path, document: Mapping[str, Any] | None = None) -> str:
+    """Write a place in a TOML file the way a person would look for it.
+
+    List entries are counted from 1 and carry their `id` or `name` where they have one.
+
+    Examples
+    --------
+    >>> key_path(("runs", 1, "files", "ft"), {"runs": [{}, {"id": "pose02"}]})
+    'runs[2] (pose02).files.ft'
+    """
+    text = ""
+    here: Any = document
+    for part in location:
+        if isinstance(part, int):
+            here = here[part] if isinstance(here, list) and part < len(here) else None
+            label = (here.get("id") or here.get("name") or here.get("type")) if isinstance(here, dict) else None
+            text += f"[{part + 1}]" + (f" ({label})" if label else "")
+        else:
+            here = here.get(part) if isinstance(here, dict) else None
+            text += ("." if text else "") + str(part)
+    return text
+
+
+def _words(detail: dict[str, Any], model: type[BaseModel]) -> tuple[str, str]:
+    kind = str(detail["type"])
+    context = detail.get("ctx", {})
+    found = _shown(detail.get("input"))
+    if isinstance(context.get("error"), WrongValueError):
+        mistake = context["error"]
+        return mistake.reason, mistake.mend
+    if kind == "extra_forbidden":
+        return _unknown_key(detail["loc"], model)
+    if kind == "missing":
+        return f'the key "{detail["loc"][-1]}" is missing', _missing_mend(detail["loc"], model)
+    if kind == "literal_error":
+        return f"{found} is not one of the choices", f"write one of {context.get('expected', '')}".replace("'", '"')
+    if kind in _BOUNDS:
+        key, word = _BOUNDS[kind]
+        return f"{found} is out of range", f"write a number {word} {context.get(key)}"
+    if kind == "string_too_short":
+        return "the text is empty", "write a name"
+    if kind in ("too_short", "too_long"):
+        return f"found {context.get('actual_length', 'the wrong number of')} entries", "give the number that is needed"
+    return f"found {found}", f"write {_EXPECTED.get(kind, 'a value of the right kind')}"
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "a table"
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "…"
+
+
+def _unknown_key(location: Path, model: type[BaseModel]) -> tuple[str, str]:
+    wrong = str(location[-1])
+    table = _table_at(location[:-1], model)
+    known = _keys(table)
+    reason = f'unknown key "{wrong}"'
+    look_alikes = table.look_alikes if table is not None and issubclass(table, Table) else {}
+    near = [look_alikes[wrong]] if wrong in look_alikes else get_close_matches(wrong, known, n=1, cutoff=0.5)
+    keys = ", ".join(known)
+    if near:
+        return reason, f'did you mean "{near[0]}"? The keys here are {keys}'
+    return reason, f"remove it; the keys here are {keys}"
+
+
+def _missing_mend(location: Path, model: type[BaseModel]) -> str:
+    table = _table_at(location[:-1], model)
+    if table is not None and str(location[-1]) == "schema":
+        choices = get_args(table.model_fields["schema_id"].annotation)
+        return f'write schema = "{choices[0]}" as the first line' if choices else "add it"
+    return "add it"
+
+
+def _keys(table: type[BaseModel] | None) -> list[str]:
+    return [field.alias or name for name, field in table.model_fields.items()] if table is not None else []
+
+
+def _table_at(location: Path, model: type[BaseModel]) -> type[BaseModel] | None:
+    """Follow a key path through the types to the table it names."""
+    here: Any = model
+    for part in location:
+        if isinstance(here, type) and issubclass(here, BaseModel):
+            fields = {field.alias or name: field for name, field in here.model_fields.items()}
+            if part not in fields:
+                return None
+            here = _bare(fields[str(part)].annotation)
+        elif get_origin(here) is dict:
+            here = _bare(get_args(here)[1])
+        elif get_origin(here) in (list, tuple):
+            here = _bare(get_args(here)[0])
+        else:
+            return None
+    return here if isinstance(here, type) and issubclass(here, BaseModel) else None
+
+
+def _bare(annotation: Any) -> Any:
+    """Strip `Annotated` and `| None` from a type."""
+    origin = get_origin(annotation)
+    if origin is typing.Annotated:
+        return _bare(get_args(annotation)[0])
+    if origin in (Union, types.UnionType):
+        parts = [part for part in get_args(annotation) if part is not type(None)]
+        return _bare(parts[0])
+    return annotation

@@ -1,0 +1,85 @@
+"""Frames: every parent exists, none goes round in a circle, every rotation is one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from difflib import get_close_matches
+
+from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.signals import Deflection, Displacement, Pose
+from stiffcal.errors import Fault
+
+_MANIFEST = "campaign.toml"
+BUILT_IN = ("base", "flange")
+
+
+def frame_fault(manifest: Manifest, links: tuple[str, ...] | None, frame: str, place: str) -> Fault | None:
+    """Return a fault where `frame` is neither in the manifest nor built in nor a link.
+
+    Parameters
+    ----------
+    links : the robot's link names; None where the robot could not be read: a name might then be a link.
+    """
+    known = (*manifest.frames, *BUILT_IN, *(links or ()))
+    if frame in known or links is None:
+        return None
+    near = get_close_matches(frame, known, n=1)
+    mend = f'did you mean "{near[0]}"?' if near else f"add [frames.{frame}], or use one of " + ", ".join(known)
+    return Fault(_MANIFEST, place, f'there is no frame "{frame}"', mend)
+
+
+def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[Fault]:
+    """Check all frames of a manifest."""
+    for name, frame in manifest.frames.items():
+        place = f"frames.{name}"
+        if name in BUILT_IN:
+            yield Fault(_MANIFEST, place, f'the frame "{name}" is the robot\'s own', "give this one another name")
+        mistake = frame.rotation_mistake()
+        if mistake is not None:
+            key, what = mistake
+            yield Fault(_MANIFEST, f"{place}.{key}", what.reason, what.mend)
+        fault = frame_fault(manifest, links, frame.parent, f"{place}.parent")
+        if fault is not None:
+            yield fault
+    yield from _circles(manifest)
+    yield from _moving_axes(manifest)
+
+
+def _circles(manifest: Manifest) -> Iterator[Fault]:
+    told: set[str] = set()
+    for name in manifest.frames:
+        path = [name]
+        while path[-1] in manifest.frames and (parent := manifest.frames[path[-1]].parent) not in path:
+            path.append(parent)
+        last = path[-1]
+        if last in manifest.frames and manifest.frames[last].parent == name and name not in told:
+            told.update(path)
+            circle = " → ".join([*path, name])
+            yield Fault(_MANIFEST, f"frames.{name}.parent", f"the parents go round in a circle: {circle}", "break it")
+
+
+def rides_on(manifest: Manifest, frame: str) -> str:
+    """Return what a frame finally hangs on: "base", "flange" or a link; the frame itself in a circle."""
+    here, steps = frame, 0
+    while here in manifest.frames and steps <= len(manifest.frames):
+        here, steps = manifest.frames[here].parent, steps + 1
+    return here
+
+
+def _moving_axes(manifest: Manifest) -> Iterator[Fault]:
+    """See that instruments that read in fixed axes hang on the base."""
+    for source, name, signal in manifest.signals():
+        key, frame = "", None
+        if isinstance(signal, Pose):
+            key, frame = "frame", signal.frame
+        elif isinstance(signal, Deflection):
+            key, frame = "axes", signal.axes
+        elif isinstance(signal, Displacement):
+            continue  # a gauge may ride on a link
+        if frame is None:
+            continue
+        carrier = rides_on(manifest, frame)
+        if carrier != "base" and carrier not in manifest.frames:
+            reason = f'the frame "{frame}" moves with the robot (it hangs on {carrier})'
+            place = f"sources.{source}.{name}.{key}"
+            yield Fault(_MANIFEST, place, reason, "measure in a frame whose parent is base")

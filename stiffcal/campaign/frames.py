@@ -1,0 +1,184 @@
+"""Where the instruments sit: the manifest's frames on the robot's bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.naming import body_number
+from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Pose, Wrench
+from stiffcal.campaign.transforms import placement_matrix
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup, Sigma
+from stiffcal.mechanics.chain import Chain
+
+Floats = NDArray[np.float64]
+
+
+def frames_to_estimate(manifest: Manifest) -> tuple[str, ...]:
+    """Return the names of the frames that the manifest wants found by registration."""
+    return tuple(name for name, frame in manifest.frames.items() if frame.estimate)
+
+
+def resolve_frames(
+    manifest: Manifest, chain: Chain, estimated: Mapping[str, Floats] | None = None
+) -> dict[str, Attachment]:
+    """Put every frame on the body that carries it.
+
+    Parameters
+    ----------
+    manifest : checked: parents exist and do not go round.
+    chain : the robot.
+    estimated : (4, 4) parent_from_frame, m, of frames found by registration; frames that hang on them follow.
+
+    Returns
+    -------
+    dict
+        Frame name to its body and body_from_frame; ``base``, ``flange`` and the links' names stand there too. A frame
+        to be estimated that is not in `estimated` is where the manifest starts it.
+
+    Raises
+    ------
+    InputError
+        A parent is unknown, or parents go round.
+    """
+    found: dict[str, Attachment] = {}
+    for name in ("base", "flange", *chain.link_names, *chain.beams):
+        body = body_number(name, chain.link_names)
+        if body is not None:
+            found[name] = Attachment(body, np.eye(4))
+    for name in manifest.frames:
+        found[name] = _attach(name, manifest, found, estimated or {})
+    return found
+
+
+def _attach(
+    name: str, manifest: Manifest, found: Mapping[str, Attachment], estimated: Mapping[str, Floats]
+) -> Attachment:
+    transform = np.eye(4)
+    here = name
+    for _ in range(len(manifest.frames)):
+        frame = manifest.frames[here]
+        transform = estimated.get(here, placement_matrix(frame)) @ transform
+        here = frame.parent
+        if here not in manifest.frames:
+            break
+    if here not in found:
+        raise InputError.at("campaign.toml", f"frames.{name}", f'no body "{here}"', "correct the frame's parent")
+    return Attachment(found[here].body, found[here].transform @ transform)
+
+
+@dataclass(frozen=True)
+class _Load:
+    """What the manifest says of the load: axes, point, whether moments are measured, sigma in N and N·m."""
+
+    axes: str
+    point: str
+    moments: bool
+    force_sigma: float | None
+    moment_sigma: float | None
+    tared: str
+
+
+def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Attachment]) -> MeasurementSetup:
+    """Gather where load and displacement are measured.
+
+    Parameters
+    ----------
+    manifest, chain : checked by `load_campaign`.
+    frames : of `resolve_frames`, estimated frames put in.
+
+    Returns
+    -------
+    MeasurementSetup
+        Targets in the order of the manifest. Without any wrench the load is none: axes and point are the flange's.
+
+    Raises
+    ------
+    InputError
+        Two wrenches, or two instruments' frames for one set of targets, which load states cannot hold.
+    """
+    load = _load(manifest)
+    targets, tracker = _targets(manifest)
+    tool = manifest.tool
+    return MeasurementSetup(
+        wrench_axes=frames[load.axes],
+        wrench_point=frames[load.point],
+        targets=tuple(frames[name] for name in targets),
+        target_names=targets,
+        moments_measured=load.moments,
+        base_from_tracker=frames[tracker].transform,
+        tool_mass=0.0 if tool is None else tool.mass_kg,
+        tool_com=np.zeros(3) if tool is None else np.array(tool.com_m),
+        sigma=_sigma(manifest, load),
+        tared=load.tared,
+    )
+
+
+def _load(manifest: Manifest) -> _Load:
+    loads: list[tuple[str, _Load]] = []
+    for source, name, signal in manifest.signals():
+        place = f"sources.{source}.{name}"
+        if isinstance(signal, Wrench):
+            sigma = signal.sigma
+            gauge = manifest.sources[source].displacement
+            axes = signal.axes_frame or (gauge.axes if gauge is not None else "base")
+            force = None if sigma is None or sigma.force is None else sigma.force * signal.unit_of("force").factor
+            moment = None if sigma is None or sigma.moment is None else sigma.moment * signal.unit_of("moment").factor
+            point = signal.point_frame or axes
+            loads.append((place, _Load(axes, point, signal.moments_measured, force, moment, signal.tared)))
+        elif isinstance(signal, DeadWeight):
+            mass = None if signal.sigma is None else signal.sigma.mass
+            gravity = 9.80665
+            force = None if mass is None else mass * signal.unit_of("mass").factor * gravity
+            loads.append((place, _Load("base", signal.point, False, force, None, "no")))
+    if len(loads) > 1:
+        reason = f"the load is measured twice, here and in {loads[0][0]}"
+        raise InputError.at("campaign.toml", loads[1][0], reason, "keep the one that is to count")
+    return loads[0][1] if loads else _Load("flange", "flange", False, None, None, "run")
+
+
+def _targets(manifest: Manifest) -> tuple[tuple[str, ...], str]:
+    """Return the measured frames in order and the one frame that the readings are in."""
+    names: list[str] = []
+    trackers: dict[str, str] = {}
+    for source, held in manifest.sources.items():
+        for body, pose in held.body_poses().items():
+            names.append(body)
+            trackers.setdefault(pose.frame, f"sources.{source}.pose.frame")
+        if held.deflection is not None:
+            names.append(held.deflection.body)
+            trackers.setdefault(held.deflection.axes, f"sources.{source}.deflection.axes")
+        if held.displacement is not None:
+            names.append(held.displacement.body)
+    if len(trackers) > 1:
+        (first, _), (second, place) = list(trackers.items())[:2]
+        reason = f'displacements are measured in "{second}" and in "{first}"'
+        raise InputError.at("campaign.toml", place, reason, "bring them to one frame")
+    return tuple(dict.fromkeys(names)), next(iter(trackers), "base")
+
+
+def _sigma(manifest: Manifest, load: _Load) -> Sigma:
+    """Return the stated uncertainties in SI; of several displacement signals the first that says one."""
+    translation: float | None = None
+    rotation: float | None = None
+    for _, _, signal in manifest.signals():
+        if isinstance(signal, Pose) and signal.sigma is not None:
+            translation = translation or _scaled(signal.sigma.position, signal.unit_of("position").factor)
+            quaternion = signal.orientation is None or signal.orientation[0] == "quaternion_wxyz"
+            factor = 1.0 if quaternion else signal.unit_of("rotation").factor
+            rotation = rotation or _scaled(signal.sigma.rotation, factor)
+        elif isinstance(signal, Deflection) and signal.sigma is not None:
+            translation = translation or _scaled(signal.sigma.translation, signal.unit_of("translation").factor)
+            rotation = rotation or _scaled(signal.sigma.rotation, signal.unit_of("rotation").factor)
+        elif isinstance(signal, Displacement) and signal.sigma is not None:
+            translation = translation or _scaled(signal.sigma.length, signal.unit_of("length").factor)
+    return Sigma(translation, rotation, load.force_sigma, load.moment_sigma)
+
+
+def _scaled(value: float | None, factor: float) -> float | None:
+    return None if value is None else value * factor

@@ -1,0 +1,198 @@
+"""From a robot file to the chain: DH, modified DH and URDF to one set of joint frames.
+
+The frame of joint k moves with link k and has its z axis along the joint's axis. Its origin is where the convention
+puts it: modified DH, frame k itself (Craig, Introduction to Robotics, 3rd ed., eq. 3.6); DH, frame k-1 turned about its
+z; URDF, the joint's frame turned by the shortest rotation that takes z to the axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.beams import link_beams
+from stiffcal.campaign.naming import name_links
+from stiffcal.campaign.robot_file import JointEntry, RobotFile
+from stiffcal.campaign.transforms import placement_matrix, rotation_rpy, rotation_taking_z_to, screw_x, translation
+from stiffcal.campaign.urdf import UrdfJoint, UrdfRobot, read_urdf
+from stiffcal.errors import InputError
+from stiffcal.mechanics.chain import Chain
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Skeleton:
+    """What the convention decides: frames, names and, for a URDF, masses and limits.
+
+    Attributes
+    ----------
+    fixed : (J, 4, 4). flange : (4, 4), before the robot file's own flange.
+    entries : J entries of the robot file, defaults where it says nothing.
+    link_names : J names. mass, com : (J,), (J, 3); mass NaN where not known. limits : (J, 2) of the model angle, rad.
+    """
+
+    fixed: Floats
+    flange: Floats
+    entries: tuple[JointEntry, ...]
+    link_names: tuple[str | None, ...]
+    mass: Floats
+    com: Floats
+    limits: Floats
+
+
+def build_chain(robot: RobotFile, folder: Path) -> Chain:
+    """Build the chain of a robot file; see `stiffcal.campaign.robot_file.chain_of`."""
+    skeleton = _from_urdf(robot, folder) if robot.urdf is not None else _from_rows(robot)
+    entries = skeleton.entries
+    coupling = _coupling(entries)
+    offset = np.deg2rad([entry.theta_deg for entry in entries])
+    bearing = np.array([entry.bearing_m for entry in entries])
+    link_names = name_links([entry.link.name or name for entry, name in zip(entries, skeleton.link_names, strict=True)])
+    mass, com = _masses(skeleton)
+    known = bool(np.isfinite(mass).all())
+    return Chain(
+        name=robot.name or "robot",
+        joint_names=tuple(entry.name for entry in entries),
+        fixed=skeleton.fixed,
+        flange=skeleton.flange @ placement_matrix(robot.flange),
+        coupling=coupling,
+        offset=offset,
+        limits=_limits(skeleton, coupling, offset),
+        gear_ratio=np.array([entry.gear_ratio for entry in entries]),
+        gear_orders=tuple(entry.gear_orders for entry in entries),
+        mechanical=np.array([entry.coupling == "mechanical" for entry in entries]),
+        bearing=bearing,
+        link_names=link_names,
+        link_mass=np.where(np.isfinite(mass), mass, 0.0),
+        link_com=com,
+        masses_known=known,
+        gravity=np.array(robot.gravity_mps2),
+        beams=link_beams(robot, skeleton.fixed, bearing, link_names),
+        compensator=None if robot.gravity_compensator is None else robot.gravity_compensator.model_dump(),
+    )
+
+
+def _from_rows(robot: RobotFile) -> _Skeleton:
+    """Take the joint frames from DH or modified DH rows."""
+    entries = robot.joints
+    screws = [screw_x(entry.a_m, np.deg2rad(entry.alpha_deg)) for entry in entries]
+    lifts = [translation((0.0, 0.0, entry.d_m)) for entry in entries]
+    if robot.convention == "modified-dh":
+        fixed = [screw @ lift for screw, lift in zip(screws, lifts, strict=True)]
+        flange = np.eye(4)
+    else:
+        steps = [lift @ screw for screw, lift in zip(screws, lifts, strict=True)]
+        fixed, flange = [np.eye(4), *steps[:-1]], steps[-1]
+    count = len(entries)
+    return _Skeleton(
+        np.array(fixed),
+        flange,
+        entries,
+        (None,) * count,
+        np.full(count, np.nan),
+        np.zeros((count, 3)),
+        np.tile([-np.inf, np.inf], (count, 1)),
+    )
+
+
+def _from_urdf(robot: RobotFile, folder: Path) -> _Skeleton:
+    """Take the joint frames, masses and limits from a URDF."""
+    file = str(robot.urdf)
+    urdf = read_urdf(folder / file, file, robot.base_link, robot.tip_link)
+    turning = urdf.turning
+    fixed, limits = [], []
+    before = np.eye(4)  # last joint frame to the link reached so far
+    for joint in urdf.path:
+        before = before @ _origin(joint)
+        if joint.kind != "fixed":
+            turn = rotation_taking_z_to(joint.axis)
+            fixed.append(before @ turn)
+            limits.append(joint.limits or (-np.inf, np.inf))
+            before = turn.T  # the joint's own frame seen from the turned one: a rotation, so the transpose
+    masses = [_lumped(urdf, joint) for joint in turning]
+    return _Skeleton(
+        np.array(fixed),
+        before,
+        _urdf_entries(robot, turning),
+        tuple(joint.child for joint in turning),
+        np.array([mass for mass, _ in masses]),
+        np.array([com for _, com in masses]),
+        np.array(limits),
+    )
+
+
+def _origin(joint: UrdfJoint) -> Floats:
+    transform = translation(joint.xyz)
+    transform[:3, :3] = rotation_rpy(joint.rpy)
+    return transform
+
+
+def _urdf_entries(robot: RobotFile, turning: tuple[UrdfJoint, ...]) -> tuple[JointEntry, ...]:
+    """Put the robot file's entries to the URDF's joints, by name."""
+    written = {entry.name: entry for entry in robot.joints}
+    names = [joint.name for joint in turning]
+    for name in written:
+        if name not in names:
+            raise InputError.at(
+                "robot.toml", f"joints ({name})", f'the URDF has no turning joint "{name}"', "use " + ", ".join(names)
+            )
+    return tuple(written.get(name, JointEntry(name=name)) for name in names)
+
+
+def _lumped(urdf: UrdfRobot, joint: UrdfJoint) -> tuple[float, Floats]:
+    """Sum the masses that ride on a joint up to the next of the chain: (kg, com in the joint frame, m).
+
+    What branches off the chain counts at its zero position. Mass is NaN where no link of it has an inertial.
+    """
+    on_path = {other.name for other in urdf.turning}
+    total, moment, known = 0.0, np.zeros(3), False
+    waiting = [(joint.child, rotation_taking_z_to(joint.axis).T)]
+    while waiting:
+        name, place = waiting.pop()
+        link = urdf.links.get(name)
+        if link is not None and link.mass is not None:
+            known = True
+            total += link.mass
+            moment = moment + link.mass * (place @ np.array([*link.com, 1.0]))[:3]
+        waiting += [
+            (below.child, place @ _origin(below)) for below in urdf.children.get(name, ()) if below.name not in on_path
+        ]
+    if not known:
+        return np.nan, np.zeros(3)
+    return total, moment / total if total > 0 else np.zeros(3)
+
+
+def _coupling(entries: tuple[JointEntry, ...]) -> Floats:
+    """Write ``direction`` and ``logged`` as one matrix (J, L): model angle = matrix @ logged + offset."""
+    names = [entry.name for entry in entries]
+    matrix = np.zeros((len(entries), len(entries)))
+    for row, entry in enumerate(entries):
+        for name, coefficient in (entry.logged or {entry.name: 1.0}).items():
+            matrix[row, names.index(name)] = entry.direction * coefficient
+    return matrix
+
+
+def _limits(skeleton: _Skeleton, coupling: Floats, offset: Floats) -> Floats:
+    """Return limits of the logged angles (J, 2), rad; a URDF's count for the model angle and are turned back."""
+    limits = np.tile([-np.inf, np.inf], (len(skeleton.entries), 1))
+    for k, entry in enumerate(skeleton.entries):
+        if entry.limits_deg is not None:
+            limits[k] = np.deg2rad(entry.limits_deg)
+        elif np.count_nonzero(coupling[k]) == 1 and coupling[k, k] != 0.0:
+            limits[k] = np.sort((skeleton.limits[k] - offset[k]) / coupling[k, k])
+    return limits
+
+
+def _masses(skeleton: _Skeleton) -> tuple[Floats, Floats]:
+    """Prefer the robot file's masses to the URDF's: (J,) with NaN where neither knows, (J, 3)."""
+    mass, com = skeleton.mass.copy(), skeleton.com.copy()
+    for k, entry in enumerate(skeleton.entries):
+        if entry.link.mass_kg is not None:
+            mass[k] = entry.link.mass_kg
+        if entry.link.com_m is not None:
+            com[k] = entry.link.com_m
+    return mass, com

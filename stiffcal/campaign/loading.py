@@ -1,0 +1,159 @@
+"""Loading a campaign folder: manifest, robot and model, with every fault at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from stiffcal.campaign.checks import (
+    MANIFEST_FILE,
+    escapes,
+    file_faults,
+    manifest_faults,
+    model_match_faults,
+    robot_match_faults,
+)
+from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.model_file import MODEL_FILE, ModelFile, default_model, load_model
+from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_faults
+from stiffcal.campaign.robot_file import RobotFile, chain_of
+from stiffcal.campaign.toml_reading import read_toml, validate
+from stiffcal.errors import Fault, InputError, raise_faults
+
+if TYPE_CHECKING:
+    from stiffcal.mechanics.chain import Chain
+
+
+Loaded = TypeVar("Loaded")
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A campaign folder, read and checked.
+
+    Attributes
+    ----------
+    folder : the campaign folder.
+    manifest, robot, model : its three files.
+    model_written : False where there is no model.toml and the default model stands in.
+    """
+
+    folder: Path
+    manifest: Manifest
+    robot: RobotFile
+    model: ModelFile
+    model_written: bool = True
+
+    @property
+    def name(self) -> str:
+        """Return the campaign's name: as written, or the folder's."""
+        return self.manifest.name or self.folder.resolve().name
+
+    @property
+    def robot_path(self) -> Path:
+        """Return where the robot file lies."""
+        return self.folder / self.manifest.robot
+
+    @property
+    def model_path(self) -> Path:
+        """Return where the model file lies or would lie."""
+        return self.folder / MODEL_FILE
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The robot as a chain of bodies, built on first use (imports numpy)."""
+        return chain_of(self.robot, self.robot_path.parent)
+
+
+def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
+    """Load a campaign folder.
+
+    Parameters
+    ----------
+    folder : with campaign.toml, the robot file it names, and optionally model.toml.
+    check_files : False where the logs are not needed (predict, add, …): they may then be missing.
+
+    Raises
+    ------
+    InputError
+        With every fault that can be seen: each with file and key path.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError.at(str(folder), "", "no such folder", "name a campaign folder, or make one: stiffcal init DIR")
+    faults: list[Fault] = []
+    manifest = _collect(faults, lambda: load_manifest(folder))
+    robot_file = manifest.robot if manifest is not None else "robot.toml"
+    robot = None
+    if not escapes(robot_file) and (manifest is not None or (folder / robot_file).exists()):
+        robot = _collect(faults, lambda: load_robot(folder / robot_file, robot_file))
+    outline = _collect(faults, lambda: outline_of(robot, folder / robot_file)) if robot is not None else None
+    count = len(outline.joint_names) if outline is not None else 6
+    model = _collect(faults, lambda: load_model(folder, count))
+    if manifest is not None:
+        faults += manifest_faults(manifest, outline.link_names if outline is not None else None)
+        faults += file_faults(manifest, folder, must_exist=check_files)
+        if outline is not None:
+            faults += robot_match_faults(manifest, outline.joint_names, robot_file)
+    if model is not None and outline is not None:
+        faults += model_match_faults(model, outline.joint_names, outline.link_names)
+    raise_faults(faults)
+    if manifest is None or robot is None or model is None:  # each of them would have left a fault
+        raise InputError.at(str(folder), "", "the campaign could not be read", "correct its files")
+    return Campaign(folder, manifest, robot, model, (folder / MODEL_FILE).exists())
+
+
+def _collect(faults: list[Fault], load: Callable[[], Loaded]) -> Loaded | None:
+    """Load one part; what is wrong with it joins the other faults."""
+    try:
+        return load()
+    except InputError as error:
+        faults.extend(error.faults)
+        return None
+
+
+def load_manifest(folder: Path) -> Manifest:
+    """Read campaign.toml alone, without looking at robot, model or logs.
+
+    Raises
+    ------
+    InputError
+        With every fault of the file's own keys and values.
+    """
+    path = Path(folder) / MANIFEST_FILE
+    if not path.exists():
+        mend = f"make one: stiffcal init {folder} --kind load"
+        raise InputError.at(MANIFEST_FILE, "", f"there is no {MANIFEST_FILE} in {folder}", mend)
+    return validate(read_toml(path, MANIFEST_FILE), MANIFEST_FILE, Manifest)
+
+
+def load_robot(path: Path, file: str | None = None) -> RobotFile:
+    """Read a robot file alone.
+
+    Parameters
+    ----------
+    path : where it lies. file : how to call it in a fault; its name where left out.
+
+    Raises
+    ------
+    InputError
+        With every fault of the file.
+    """
+    file = file if file is not None else path.name
+    robot = validate(read_toml(path, file), file, RobotFile)
+    raise_faults(robot_faults(robot, file))
+    return robot
+
+
+__all__ = [
+    "Campaign",
+    "RobotOutline",
+    "default_model",
+    "load_campaign",
+    "load_manifest",
+    "load_model",
+    "load_robot",
+]

@@ -1,0 +1,399 @@
+"""campaign.toml, typed: what was measured, with which instruments, in which frames.
+
+The keys are those of the interface description; a key that is not known is refused. What cannot be seen in one table
+alone (frames that do not exist, files that are missing) is checked in `stiffcal.campaign.checks`.
+"""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
+
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+
+from stiffcal.campaign.signals import (
+    DeadWeight,
+    Deflection,
+    Displacement,
+    Hold,
+    Joints,
+    Lengths,
+    Pose,
+    Signal,
+    Temperature,
+    Wrench,
+)
+from stiffcal.campaign.typed import Counting, Name, NotNegative, Placement, Positive, Table, Vector3, WrongValueError
+from stiffcal.quantities import UnknownUnitError, unit, unit_names
+
+Format: TypeAlias = Literal["csv", "hdf5", "parquet", "tdms", "mat", "mcap", "rosbag2", "postgres"]
+Experiment: TypeAlias = Literal["load", "clamped", "friction", "free"]
+
+_ENDINGS: dict[str, Format] = {
+    ".csv": "csv",
+    ".txt": "csv",
+    ".tsv": "csv",
+    ".dat": "csv",
+    ".asc": "csv",
+    ".h5": "hdf5",
+    ".hdf5": "hdf5",
+    ".hdf": "hdf5",
+    ".parquet": "parquet",
+    ".pq": "parquet",
+    ".tdms": "tdms",
+    ".mat": "mat",
+    ".mcap": "mcap",
+    ".db3": "rosbag2",
+}
+SIGNAL_NAMES = (
+    "joints",
+    "wrench",
+    "dead_weight",
+    "pose",
+    "deflection",
+    "displacement",
+    "lengths",
+    "temperature",
+    "hold",
+)
+
+
+def format_of(file: str) -> Format | None:
+    """Return the format that a file's ending stands for, None where it says nothing.
+
+    Examples
+    --------
+    >>> format_of("raw/table.CSV")
+    'csv'
+    """
+    return _ENDINGS.get(PurePosixPath(file).suffix.lower())
+
+
+class Frame(Placement):
+    """A rigid transform from `parent`: "base", "flange", a link's name or another frame.
+
+    Attributes
+    ----------
+    estimate : found from the unloaded poses; what is written is then the start.
+    """
+
+    parent: Name
+    estimate: bool = False
+
+
+class Tool(Table):
+    """What hangs on the flange, for its weight: mass and centre of mass in the flange frame."""
+
+    mass_kg: NotNegative
+    com_m: Vector3 = (0.0, 0.0, 0.0)
+
+    look_alikes: ClassVar[dict[str, str]] = {"mass": "mass_kg", "com": "com_m"}
+
+
+def _time_unit(name: str) -> str:
+    if name == "iso8601":
+        return name
+    try:
+        return unit(name, "time").name
+    except UnknownUnitError as error:
+        raise WrongValueError(error.reason, f"{error.mend}, or iso8601") from error
+
+
+LogTimeUnit: TypeAlias = Annotated[
+    str,
+    AfterValidator(_time_unit),
+    WithJsonSchema({"type": "string", "examples": [*unit_names("time"), "iso8601"]}),
+]
+
+
+class TimeAxis(Table):
+    """The time of each row: a column with its unit, or a rate where rows come evenly."""
+
+    column: Name | None = None
+    unit: LogTimeUnit | None = None
+    rate_hz: Positive | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> TimeAxis:
+        if (self.column is None) == (self.rate_hz is None):
+            raise WrongValueError(
+                "time needs either a column or a rate", 'write { column = "t", unit = "s" } or { rate_hz = 5000 }'
+            )
+        if self.column is not None and self.unit is None:
+            raise WrongValueError(
+                f'the unit of the time column "{self.column}" is missing',
+                'add unit = "s", "ms", "us", "ns" or "iso8601"',
+            )
+        if self.column is None and self.unit is not None:
+            raise WrongValueError("a rate needs no unit", "remove unit")
+        return self
+
+
+class RunOfRows(Table):
+    """Which run a row belongs to: a column that holds the run's name, or each row its own run."""
+
+    column: Name | None = None
+    each: Literal["row"] | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> RunOfRows:
+        if (self.column is None) == (self.each is None):
+            raise WrongValueError("run needs one of column and each", 'write { column = "run" } or { each = "row" }')
+        return self
+
+
+class CsvOptions(Table):
+    """How a text file is written; what is left out is recognised.
+
+    Attributes
+    ----------
+    delimiter, decimal : single characters. encoding : Python's name of it.
+    skip_rows : lines before the header. header : False where there is none (columns are then "1", "2", …).
+    units_row : True where the line after the header holds units. comment : lines that begin with it are skipped.
+    """
+
+    delimiter: Annotated[str, Field(min_length=1, max_length=1)] | None = None
+    decimal: Literal[".", ","] | None = None
+    encoding: Name | None = None
+    skip_rows: Annotated[int, Field(ge=0)] | None = None
+    header: bool = True
+    units_row: bool | None = None
+    comment: Name | None = None
+
+    look_alikes: ClassVar[dict[str, str]] = {"sep": "delimiter", "separator": "delimiter", "skiprows": "skip_rows"}
+
+
+class Hdf5Options(Table):
+    """Where in an HDF5 file the columns lie."""
+
+    group: Name = "/"
+
+
+class ParquetOptions(Table):
+    """Nothing to say yet: a Parquet file carries names and types itself."""
+
+
+Options: TypeAlias = dict[str, Any]
+
+
+class Source(Table):
+    """One logging device: where its files are, how they are read, and the signals they hold.
+
+    Attributes
+    ----------
+    format : from the file's ending where left out.
+    sampling : "time": logged at a rate; "states": one row per averaged load state. Left out: states where `run` stands.
+    file : one file for all runs. files : signal name to file, where the columns lie in several files of equal length.
+    run : which run each row belongs to. time : optional for states.
+    """
+
+    format: Format | None = None
+    sampling: Literal["time", "states"] | None = None
+    file: Name | None = None
+    files: dict[str, Name] = Field(default_factory=dict)
+    run: RunOfRows | None = None
+    time: TimeAxis | None = None
+    csv: CsvOptions | None = None
+    hdf5: Hdf5Options | None = None
+    parquet: ParquetOptions | None = None
+    tdms: Options | None = None
+    mat: Options | None = None
+    mcap: Options | None = None
+    rosbag2: Options | None = None
+    postgres: Options | None = None
+    joints: Joints | None = None
+    wrench: Wrench | None = None
+    dead_weight: DeadWeight | None = None
+    pose: Pose | None = None
+    poses: dict[str, Pose] = Field(default_factory=dict)
+    deflection: Deflection | None = None
+    displacement: Displacement | None = None
+    lengths: Lengths | None = None
+    temperature: Temperature | None = None
+    hold: Hold | None = None
+
+    look_alikes: ClassVar[dict[str, str]] = {
+        "joint": "joints", "force": "wrench", "forces": "wrench", "position": "pose", "displacements": "displacement",
+    }  # fmt: skip
+
+    def signals(self) -> dict[str, Signal]:
+        """Return the signals that the source holds, by name; those under `poses` as ``poses.NAME``."""
+        found: dict[str, Signal] = {}
+        for name in SIGNAL_NAMES:
+            signal = getattr(self, name)
+            if signal is not None:
+                found[name] = signal
+            if name == "pose":
+                found.update({f"poses.{body}": pose for body, pose in self.poses.items()})
+        return found
+
+    def body_poses(self) -> dict[str, Pose]:
+        """Return the measured poses by the frame or link that is measured."""
+        found = {self.pose.body or "target": self.pose} if self.pose is not None else {}
+        return found | {pose.body or name: pose for name, pose in self.poses.items()}
+
+    @property
+    def is_states(self) -> bool:
+        """True where each row is one averaged load state."""
+        return self.sampling == "states" or (self.sampling is None and self.run is not None)
+
+    def format_for(self, file: str) -> Format | None:
+        """Return the format to read `file` with: as written, else by its ending."""
+        return self.format or format_of(file)
+
+    def columns(self) -> tuple[str, ...]:
+        """Return every column that is read, each once: run, time, then the signals'."""
+        names = [self.run.column] if self.run is not None else []
+        names += [self.time.column] if self.time is not None else []
+        for signal in self.signals().values():
+            names += [*(condition.column for condition in signal.row_conditions), *signal.column_names()]
+        return tuple(dict.fromkeys(name for name in names if name is not None))
+
+
+class Rod(Table):
+    """An integral deformation sensor: where the rod is fixed on its link, in the link's beam frame, m."""
+
+    link: Name
+    start_m: Vector3
+    end_m: Vector3
+
+
+def _are_numbers(items: object, count: int) -> bool:
+    if not isinstance(items, list | tuple) or len(items) != count:
+        return False
+    return all(isinstance(item, int | float) and not isinstance(item, bool) for item in items)
+
+
+def _compliance(value: object) -> tuple[tuple[float, ...], ...]:
+    """Read six numbers (a diagonal) or six rows of six."""
+    rows: list[Any] = list(value) if isinstance(value, list | tuple) else []
+    if _are_numbers(rows, 6):
+        return tuple(tuple(float(rows[i]) if i == j else 0.0 for j in range(6)) for i in range(6))
+    if len(rows) == 6 and all(_are_numbers(row, 6) for row in rows):
+        return tuple(tuple(float(item) for item in row) for row in rows)
+    raise WrongValueError("this is neither six numbers nor six rows of six", "write the diagonal or the 6×6 matrix")
+
+
+_NUMBER = {"type": "number"}
+_SIX = {"type": "array", "items": _NUMBER, "minItems": 6, "maxItems": 6}
+Compliance: TypeAlias = Annotated[
+    tuple[tuple[float, ...], ...],
+    BeforeValidator(_compliance),
+    WithJsonSchema({"anyOf": [_SIX, {"type": "array", "items": _SIX, "minItems": 6, "maxItems": 6}]}),
+]
+
+
+class Run(Table):
+    """One run: the files of each source, and what is particular to it.
+
+    Attributes
+    ----------
+    id : unique name. experiment : load, clamped, friction or free. files : source to file.
+    clock_ahead_s : source to the seconds its clock shows more than the first source's; estimated where absent.
+    joints_deg : nominal configuration. moved_joint : from 1 (clamped, friction).
+    holdout : never used to fit. tags : free words. states : table of the holds (columns start, end, s).
+    reference : which state is the reference, from 1. fixture_compliance : m/N and rad/(N·m), base axes (clamped).
+    compensation : "on" where the controller was correcting.
+    """
+
+    id: Name
+    experiment: Experiment = "load"
+    files: dict[str, Name] = Field(default_factory=dict)
+    clock_ahead_s: dict[str, float] = Field(default_factory=dict)
+    joints_deg: Annotated[tuple[float, ...], Field(strict=False)] | None = None
+    moved_joint: Counting | None = None
+    holdout: bool = False
+    tags: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    states: Name | None = None
+    reference: Counting = 1
+    fixture_compliance: Compliance | None = None
+    compensation: Literal["on", "off"] = "off"
+
+    look_alikes: ClassVar[dict[str, str]] = {"name": "id", "file": "files", "clock_ahead": "clock_ahead_s"}
+
+
+class Exclusion(Table):
+    """Data rows that are left out, counted from 1 without the header, and why.
+
+    Attributes
+    ----------
+    source : the source. rows : row numbers. why : the reason. run : the run, where each run has its own file.
+    """
+
+    source: Name
+    rows: Annotated[tuple[Counting, ...], Field(strict=False, min_length=1)]
+    why: Name
+    run: Name | None = None
+
+
+def _min_stiffness(value: object) -> object:
+    return value if isinstance(value, dict) else {"all": value}
+
+
+class Thresholds(Table):
+    """What `validate` and `batch` hold the campaign to.
+
+    Attributes
+    ----------
+    max_rms_m : m, of the translation residual in unseen poses. max_relative : rms error over rms deflection.
+    min_stiffness : N·m/rad, one number for all joints, or a table by joint name.
+    baseline : a campaign folder to compare with.
+    """
+
+    max_rms_m: Positive | None = None
+    max_relative: Positive | None = None
+    min_stiffness: Annotated[
+        dict[str, Positive],
+        BeforeValidator(_min_stiffness),
+        WithJsonSchema({"anyOf": [_NUMBER, {"type": "object", "additionalProperties": _NUMBER}]}),
+    ] = Field(default_factory=dict)
+    baseline: Name | None = None
+
+
+class Manifest(Table):
+    """campaign.toml.
+
+    Attributes
+    ----------
+    name : the folder's name where left out. robot : path of the robot file, inside the campaign folder.
+    frames, tool, sources, ids, runs, exclude, thresholds, plugins : see their types.
+    """
+
+    schema_id: Literal["stiffcal/campaign/1"] = Field(alias="schema")
+    name: Name | None = None
+    robot: Name = "robot.toml"
+    frames: dict[str, Frame] = Field(default_factory=dict)
+    tool: Tool | None = None
+    sources: dict[str, Source] = Field(default_factory=dict)
+    ids: dict[str, Rod] = Field(default_factory=dict)
+    runs: Annotated[tuple[Run, ...], Field(strict=False)] = ()
+    exclude: Annotated[tuple[Exclusion, ...], Field(strict=False)] = ()
+    thresholds: Thresholds = Thresholds()
+    plugins: Annotated[tuple[str, ...], Field(strict=False)] = ()
+
+    look_alikes: ClassVar[dict[str, str]] = {
+        "run": "runs",
+        "source": "sources",
+        "frame": "frames",
+        "threshold": "thresholds",
+    }
+
+    def signals(self) -> list[tuple[str, str, Signal]]:
+        """Return every signal as (source, signal name, signal), in the order of the file."""
+        return [
+            (source, name, signal) for source, held in self.sources.items() for name, signal in held.signals().items()
+        ]
+
+    def files_of(self, source: str, run: Run | None = None) -> dict[str, str]:
+        """Return the files of a source in a run, by signal name; ``""`` stands for a file that holds all signals.
+
+        Examples
+        --------
+        >>> document = {"schema": "stiffcal/campaign/1", "sources": {"ft": {"file": "a.csv"}}}
+        >>> Manifest.model_validate(document).files_of("ft")
+        {'': 'a.csv'}
+        """
+        held = self.sources[source]
+        if run is not None and source in run.files:
+            return {"": run.files[source]}
+        return dict(held.files) if held.files else ({"": held.file} if held.file else {})

@@ -1,0 +1,187 @@
+"""robot.toml, typed: geometry, couplings, masses; `chain_of` turns it into the chain that the physics uses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+
+from stiffcal.campaign.typed import (
+    Counting,
+    Interval,
+    Name,
+    NotNegative,
+    Placement,
+    Positive,
+    Table,
+    Vector3,
+    WrongValueError,
+)
+
+if TYPE_CHECKING:
+    from stiffcal.mechanics.chain import Chain
+
+
+class LinkMass(Table):
+    """The link a joint moves: its name, and mass and centre of mass (in the joint's own frame) where known."""
+
+    name: Name | None = None
+    mass_kg: NotNegative | None = None
+    com_m: Vector3 | None = None
+
+    look_alikes: ClassVar[dict[str, str]] = {"mass": "mass_kg", "com": "com_m"}
+
+
+class JointEntry(Table):
+    """One joint, base to wrist.
+
+    Attributes
+    ----------
+    a_m, alpha_deg, d_m, theta_deg : the convention's row; with a URDF only `theta_deg` (added to the model angle).
+    limits_deg : of the logged angle. direction : -1 where the logged angle runs against the axis.
+    logged : joint name to coefficient, where the model angle is a combination of logged ones.
+    coupling : "display", or "mechanical" where the drives sit on the combined axes.
+    gear_ratio : motor side / joint side, sign allowed. gear_orders : per joint turn.
+    bearing_m : where on its axis the bearing sits, from the frame's origin.
+    """
+
+    name: Name
+    a_m: float = 0.0
+    alpha_deg: float = 0.0
+    d_m: float = 0.0
+    theta_deg: float = 0.0
+    limits_deg: Interval | None = None
+    direction: Literal[1, -1] = 1
+    logged: dict[str, float] | None = None
+    coupling: Literal["display", "mechanical"] = "display"
+    gear_ratio: float = 1.0
+    gear_orders: Annotated[tuple[Counting, ...], Field(strict=False)] = ()
+    bearing_m: float = 0.0
+    link: LinkMass = LinkMass()
+
+    look_alikes: ClassVar[dict[str, str]] = {
+        "a": "a_m", "alpha": "alpha_deg", "d": "d_m", "theta": "theta_deg", "limits": "limits_deg", "sign": "direction",
+        "offset_deg": "theta_deg", "ratio": "gear_ratio", "mass_kg": "link", "a_mm": "a_m", "d_mm": "d_m",
+    }  # fmt: skip
+
+
+class GravityCompensator(Table):
+    """The balancing spring or cylinder beside a joint.
+
+    Attributes
+    ----------
+    joint : from 1. anchor_m : on the link before, in its frame. arm_m : on the link moved, in its frame.
+    rate_N_m : N/m. preload_N : N at the joint's zero.
+    """
+
+    joint: Counting
+    anchor_m: Vector3
+    arm_m: Vector3
+    rate_N_m: Positive | None = None
+    preload_N: float = 0.0
+
+
+def _outline(value: object) -> tuple[tuple[float, float], ...]:
+    points: list[Any] = list(value) if isinstance(value, list | tuple) else []
+    if len(points) < 3 or not all(isinstance(point, list | tuple) and len(point) == 2 for point in points):
+        raise WrongValueError(
+            "an outline is three or more points", "write [[x2, x3], …] in m, in order around the section"
+        )
+    return tuple((float(a), float(b)) for a, b in points)
+
+
+Outline: TypeAlias = Annotated[
+    tuple[tuple[float, float], ...],
+    BeforeValidator(_outline),
+    WithJsonSchema(
+        {
+            "type": "array",
+            "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
+            "minItems": 3,
+        }
+    ),
+]
+
+
+class Section(Table):
+    """A beam's section: its outline, or its stiffnesses.
+
+    Attributes
+    ----------
+    outline : points [x2, x3], m. EI : N·m², both planes alike; EI2, EI3 : bending about x2 and x3.
+    GJ : N·m². EA : N.
+    """
+
+    outline: Outline | None = None
+    EI: Positive | None = None
+    EI2: Positive | None = None
+    EI3: Positive | None = None
+    GJ: Positive | None = None
+    EA: Positive | None = None
+
+
+class LinkBeamEntry(Table):
+    """Where and how a link bends.
+
+    Attributes
+    ----------
+    from_m, to_m : the beam's ends in the link's joint frame, where they are not the joint origins.
+    section : its section. warping_decay_m : length over which held-back warping decays.
+    """
+
+    from_m: Vector3 | None = None
+    to_m: Vector3 | None = None
+    section: Section | None = None
+    warping_decay_m: Positive | None = None
+
+
+class RobotFile(Table):
+    """robot.toml.
+
+    Attributes
+    ----------
+    convention : "dh" (Denavit-Hartenberg) or "modified-dh" (Craig); with `urdf` none.
+    urdf : path beside robot.toml; base_link, tip_link where it branches.
+    gravity_mps2 : in base axes. joints : base to wrist; with a URDF only those of which something is said.
+    flange : in the last frame of the convention (DH: after a, α and d of the last row; URDF: the tip link).
+    """
+
+    schema_id: Literal["stiffcal/robot/1"] = Field(alias="schema")
+    name: Name | None = None
+    convention: Literal["dh", "modified-dh"] | None = None
+    urdf: Name | None = None
+    base_link: Name | None = None
+    tip_link: Name | None = None
+    gravity_mps2: Vector3 = (0.0, 0.0, -9.81)
+    joints: Annotated[tuple[JointEntry, ...], Field(strict=False)] = ()
+    flange: Placement = Placement()
+    gravity_compensator: GravityCompensator | None = None
+    links: dict[str, LinkBeamEntry] = Field(default_factory=dict)
+
+    look_alikes: ClassVar[dict[str, str]] = {"joint": "joints", "gravity": "gravity_mps2", "link": "links"}
+
+
+def chain_of(robot: RobotFile, folder: Path) -> Chain:
+    """Build the chain that the physics uses.
+
+    Parameters
+    ----------
+    robot : the robot file.
+    folder : where the robot file lies; a URDF's path counts from there.
+
+    Raises
+    ------
+    InputError
+        The URDF cannot be read, or has no such joint or link.
+
+    Examples
+    --------
+    >>> row = {"name": "A1", "d_m": 0.5}
+    >>> robot = RobotFile.model_validate({"schema": "stiffcal/robot/1", "convention": "dh", "joints": [row]})
+    >>> chain_of(robot, Path(".")).flange[:3, 3].tolist()
+    [0.0, 0.0, 0.5]
+    """
+    from stiffcal.campaign.geometry import build_chain  # numpy: not at the manifest's import
+
+    return build_chain(robot, folder)

@@ -1,0 +1,252 @@
+"""The types that manifest, robot file and model file are made of: strict tables, vectors, columns, units.
+
+Why own validators: what pydantic says of a wrong value is written for programmers. `WrongValueError` carries a
+reason and a mend in the lab's words; `stiffcal.campaign.explain` turns everything into faults with file and key path.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, ClassVar, TypeAlias
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+
+from stiffcal.quantities import UnknownUnitError, unit, unit_names
+
+
+class WrongValueError(ValueError):
+    """A wrong value in a user's file, in words: `reason` and `mend`."""
+
+    def __init__(self, reason: str, mend: str) -> None:
+        super().__init__(f"{reason}; {mend}")
+        self.reason = reason
+        self.mend = mend
+
+
+class Table(BaseModel):
+    """A table of a user's file: keys that are not known are refused, values are not converted.
+
+    `aliases` names keys that people use for another one, for the message only.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, populate_by_name=True)
+
+    look_alikes: ClassVar[dict[str, str]] = {}
+
+
+def _numbers(value: object, count: int) -> tuple[float, ...]:
+    if not isinstance(value, list | tuple) or not all(
+        isinstance(item, int | float) and not isinstance(item, bool) for item in value
+    ):
+        raise WrongValueError(f"found {value!r}", f"write {count} numbers in square brackets")
+    if len(value) != count:
+        raise WrongValueError(f"found {len(value)} numbers", f"write {count}")
+    return tuple(float(item) for item in value)
+
+
+def _vector_of(count: int) -> Callable[[object], tuple[float, ...]]:
+    def check(value: object) -> tuple[float, ...]:
+        return _numbers(value, count)
+
+    return check
+
+
+def _array_schema(count: int) -> dict[str, Any]:
+    return {"type": "array", "items": {"type": "number"}, "minItems": count, "maxItems": count}
+
+
+def _matrix3(value: object) -> tuple[tuple[float, ...], ...]:
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise WrongValueError("a rotation matrix has three rows", "write [[…], […], […]]")
+    return tuple(_numbers(row, 3) for row in value)
+
+
+Vector3: TypeAlias = Annotated[
+    tuple[float, float, float], BeforeValidator(_vector_of(3)), WithJsonSchema(_array_schema(3))
+]
+"""Three numbers."""
+
+Quaternion: TypeAlias = Annotated[
+    tuple[float, float, float, float], BeforeValidator(_vector_of(4)), WithJsonSchema(_array_schema(4))
+]
+"""Four numbers w, x, y, z; that its length is one is checked with the frames."""
+
+Interval: TypeAlias = Annotated[tuple[float, float], BeforeValidator(_vector_of(2)), WithJsonSchema(_array_schema(2))]
+"""Two numbers, low and high."""
+
+Matrix3: TypeAlias = Annotated[
+    tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]],
+    BeforeValidator(_matrix3),
+    WithJsonSchema({"type": "array", "items": _array_schema(3), "minItems": 3, "maxItems": 3}),
+]
+"""Three rows of three numbers; orthogonality is checked with the frames."""
+
+
+_RANGE = re.compile(r"^(?P<stem>.*?)(?P<first>\d+)\.\.(?P<stem2>.*?)(?P<last>\d+)$")
+
+
+def expand_columns(value: object) -> tuple[str, ...]:
+    """Turn ``"A1..A6"``, one column's name, or a list of both into column names.
+
+    Raises
+    ------
+    WrongValueError
+        The range is not one (other stem, falling numbers), a name is empty or stands there twice.
+
+    Examples
+    --------
+    >>> expand_columns("A1..A3")
+    ('A1', 'A2', 'A3')
+    >>> expand_columns(["s", "ids08..ids10"])
+    ('s', 'ids08', 'ids09', 'ids10')
+    """
+    items = [value] if isinstance(value, str) else value
+    if not isinstance(items, list | tuple) or not all(isinstance(item, str) for item in items):
+        raise WrongValueError(f"found {value!r}", 'write column names: ["A1", "A2"] or "A1..A6"')
+    names: list[str] = []
+    for item in items:
+        names.extend(_expand_range(str(item)))
+    if not names or "" in names:
+        raise WrongValueError("a column without a name", "write the column's name as in the file's header")
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise WrongValueError(f'column "{twice[0]}" stands here twice', "name each column once")
+    return tuple(names)
+
+
+def _expand_range(text: str) -> list[str]:
+    if ".." not in text:
+        return [text]
+    match = _RANGE.match(text)
+    if match is None or match["stem2"] not in ("", match["stem"]) or int(match["last"]) < int(match["first"]):
+        raise WrongValueError(f'"{text}" is not a range of columns', 'write a range like "A1..A6"')
+    width = len(match["first"]) if match["first"].startswith("0") else 0
+    return [f"{match['stem']}{k:0{width}d}" for k in range(int(match["first"]), int(match["last"]) + 1)]
+
+
+def columns_of_count(*counts: int) -> Callable[[tuple[str, ...]], tuple[str, ...]]:
+    """Make a check that the number of columns is one of `counts`."""
+
+    def check(names: tuple[str, ...]) -> tuple[str, ...]:
+        if len(names) not in counts:
+            wanted = " or ".join(str(count) for count in counts)
+            raise WrongValueError(
+                f"found {len(names)} column{'s' if len(names) != 1 else ''}", f"name {wanted} columns"
+            )
+        return names
+
+    return check
+
+
+_COLUMNS_SCHEMA: dict[str, Any] = {
+    "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "minItems": 1}]
+}
+
+Columns: TypeAlias = Annotated[tuple[str, ...], BeforeValidator(expand_columns), WithJsonSchema(_COLUMNS_SCHEMA)]
+"""One or more column names; a range such as ``"A1..A6"`` is written out."""
+
+Columns3: TypeAlias = Annotated[Columns, AfterValidator(columns_of_count(3)), WithJsonSchema(_COLUMNS_SCHEMA)]
+Columns4: TypeAlias = Annotated[Columns, AfterValidator(columns_of_count(4)), WithJsonSchema(_COLUMNS_SCHEMA)]
+
+Positive: TypeAlias = Annotated[float, Field(gt=0)]
+NotNegative: TypeAlias = Annotated[float, Field(ge=0)]
+Counting: TypeAlias = Annotated[int, Field(ge=1)]
+Name: TypeAlias = Annotated[str, Field(min_length=1)]
+
+
+def _known_unit(quantity: str) -> Callable[[str], str]:
+    def check(name: str) -> str:
+        try:
+            return unit(name, quantity).name
+        except UnknownUnitError as error:
+            raise WrongValueError(error.reason, error.mend) from error
+
+    return check
+
+
+def _unit_schema(quantity: str) -> dict[str, Any]:
+    return {"type": "string", "examples": list(unit_names(quantity))}
+
+
+LengthUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("length")), WithJsonSchema(_unit_schema("length"))]
+AngleUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("angle")), WithJsonSchema(_unit_schema("angle"))]
+ForceUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("force")), WithJsonSchema(_unit_schema("force"))]
+MomentUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("moment")), WithJsonSchema(_unit_schema("moment"))]
+TimeUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("time")), WithJsonSchema(_unit_schema("time"))]
+MassUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("mass")), WithJsonSchema(_unit_schema("mass"))]
+CurrentUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("current")), WithJsonSchema(_unit_schema("current"))]
+VelocityUnit: TypeAlias = Annotated[
+    str, AfterValidator(_known_unit("velocity")), WithJsonSchema(_unit_schema("velocity"))
+]
+TemperatureUnit: TypeAlias = Annotated[
+    str, AfterValidator(_known_unit("temperature")), WithJsonSchema(_unit_schema("temperature"))
+]
+
+
+class Placement(Table):
+    """A rigid transform: place `xyz_m` and at most one of the three ways to write a rotation.
+
+    Attributes
+    ----------
+    xyz_m : m, in the parent's axes.
+    quaternion_wxyz : unit quaternion, scalar first.
+    rpy_deg : turns about the parent's fixed x, y and z axes, in this order.
+    matrix : parent_from_frame rotation.
+    """
+
+    xyz_m: Vector3 = (0.0, 0.0, 0.0)
+    quaternion_wxyz: Quaternion | None = None
+    rpy_deg: Vector3 | None = None
+    matrix: Matrix3 | None = None
+
+    look_alikes: ClassVar[dict[str, str]] = {
+        "xyz": "xyz_m", "xyz_mm": "xyz_m", "rpy": "rpy_deg", "quaternion": "quaternion_wxyz", "rotation": "rpy_deg",
+        "quaternion_xyzw": "quaternion_wxyz", "position": "xyz_m",
+    }  # fmt: skip
+
+    def rotations(self) -> tuple[str, ...]:
+        """Return the keys under which a rotation is written."""
+        keys = ("quaternion_wxyz", "rpy_deg", "matrix")
+        return tuple(key for key in keys if getattr(self, key) is not None)
+
+    def rotation_mistake(self) -> tuple[str, WrongValueError] | None:
+        """Return the key and what is wrong with the rotation, or None."""
+        written = self.rotations()
+        if len(written) > 1:
+            return written[1], WrongValueError(
+                f"the rotation is written twice, as {' and '.join(written)}", "keep one of them"
+            )
+        if self.quaternion_wxyz is not None:
+            length = sum(part * part for part in self.quaternion_wxyz) ** 0.5
+            if abs(length - 1.0) > ROTATION_TOLERANCE:
+                return "quaternion_wxyz", WrongValueError(
+                    f"the quaternion's length is {length:.6g}, not 1", "write a unit quaternion, scalar w first"
+                )
+        if self.matrix is not None:
+            return _matrix_mistake(self.matrix)
+        return None
+
+
+# Numbers printed with four digits still pass; anything worse is a slip of the pen. What passes is made exact.
+ROTATION_TOLERANCE = 1e-3
+
+
+def _matrix_mistake(matrix: Sequence[Sequence[float]]) -> tuple[str, WrongValueError] | None:
+    """Check that the rows of a 3×3 matrix are orthogonal unit vectors and right-handed."""
+    worst = 0.0
+    for i, first in enumerate(matrix):
+        for j, second in enumerate(matrix):
+            product = sum(a * b for a, b in zip(first, second, strict=True))
+            worst = max(worst, abs(product - (1.0 if i == j else 0.0)))
+    if worst > ROTATION_TOLERANCE:
+        return "matrix", WrongValueError(
+            f"the rotation matrix is not orthogonal: R Rᵀ is off the identity by {worst:.3g}",
+            "correct its rows, or write the rotation as quaternion_wxyz or rpy_deg",
+        )
+    (a, b, c), (d, e, f), (g, h, i_) = matrix
+    if a * (e * i_ - f * h) - b * (d * i_ - f * g) + c * (d * h - e * g) < 0:
+        return "matrix", WrongValueError(
+            "the rotation matrix is a mirror image (determinant −1)", "correct the sign of an axis"
+        )
+    return None

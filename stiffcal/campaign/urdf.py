@@ -1,0 +1,223 @@
+"""URDF: the joints from base to tip, as numbers; a small reader of its own.
+
+Why own: the run-time must not need a robotics library, and only the kinematic tree and the inertials matter here.
+Tested against pinocchio. See the URDF XML specification, elements `joint` and `link`.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from stiffcal.errors import InputError
+
+Triple: TypeAlias = tuple[float, float, float]
+
+_ZERO: Triple = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class UrdfJoint:
+    """One joint element.
+
+    Attributes
+    ----------
+    name, kind, parent, child : as written.
+    xyz : m, rpy : rad (fixed x, y, z), parent link to joint. axis : in the joint's frame, as written.
+    limits : rad, None where not given. mimics : follows another joint.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    xyz: Triple
+    rpy: Triple
+    axis: Triple
+    limits: tuple[float, float] | None
+    mimics: bool
+
+
+@dataclass(frozen=True)
+class UrdfLink:
+    """One link element: mass in kg (None without inertial) and centre of mass in the link's frame, m."""
+
+    name: str
+    mass: float | None
+    com: Triple
+
+
+@dataclass(frozen=True)
+class UrdfRobot:
+    """The path from base to tip, and what hangs on it.
+
+    Attributes
+    ----------
+    path : joints from base to tip in order, fixed ones included.
+    links : all links by name. children : link name to the joints that leave it, whole tree.
+    base, tip : link names.
+    """
+
+    name: str
+    path: tuple[UrdfJoint, ...]
+    links: dict[str, UrdfLink]
+    children: dict[str, tuple[UrdfJoint, ...]]
+    base: str
+    tip: str
+
+    @property
+    def turning(self) -> tuple[UrdfJoint, ...]:
+        """The revolute and continuous joints of the path."""
+        return tuple(joint for joint in self.path if joint.kind in ("revolute", "continuous"))
+
+
+def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str | None = None) -> UrdfRobot:
+    """Read a URDF.
+
+    Parameters
+    ----------
+    path : where it lies. file : how to call it in a fault.
+    base_link, tip_link : ends of the chain; left out: the root, and the only leaf.
+
+    Raises
+    ------
+    InputError
+        Not there, not XML, no chain between the links, or a joint on it that does not turn.
+    """
+    root = _parse(path, file)
+    joints = [_joint(element, file) for element in root.findall("joint")]
+    links = {link.name: link for link in (_link(element, file) for element in root.findall("link"))}
+    children: dict[str, tuple[UrdfJoint, ...]] = {}
+    for joint in joints:
+        children[joint.parent] = (*children.get(joint.parent, ()), joint)
+    above = {joint.child: joint for joint in joints}
+    base = _end(base_link, sorted(set(links) - set(above)), links, file, "base_link")
+    tip = _end(tip_link, _leaves(base, children), links, file, "tip_link")
+    chain: list[UrdfJoint] = []
+    here = tip
+    while here != base:
+        if here not in above or len(chain) > len(joints):
+            raise InputError.at(file, f"link {tip}", f"no chain of joints leads there from {base}", "name other links")
+        chain.insert(0, above[here])
+        here = above[here].parent
+    robot = UrdfRobot(root.get("name", "robot"), tuple(chain), links, children, base, tip)
+    _check_path(robot, file)
+    return robot
+
+
+def _parse(path: Path, file: str) -> ElementTree.Element:
+    try:
+        root = ElementTree.fromstring(path.read_bytes())
+    except FileNotFoundError:
+        raise InputError.at(file, "", "no such file", "correct urdf in the robot file") from None
+    except OSError as error:
+        raise InputError.at(file, "", f"cannot be read: {error.strerror}", "correct urdf in the robot file") from None
+    except ElementTree.ParseError as error:
+        line, column = error.position
+        reason = f"this is not XML: {str(error).split(':')[0]}"
+        raise InputError.at(file, f"line {line}, column {column + 1}", reason, "correct that line") from None
+    if root.tag != "robot":
+        raise InputError.at(
+            file, f"<{root.tag}>", "this is not a URDF", "expand xacro files first; the root is <robot>"
+        )
+    return root
+
+
+def _triple(text: str | None, default: Triple, file: str, place: str) -> Triple:
+    if text is None:
+        return default
+    try:
+        x, y, z = (float(part) for part in text.split())
+    except ValueError:
+        raise InputError.at(file, place, f'"{text}" is not three numbers', "write x y z") from None
+    return x, y, z
+
+
+def _number(text: str | None, file: str, place: str) -> float | None:
+    if text is None:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError.at(file, place, f'"{text}" is not a number', "write a number") from None
+
+
+def _joint(element: ElementTree.Element, file: str) -> UrdfJoint:
+    name = element.get("name", "?")
+    place = f"joint {name}"
+    parent, child, origin = element.find("parent"), element.find("child"), element.find("origin")
+    axis, limit = element.find("axis"), element.find("limit")
+    if parent is None or child is None:
+        raise InputError.at(file, place, "parent or child is missing", "add <parent link=…/> and <child link=…/>")
+    kind = element.get("type", "fixed")
+    limits = None
+    if kind == "revolute" and limit is not None:
+        low, high = (_number(limit.get(key, "0"), file, place) or 0.0 for key in ("lower", "upper"))
+        limits = (low, high) if high > low else None
+    return UrdfJoint(
+        name,
+        kind,
+        parent.get("link", ""),
+        child.get("link", ""),
+        _triple(None if origin is None else origin.get("xyz"), _ZERO, file, place),
+        _triple(None if origin is None else origin.get("rpy"), _ZERO, file, place),
+        _triple(None if axis is None else axis.get("xyz"), (1.0, 0.0, 0.0), file, place),
+        limits,
+        element.find("mimic") is not None,
+    )
+
+
+def _link(element: ElementTree.Element, file: str) -> UrdfLink:
+    name = element.get("name", "?")
+    inertial = element.find("inertial")
+    if inertial is None:
+        return UrdfLink(name, None, _ZERO)
+    mass, origin = inertial.find("mass"), inertial.find("origin")
+    value = None if mass is None else _number(mass.get("value"), file, f"link {name}")
+    return UrdfLink(name, value, _triple(None if origin is None else origin.get("xyz"), _ZERO, file, f"link {name}"))
+
+
+def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:
+    leaves: list[str] = []
+    seen: set[str] = set()
+    waiting = [base]
+    while waiting:
+        here = waiting.pop()
+        if here in seen:
+            continue
+        seen.add(here)
+        below = [joint.child for joint in children.get(here, ())]
+        waiting.extend(below)
+        if not below:
+            leaves.append(here)
+    return sorted(leaves)
+
+
+def _end(wanted: str | None, found: list[str], links: dict[str, UrdfLink], file: str, key: str) -> str:
+    if wanted is not None:
+        if wanted not in links:
+            raise InputError.at(file, key, f'there is no link "{wanted}"', "name one of " + ", ".join(links))
+        return wanted
+    if len(found) != 1:
+        told = ", ".join(found) or "none"
+        raise InputError.at(
+            file, "", f"{len(found)} links could be the {key}: {told}", f"write {key} in the robot file"
+        )
+    return found[0]
+
+
+def _check_path(robot: UrdfRobot, file: str) -> None:
+    for joint in robot.path:
+        place = f"joint {joint.name}"
+        if joint.kind not in ("revolute", "continuous", "fixed"):
+            raise InputError.at(file, place, f"a {joint.kind} joint cannot be calibrated", "name another tip_link")
+        if joint.kind != "fixed" and joint.mimics:
+            raise InputError.at(
+                file, place, "a joint of the chain mimics another", "write it as logged in the robot file"
+            )
+        if joint.kind != "fixed" and not any(joint.axis):
+            raise InputError.at(file, place, "the joint's axis is zero", "correct <axis xyz=…/>")
+    if not robot.turning:
+        raise InputError.at(file, "", f"no joint turns between {robot.base} and {robot.tip}", "name other links")
