@@ -1,0 +1,80 @@
+"""What a command answers: one JSON document, or a short text with the next step as its last line."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from stiffcal.cli.progress import ProgressBar
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+Document: TypeAlias = dict[str, Any]
+Show: TypeAlias = Callable[["Console", Document], None]
+
+
+class Answer:
+    """Where a command's words go: the answer to standard output, progress, notes and warnings to standard error."""
+
+    def __init__(self, as_json: bool) -> None:
+        self.as_json = as_json
+        self.progress = ProgressBar()
+
+    def say(self, text: str) -> None:
+        """Write one line to standard error: a step that is run first, a file that was written."""
+        self.progress.stop()
+        sys.stderr.write(" ".join(text.split()) + "\n")
+        sys.stderr.flush()
+
+    def give(self, document: Document, show: Show, then: str = "") -> None:
+        """Print the answer.
+
+        Parameters
+        ----------
+        document : the command's JSON document.
+        show : draws it for people.
+        then : the next sensible step, a line to copy.
+        """
+        self.progress.stop()
+        if self.as_json:
+            sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+            return
+        from rich.console import Console
+
+        console = Console(highlight=False, emoji=False, markup=False)
+        show(console, document)
+        for warning in document.get("warnings", ()):
+            self.say(f"warning: {warning}")
+        if then:
+            console.print(f"\nnext: {then}", soft_wrap=True)
+
+
+@contextmanager
+def answering(as_json: bool) -> Iterator[Answer]:
+    """Hand out an `Answer` and take its progress bar away at the end, however that comes."""
+    answer = Answer(as_json)
+    try:
+        yield answer
+    finally:
+        answer.progress.stop()
+
+
+def command_line(command: str, folder: Path, *words: str, store: str | None = None) -> str:
+    """Return a line to copy.
+
+    Examples
+    --------
+    >>> command_line("validate", Path("my campaign"), "--quick")
+    "stiffcal validate 'my campaign' --quick"
+    >>> command_line("validate", Path("."))
+    'stiffcal validate'
+    """
+    place = [] if folder == Path() else [str(folder)]
+    elsewhere = ["--store", store] if store else []
+    return shlex.join(["stiffcal", command, *place, *words, *elsewhere])

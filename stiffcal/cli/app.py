@@ -1,0 +1,131 @@
+"""The `stiffcal` command: finds the command's file, runs it, and turns every ending into an exit code.
+
+Why the commands are imported by name: `stiffcal check` need not load the other files, and a usage error answers at
+once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import importlib
+import inspect
+import os
+import sys
+from collections.abc import Callable, Sequence
+
+import typer
+
+from stiffcal import __version__
+from stiffcal.cli.endings import INTERRUPTED, OK, WRONG_INPUT, report_fault, report_input_error, report_usage
+from stiffcal.errors import InputError
+
+COMMANDS = {
+    "init": "Make a commented campaign folder, or propose one from a table.",
+    "check": "Say what was understood and what is still missing.",
+    "ingest": "Turn raw logs into load states in the Parquet store.",
+    "identify": "Fit the model: each stiffness with its uncertainty.",
+    "validate": "Hold the model against poses the fit has not seen.",
+    "history": "List every fit: model, error in unseen poses, noise.",
+    "plot": "Draw load against deformation, or the residual.",
+    "report": "Write the report as a PDF (DIR/report.pdf).",
+    "run": "Check, ingest, identify, validate and report in one go.",
+    "export": "Write the states or the model for other programs.",
+    "predict": "Predict deflection and stiffness under given loads.",
+    "simulate": "Simulate a campaign: raw logs of a known robot.",
+    "effects": "List the physical effects, or explain one.",
+    "add": "Add a physical effect to model.toml.",
+    "remove": "Remove a physical effect from model.toml.",
+    "demo": "Run the whole loop on a bundled example.",
+}
+"""Every command, with the first line of its help: what the list of commands is made of without importing them all."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run `stiffcal` with `arguments` (the process's own where None) and leave with its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if (stream.encoding or "").lower().replace("-", "") != "utf8" and hasattr(stream, "reconfigure"):
+            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        code = _run(given)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # the reader (head, less) has gone: nothing more to say, and Python must not complain while it closes
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = OK
+    sys.exit(code)
+
+
+def _run(given: list[str]) -> int:
+    # Not an option of the application: typer loads pydantic for the first option it reads, which doubles the start-up.
+    if "--version" in given[:1]:
+        print(f"stiffcal {__version__}")  # noqa: T201
+        return OK
+    as_json = "--json" in given
+    debug = "--debug" in given or bool(os.environ.get("STIFFCAL_DEBUG"))
+    given = [word for word in given if word != "--debug"]
+    try:
+        code = _application(given)(given)
+    except InputError as error:
+        report_input_error(error, as_json)
+        return WRONG_INPUT
+    except typer.TyperException as error:
+        report_usage(error, given, as_json)
+        return WRONG_INPUT
+    except (KeyboardInterrupt, typer.Abort):
+        sys.stderr.write("interrupted; the store is as it was before this command\n")
+        return INTERRUPTED
+    except BrokenPipeError:
+        raise
+    except Exception as error:
+        if debug:
+            raise
+        return report_fault(error, given, as_json)
+    return code if isinstance(code, int) else OK
+
+
+def _application(given: list[str]) -> Callable[[list[str]], object]:
+    """Return what runs the arguments, knowing the one command they name, or all where they name none.
+
+    Raises
+    ------
+    typer.TyperException : they name a command that does not exist.
+    """
+    named = given[0] if given and not given[0].startswith("-") else ""
+    if named and named not in COMMANDS:
+        near = difflib.get_close_matches(named, COMMANDS, n=1)
+        raise typer.TyperException(f"no such command: {named}" + (f", did you mean {near[0]}?" if near else ""))
+    app = typer.Typer(
+        name="stiffcal",
+        help="Find out how an industrial robot bends under load, and which physical effect the model lacks.",
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        epilog="DIR is a campaign folder, `.` where left out. Start with: stiffcal demo",
+    )
+    app.callback(invoke_without_command=True)(_without_command)
+    if named:
+        function = getattr(importlib.import_module(f"stiffcal.cli.{named}"), named)
+        app.command(named, help=_help_of(function))(function)
+    else:
+        for name, summary in COMMANDS.items():
+            app.command(name, help=summary)(_only_listed)
+    command = typer.main.get_command(app)
+    return lambda words: command.main(args=words, prog_name="stiffcal", standalone_mode=False)
+
+
+def _only_listed() -> None:
+    """Stand for a command in the list of commands."""
+
+
+def _help_of(function: Callable[..., int]) -> str:
+    """Return the docstring with its examples kept on lines of their own, to be copied whole."""
+    text = inspect.cleandoc(function.__doc__ or "")
+    return text.replace("\n\nExample: ", "\n\n\b\nExample: ")
+
+
+def _without_command(context: typer.Context) -> None:
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())

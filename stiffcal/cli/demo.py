@@ -1,0 +1,32 @@
+"""`stiffcal demo`: the whole loop on a bundled example."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stiffcal.cli.answers import answering, command_line
+from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.options import AsJson
+from stiffcal.cli.run import show_run
+
+
+def demo(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where the example is copied to.")] = Path("demo"),
+    as_json: AsJson = False,
+) -> int:
+    """Run the whole loop on a bundled example.
+
+    Copies it to DIR first, then goes from raw logs to the PDF.
+
+    Example: stiffcal demo
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.demo import run_demo
+        from stiffcal.workflow.steps import Means
+
+        document = run_demo(folder, Means(progress=answer.progress, say=answer.say))
+        answer.give(document, show_run, command_line("validate", folder))
+    return OK if document["passed"] else NOT_HELD

@@ -1,0 +1,75 @@
+"""How a command ends: the exit codes, and what is said when it did not go well."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import sys
+import tempfile
+import time
+import traceback
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stiffcal import __version__
+from stiffcal.errors import InputError
+
+if TYPE_CHECKING:
+    import typer
+
+OK = 0
+NOT_HELD = 1
+"""Done, and a threshold or check did not hold."""
+WRONG_INPUT = 2
+INTERNAL_FAULT = 3
+INTERRUPTED = 130
+"""128 + SIGINT, as shells have it."""
+
+
+def report_input_error(error: InputError, as_json: bool) -> None:
+    """Print each fault on one line of standard error; with `as_json` the one document on standard output."""
+    if as_json:
+        first, *others = (fault.as_document() for fault in error.faults)
+        document: dict[str, object] = {"error": first}
+        if others:
+            document["others"] = others
+        _print_document(document)
+        return
+    for fault in error.faults:
+        sys.stderr.write(_one_line(str(fault)) + "\n")
+
+
+def report_usage(error: typer.TyperException, given: list[str], as_json: bool) -> None:
+    """Say what is wrong with the command line itself, and where its help is."""
+    command = next((word for word in given if not word.startswith("-")), "")
+    known = getattr(getattr(error, "ctx", None), "info_name", None) == command
+    mend = f"see stiffcal {command} --help" if known else "see stiffcal --help"
+    reason = _one_line(error.format_message()).rstrip(".")
+    if as_json:
+        _print_document({"error": {"file": "", "place": "command line", "reason": reason, "mend": mend}})
+    else:
+        sys.stderr.write(f"command line: {reason}; {mend}\n")
+
+
+def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
+    """Write the traceback of an internal fault to a log file, say in one line where it is; return the exit code."""
+    stamp = time.strftime("%Y%m%d-%H%M%S")
+    log = Path(tempfile.gettempdir()) / f"stiffcal-fault-{stamp}-{os.getpid()}.log"
+    lines = [f"stiffcal {__version__}, Python {sys.version}, {sys.platform}", f"stiffcal {shlex.join(given)}", ""]
+    log.write_text("\n".join(lines) + "\n" + "".join(traceback.format_exception(error)), encoding="utf-8")
+    reason = f"internal fault, not your input: {type(error).__name__}: {_one_line(str(error))}"
+    mend = f"please report it with the log file {log}"
+    if as_json:
+        _print_document({"error": {"file": str(log), "place": "stiffcal", "reason": reason, "mend": mend}})
+    else:
+        sys.stderr.write(f"{reason}; {mend} (--debug shows the traceback)\n")
+    return INTERNAL_FAULT
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _print_document(document: dict[str, object]) -> None:
+    sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False) + "\n")

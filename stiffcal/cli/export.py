@@ -1,0 +1,46 @@
+"""`stiffcal export`: the numbers for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def export(
+    folder: Folder = HERE,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", metavar="FILE", help="*.csv, *.parquet: states; *.json, *.urdf: the model."),
+    ] = Path("states.csv"),
+    as_json: AsJson = False,
+    no_update: NoUpdate = False,
+    store: StoreAt = None,
+) -> int:
+    """Write the states or the model for other programs.
+
+    States with measured, predicted and residual as CSV or Parquet; the model as JSON or URDF.
+
+    Example: stiffcal export campaigns/irb4400 -o states.parquet
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.export import export_campaign
+        from stiffcal.workflow.steps import Means
+
+        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        document = export_campaign(folder, means, output)
+        answer.give(document, show_export, command_line("plot", folder, store=store))
+    return OK
+
+
+def show_export(console: Console, document: Document) -> None:
+    """Name the file and what is in it."""
+    console.print(f"wrote {document['file']}: {document['holds']}", soft_wrap=True)

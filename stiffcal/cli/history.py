@@ -1,0 +1,77 @@
+"""`stiffcal history`: every fit of this campaign, and the way back to an earlier model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.tables import plain_table
+from stiffcal.cli.wording import NOT_KNOWN, deviation, places
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def history(
+    folder: Folder = HERE,
+    restore: Annotated[
+        str | None,
+        typer.Option("--restore", metavar="ID", help="Write that fit's model back to model.toml.", show_default=False),
+    ] = None,
+    as_json: AsJson = False,
+    store: StoreAt = None,
+) -> int:
+    """List every fit: model, error in unseen poses, noise.
+
+    Example: stiffcal history campaigns/irb4400 --restore 1
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.history import read_history, restore_model
+        from stiffcal.workflow.steps import Means
+
+        means = Means(store=store, update=False, progress=answer.progress, say=answer.say)
+        if restore is not None:
+            answer.say(restore_model(folder, means, restore))
+        document = read_history(folder, means)
+        fits = document["fits"]
+        if not fits or document.get("not_fitted_yet"):
+            then = "identify"
+        else:
+            then = "report" if fits[-1]["heldout_rms"] else "validate"
+        answer.give(document, show_history, command_line(then, folder, store=store))
+    return OK
+
+
+def show_history(console: Console, document: Document) -> None:
+    """Draw the ladder of fits."""
+    if not document["fits"]:
+        console.print("no fit yet")
+        return
+    table = plain_table("id", "time", "model", "unseen poses, rms>", "fit, rms>", "noise>")
+    for fit in document["fits"]:
+        unseen = deviation(fit["heldout_rms"]) if fit["heldout_rms"] else "not validated"
+        noise = deviation(fit["noise"]) if fit["noise"] else NOT_KNOWN
+        table.add_row(fit["id"], fit["time"], model_in_words(fit["model"]), unseen, deviation(fit["fit_rms"]), noise)
+    if document.get("not_fitted_yet"):
+        table.add_row("now", "", model_in_words(document["not_fitted_yet"]), "not fitted yet", "", "")
+    console.print(table)
+
+
+def model_in_words(model: Document) -> str:
+    """Return a model document as one phrase.
+
+    Examples
+    --------
+    >>> model_in_words({"balance": "deformed", "effects": [{"type": "backlash", "joints": [4]}]})
+    'backlash (joint 4)'
+    """
+    words = []
+    for effect in model["effects"]:
+        where = {kind: effect[kind] for kind in ("joints", "links", "pairs") if effect.get(kind)}
+        words.append(f"{effect['type']} ({places(where)})")
+    first_order = ", first-order balance" if model.get("balance") == "first-order" else ""
+    return " + ".join(words) + first_order

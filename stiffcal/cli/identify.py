@@ -1,0 +1,67 @@
+"""`stiffcal identify`: fit the model, show the stiffness table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.tables import show_parameters
+from stiffcal.cli.wording import deviation, significant
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def identify(
+    folder: Folder = HERE,
+    loss: Annotated[str, typer.Option(help="linear (least squares) or huber (outliers count less).")] = "linear",
+    as_json: AsJson = False,
+    no_update: NoUpdate = False,
+    store: StoreAt = None,
+) -> int:
+    """Fit the model: each stiffness with its uncertainty.
+
+    Says too what the data cannot tell, and what error to expect in new poses.
+
+    Example: stiffcal identify campaigns/irb4400 --loss huber
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.identify import identify_campaign
+        from stiffcal.workflow.steps import Means
+
+        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        document = identify_campaign(folder, means, loss=loss)
+        answer.give(document, show_fit, command_line("validate", folder, store=store))
+    return OK
+
+
+def show_fit(console: Console, document: Document) -> None:
+    """Draw the identify document: the table, how well it fits, what cannot be told."""
+    console.print(f"{document['n_states']} load states in {document['n_runs']} runs")
+    show_parameters(console, document["parameters"])
+    noise = document.get("noise")
+    against = f", noise {deviation(noise)} (from {document['noise_source']})" if noise else ", noise not known"
+    console.print(f"fit {deviation(document['rms'])} rms{against}")
+    console.print(
+        f"reduced χ² {significant(document['reduced_chi2'])}, condition number {significant(document['condition'])}"
+    )
+    if document.get("rejected"):
+        console.print(f"{len(document['rejected'])} states set aside before the fit (bumped or excluded)")
+    for sentence in document["not_identifiable"]:
+        console.print(f"cannot be told: {sentence_of(sentence)}")
+    if document.get("expected_error"):
+        console.print(sentence_of(document["expected_error"]))
+
+
+def sentence_of(item: object) -> str:
+    """Return a finding as words, whether it is a plain sentence or an object that holds one."""
+    if isinstance(item, dict):
+        for key in ("sentence", "why", "text"):
+            if item.get(key):
+                return str(item[key])
+        return ", ".join(f"{key}: {value}" for key, value in item.items())
+    return str(item)

@@ -1,0 +1,58 @@
+"""`stiffcal ingest`: raw logs to the Parquet store."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.tables import plain_table
+from stiffcal.cli.wording import significant
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def ingest(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -> int:
+    """Turn raw logs into load states in the Parquet store.
+
+    Clocks are aligned, holds found, references taken. With nothing changed since the last time it does
+    nothing and says so.
+
+    Example: stiffcal ingest campaigns/irb4400
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.ingest import ingest_campaign
+
+        document = ingest_campaign(folder, store=store, progress=answer.progress)
+        answer.give(document, show_ingest, command_line("identify", folder, store=store))
+    return OK
+
+
+def show_ingest(console: Console, document: Document) -> None:
+    """Draw the ingest document: states and clocks of each run."""
+    table = plain_table("run", "states>", "dropped", "clocks ahead of the first source's")
+    for run in document["runs"]:
+        dropped = run["dropped"]
+        table.add_row(str(run.get("id", run.get("run", ""))), str(run["n_states"]), _dropped(dropped), _clocks(run))
+    console.print(table)
+
+
+def _dropped(dropped: object) -> str:
+    if isinstance(dropped, list):
+        return "; ".join(str(item.get("why", item)) if isinstance(item, dict) else str(item) for item in dropped[:3])
+    return str(dropped) if dropped else ""
+
+
+def _clocks(run: Document) -> str:
+    words = []
+    for source, offset in (run.get("clock_ahead_s") or {}).items():
+        if isinstance(offset, dict) and offset.get("value") is not None:
+            std = offset.get("std")
+            spread = f" ± {significant(1.96e3 * std, 2)}" if std else ""
+            words.append(f"{source} {significant(1e3 * offset['value'], 4)}{spread} ms")
+        else:
+            reason = offset.get("reason", "") if isinstance(offset, dict) else ""
+            words.append(f"{source} not known" + (f" ({reason})" if reason else ""))
+    return ", ".join(words)

@@ -1,0 +1,57 @@
+"""`stiffcal init`: a commented campaign folder to fill in, or one proposed from a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import AsJson
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def init(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to make.")],
+    kind: Annotated[
+        Literal["load", "clamped", "ids", "friction"] | None, typer.Option(help="What kind of campaign it is to be.")
+    ] = None,
+    table: Annotated[
+        Path | None,
+        typer.Option("--from", metavar="TABLE.csv", help="Propose the campaign from a table's header and values."),
+    ] = None,
+    urdf: Annotated[Path | None, typer.Option(metavar="F", help="The robot as a URDF (with --from).")] = None,
+    robot: Annotated[
+        str | None, typer.Option(metavar="NAME", help="A bundled robot: irb4400, kr125, … (with --from).")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Make a commented campaign folder, or propose one from a table.
+
+    What was guessed from the table is marked with `# ?` in campaign.toml.
+
+    Example: stiffcal init my-robot --kind load
+
+    Example: stiffcal init my-robot --from table.csv --robot irb4400
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.init import init_campaign
+
+        document = init_campaign(folder, kind=kind, table=table, urdf=urdf, robot=robot)
+        answer.give(document, show_init, command_line("check", folder))
+    return OK
+
+
+def show_init(console: Console, document: Document) -> None:
+    """Name the files that were written and the lines that were guessed."""
+    for file in document["files"]:
+        console.print(f"wrote {file}", soft_wrap=True)
+    guessed = document["guessed"]
+    if guessed:
+        console.print("guessed, please look at these lines (`# ?`):")
+        for line in guessed:
+            console.print(f"  {line}", soft_wrap=True)

@@ -1,0 +1,31 @@
+"""The options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+Folder: TypeAlias = Annotated[Path, typer.Argument(metavar="DIR", help="The campaign folder.", show_default=False)]
+AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON document (SI units) and nothing else.")]
+StoreAt: TypeAlias = Annotated[
+    str | None,
+    typer.Option("--store", metavar="URI", help="Where the store is, if not in DIR/store.", show_default=False),
+]
+NoUpdate: TypeAlias = Annotated[
+    bool, typer.Option("--no-update", help="Refuse where an earlier step is missing or stale, instead of running it.")
+]
+Output: TypeAlias = Annotated[
+    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Where to write.", show_default=False)
+]
+Joints: TypeAlias = Annotated[
+    str | None, typer.Option("--joints", metavar="2,3", help="Joints by number or name.", show_default=False)
+]
+Links: TypeAlias = Annotated[
+    str | None, typer.Option("--links", metavar="swing,arm", help="Links by name.", show_default=False)
+]
+Pairs: TypeAlias = Annotated[
+    str | None, typer.Option("--pairs", metavar="5-6", help="Pairs of joints by number.", show_default=False)
+]
+HERE = Path()

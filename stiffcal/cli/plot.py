@@ -1,0 +1,51 @@
+"""`stiffcal plot`: one picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def plot(
+    folder: Folder = HERE,
+    run: Annotated[str | None, typer.Option(metavar="X", help="Only this run.", show_default=False)] = None,
+    against: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WHAT:JOINT",
+            help="Draw the residual against torque:4, angle:2, time, hold, load, temperature, …",
+            show_default=False,
+        ),
+    ] = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    no_update: NoUpdate = False,
+    store: StoreAt = None,
+) -> int:
+    """Draw load against deformation, or the residual.
+
+    The residual against anything it might follow; SVG, PNG or PDF by the file's ending.
+
+    Example: stiffcal plot campaigns/irb4400 --against torque:4 -o residual.svg
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.plot import plot_campaign
+        from stiffcal.workflow.steps import Means
+
+        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        document = plot_campaign(folder, means, output=output, run=run, against=against)
+        answer.give(document, show_plot, command_line("report", folder, store=store))
+    return OK
+
+
+def show_plot(console: Console, document: Document) -> None:
+    """Name the picture."""
+    console.print(f"drew {document['drawn']}: {document['file']}", soft_wrap=True)

@@ -1,0 +1,66 @@
+"""A progress bar on standard error, for what takes longer than two seconds."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import rich.progress
+
+PATIENCE_S = 1.0
+"""How long nothing is shown: what ends sooner needs no bar, and a terminal should not flicker."""
+
+
+class ProgressBar:
+    """The `progress(text, fraction)` callable that `workflow` and the rooms below take.
+
+    The bar appears one second after the first call and vanishes with `stop`. Without a terminal on standard error
+    nothing is drawn, so that logs stay readable.
+
+    Examples
+    --------
+    >>> bar = ProgressBar(terminal=False)
+    >>> bar("reading", 0.5)
+    >>> bar.stop()
+    """
+
+    def __init__(self, terminal: bool | None = None) -> None:
+        self._drawn = sys.stderr.isatty() if terminal is None else terminal
+        self._bar: rich.progress.Progress | None = None
+        self._task: rich.progress.TaskID | None = None
+        self._timer: threading.Timer | None = None
+
+    def __call__(self, text: str, fraction: float | None = None) -> None:
+        """Show what is being done and how much of it is."""
+        if not self._drawn:
+            return
+        if self._bar is None:
+            self._prepare(text)
+        if self._bar is None or self._task is None:
+            return
+        if fraction is None:
+            self._bar.update(self._task, description=text, total=None)
+        else:
+            self._bar.update(self._task, description=text, total=1.0, completed=min(max(fraction, 0.0), 1.0))
+
+    def _prepare(self, text: str) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+        self._bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self._task = self._bar.add_task(text, total=None)
+        self._timer = threading.Timer(PATIENCE_S, self._bar.start)
+        self._timer.daemon = True
+        self._timer.start()
+
+    def stop(self) -> None:
+        """Take the bar away."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer.join()
+        if self._bar is not None:
+            self._bar.stop()
+        self._bar = self._task = self._timer = None

@@ -1,0 +1,38 @@
+"""`stiffcal report`: the PDF."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def report(
+    folder: Folder = HERE,
+    output: Output = None,
+    as_json: AsJson = False,
+    no_update: NoUpdate = False,
+    store: StoreAt = None,
+) -> int:
+    """Write the report as a PDF (DIR/report.pdf).
+
+    Example: stiffcal report campaigns/irb4400 -o irb4400.pdf
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.report import report_campaign
+        from stiffcal.workflow.steps import Means
+
+        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        document = report_campaign(folder, means, output=output)
+        answer.give(document, show_report, command_line("history", folder, store=store))
+    return OK
+
+
+def show_report(console: Console, document: Document) -> None:
+    """Name the PDF."""
+    console.print(f"report: {document['file']}", soft_wrap=True)

@@ -1,0 +1,44 @@
+"""`stiffcal run`: check to report in one go."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.identify import show_fit
+from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.wording import deviation, share
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -> int:
+    """Check, ingest, identify, validate and report in one go.
+
+    Example: stiffcal run campaigns/irb4400
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.run import run_campaign
+        from stiffcal.workflow.steps import Means
+
+        means = Means(store=store, progress=answer.progress, say=answer.say)
+        document = run_campaign(folder, means)
+        answer.give(document, show_run, command_line("history", folder, store=store))
+    return OK if document["passed"] else NOT_HELD
+
+
+def show_run(console: Console, document: Document) -> None:
+    """Draw the stiffness table, the error in unseen poses, and where the PDF is."""
+    show_fit(console, document["identify"])
+    validation = document["validate"]
+    relative = validation["relative"]
+    left = relative.get("translation") if isinstance(relative, dict) else relative
+    console.print(
+        f"unseen poses: {deviation(validation['rms'])} rms, {share(left)} of the deflection is left "
+        f"(no model: {deviation(validation['zero_model'])})"
+    )
+    if validation["passed"] is False:
+        console.print("thresholds NOT held")
+    console.print(f"report: {document['report']}", soft_wrap=True)

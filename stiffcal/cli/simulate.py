@@ -1,0 +1,45 @@
+"""`stiffcal simulate`: raw logs of a known robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import AsJson
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def simulate(
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="The campaign folder to make.")],
+    source: Annotated[
+        Path,
+        typer.Option(
+            "--from", metavar="DIR", help="Campaign with robot, model (every parameter valued), simulate.toml."
+        ),
+    ],
+    seed: Annotated[int, typer.Option(metavar="N", help="The same seed gives the same bytes.")] = 0,
+    as_json: AsJson = False,
+) -> int:
+    """Simulate a campaign: raw logs of a known robot.
+
+    The robot and model of --from, with the sensors and their faults as simulate.toml has them.
+
+    Example: stiffcal simulate twin --from campaigns/irb4400 --seed 1
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.simulate import simulate_campaign
+
+        document = simulate_campaign(source, out, seed=seed, progress=answer.progress)
+        answer.give(document, show_simulation, command_line("run", out))
+    return OK
+
+
+def show_simulation(console: Console, document: Document) -> None:
+    """Name the folder and what is in it."""
+    console.print(f"wrote {len(document['files'])} files to {document['folder']}", soft_wrap=True)

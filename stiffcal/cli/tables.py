@@ -1,0 +1,65 @@
+"""Tables that more than one command shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.cli.wording import interval, places, significant
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+
+def plain_table(*columns: str) -> Table:
+    """Return an empty table without frame; columns whose title ends in `>` are numbers and stand right."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for column in columns:
+        right = column.endswith(">")
+        table.add_column(column.removesuffix(">"), justify="right" if right else "left", overflow="fold")
+    return table
+
+
+def show_parameters(console: Console, parameters: Sequence[dict[str, Any]]) -> None:
+    """Draw identified parameters: compliances as the stiffness people ask for, the others as they are.
+
+    Parameters
+    ----------
+    console : where to.
+    parameters : as in the `identify` document.
+    """
+    compliances = [p for p in parameters if "stiffness" in p]
+    others = [p for p in parameters if "stiffness" not in p]
+    if compliances:
+        table = plain_table("effect", "place", "stiffness, ± 95 %>", "unit", "compliance>", "unit")
+        for p in compliances:
+            low, high = _ends(p.get("stiffness_interval"))
+            known = p["value"] is not None
+            table.add_row(
+                p["effect"],
+                places(p["where"]),
+                interval(p["stiffness"], low, high) if known else "cannot be told",
+                _stiffness_unit(p["unit"]),
+                significant(p["value"]),
+                p["unit"],
+            )
+        console.print(table)
+    if others:
+        table = plain_table("parameter", "place", "value, ± 95 %>", "unit")
+        for p in others:
+            low, high = _ends(p.get("interval"))
+            value = interval(p["value"], low, high) if p["value"] is not None else "cannot be told"
+            table.add_row(p["name"], places(p["where"]), f"{value} (fixed)" if p["fixed"] else value, p["unit"])
+        console.print(table)
+
+
+def _ends(ends: Sequence[float | None] | None) -> tuple[float | None, float | None]:
+    return (None, None) if ends is None else (ends[0], ends[1])
+
+
+def _stiffness_unit(compliance_unit: str) -> str:
+    return {"rad/(N·m)": "N·m/rad", "m/N": "N/m"}.get(compliance_unit, f"1/({compliance_unit})")

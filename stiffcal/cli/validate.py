@@ -1,0 +1,106 @@
+"""`stiffcal validate`: the model against measurement in poses the fit has not seen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.tables import plain_table
+from stiffcal.cli.wording import angle, deviation, length, share
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def validate(
+    folder: Folder = HERE,
+    model: Annotated[
+        Path | None,
+        typer.Option("--model", metavar="OTHER_DIR", help="Hold another campaign's fitted model against these data."),
+    ] = None,
+    as_json: AsJson = False,
+    no_update: NoUpdate = False,
+    store: StoreAt = None,
+) -> int:
+    """Hold the model against poses the fit has not seen.
+
+    Says where it fails. Ends with exit code 1 where a threshold of campaign.toml is not held.
+
+    Example: stiffcal validate campaigns/irb4400
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.validate import validate_campaign
+
+        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        document = validate_campaign(folder, means, model=model)
+        answer.give(document, show_validation, command_line("report", folder, store=store))
+    return NOT_HELD if document["passed"] is False else OK
+
+
+def show_validation(console: Console, document: Document) -> None:
+    """Draw the validate document: the error in unseen poses beside the noise, then where it is largest."""
+    console.print(f"unseen poses ({document['scheme']})")
+    table = plain_table("", "rms>")
+    table.add_row("model", deviation(document["rms"]))
+    if document.get("max"):
+        table.add_row("worst state", deviation(document["max"]))
+    table.add_row("no model", deviation(document["zero_model"]))
+    table.add_row("noise", deviation(document["noise"]) if document["noise"] else "not known")
+    table.add_row("share of the deflection", _shares(document["relative"]))
+    console.print(table)
+    for key, title in (("by_run", "run"), ("by_direction", "direction"), ("by_load", "load"), ("by_branch", "branch")):
+        _show_bins(console, title, document.get(key) or [])
+    if document.get("worst"):
+        console.print(f"worst: {_worst(document['worst'])}")
+    passed = document["passed"]
+    console.print({True: "thresholds held", False: "thresholds NOT held", None: "no thresholds set"}[passed])
+
+
+def _show_bins(console: Console, title: str, bins: list[dict[str, Any]], most: int = 8) -> None:
+    if len(bins) < 2:
+        return
+    table = plain_table(title, "states>", "rms>", "max>")
+    ranked = sorted(bins, key=lambda item: -_translation(item["rms"]))
+    for item in ranked[:most]:
+        table.add_row(
+            str(item["label"]), str(item["n"]), deviation(_as_pair(item["rms"])), deviation(_as_pair(item["max"]))
+        )
+    console.print(table)
+    if len(ranked) > most:
+        console.print(f"  and {len(ranked) - most} more, each below these (all in --json)")
+
+
+def _translation(rms: Any) -> float:
+    value = rms.get("translation") if isinstance(rms, dict) else rms
+    return float(value or 0.0)
+
+
+def _as_pair(rms: Any) -> dict[str, float | None]:
+    return rms if isinstance(rms, dict) else {"translation": rms}
+
+
+def _shares(relative: Any) -> str:
+    if isinstance(relative, dict):
+        return ", ".join(f"{name} {share(value)}" for name, value in relative.items() if value is not None)
+    return share(relative)
+
+
+def _worst(worst: Any) -> str:
+    items = worst if isinstance(worst, list) else [worst]
+    parts = []
+    for item in items[:3]:
+        if not isinstance(item, dict):
+            parts.append(str(item))
+            continue
+        size = item.get("residual", item.get("translation", item.get("rms")))
+        label = ", ".join(str(item[key]) for key in ("label", "run", "row", "state") if key in item)
+        amount = length(_translation(size)) if size is not None else ""
+        turn = angle(item["rotation"]) if isinstance(item.get("rotation"), float) else ""
+        parts.append(" ".join(word for word in (label, amount, turn) if word))
+    return "; ".join(parts)

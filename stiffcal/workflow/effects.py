@@ -1,0 +1,75 @@
+"""The catalogue of effects, as a document."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from stiffcal.errors import InputError
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.effect import Effect
+
+
+def describe_effects(name: str | None = None, plugins: Iterable[Path] = ()) -> dict[str, Any]:
+    """Return what can be known of the effects that a model can hold.
+
+    Parameters
+    ----------
+    name : only this one; all where None.
+    plugins : the user's own files of effects.
+
+    Raises
+    ------
+    InputError : there is no effect of that name.
+
+    Examples
+    --------
+    >>> document = describe_effects("joint-compliance")
+    >>> document["effects"][0]["parameters"][0]["unit"]
+    'rad/(N·m)'
+    """
+    catalogue = find_effects(plugins)
+    if name is None:
+        chosen = list(catalogue.values())
+    elif name in catalogue:
+        chosen = [catalogue[name]]
+    else:
+        near = difflib.get_close_matches(name, catalogue, n=1)
+        mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
+        raise InputError.at("command line", "NAME", f"no effect is called {name}", mend)
+    return {"schema": "stiffcal/effects/1", "warnings": [], "effects": [_describe(effect) for effect in chosen]}
+
+
+def _describe(effect: Effect) -> dict[str, Any]:
+    parameters = [
+        {
+            "symbol": spec.symbol,
+            "unit": spec.unit,
+            "meaning": spec.meaning,
+            "bounds": [_finite(spec.lower), _finite(spec.upper)],
+            "typical": spec.typical,
+            "source": spec.source,
+        }
+        for spec in effect.parameters
+    ]
+    return {
+        "name": effect.name,
+        "place": {"setup": "set-up"}.get(effect.place_kind, effect.place_kind),
+        "kind": effect.kind.value,
+        "summary": effect.summary,
+        "physics": effect.describe(),
+        "parameters": parameters,
+        "needs": list(effect.needs),
+        "includes": list(effect.includes),
+        "excludes": list(effect.excludes),
+        "fingerprint": effect.fingerprint,
+        "looks_like": list(effect.looks_like),
+        "check": effect.how_to_check,
+    }
+
+
+def _finite(bound: float) -> float | None:
+    return bound if math.isfinite(bound) else None
