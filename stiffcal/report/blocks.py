@@ -1,0 +1,106 @@
+"""What pages are built of: blocks of text, tables and pictures that the typst template sets one under the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """Running text; `tone` "plain", "key" (framed: the answer), "quiet" (small)."""
+
+    text: str
+    tone: str = "plain"
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list of points."""
+
+    texts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Subheading:
+    """A heading inside a section; it gets a bookmark of its own."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Names and values in two columns."""
+
+    rows: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A table's column.
+
+    Attributes
+    ----------
+    title : what it holds.
+    unit : printed under the title in brackets; "" where there is none.
+    align : "left" or "right".
+    width : share of the free width; 0 takes what the cells need.
+    mono : set in a typewriter face.
+    """
+
+    title: str
+    unit: str = ""
+    align: str = "right"
+    width: float = 0.0
+    mono: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table that breaks over pages and repeats its header there."""
+
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[str, ...], ...]
+    caption: str
+
+    def __post_init__(self) -> None:
+        if any(len(row) != len(self.columns) for row in self.rows):
+            raise ValueError(f"every row of the table {self.caption!r} needs {len(self.columns)} cells")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture, drawn only when the report is made.
+
+    Attributes
+    ----------
+    draw : makes the figure.
+    caption : what is seen, with numbers.
+    """
+
+    draw: Callable[[], Figure]
+    caption: str
+
+
+Block: TypeAlias = Paragraph | Items | Subheading | Facts | Table | Picture
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of the report: its heading and what stands under it."""
+
+    title: str
+    blocks: tuple[Block, ...]
+    new_page: bool = False
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A section that has nothing to show, and why."""
+
+    title: str
+    reason: str

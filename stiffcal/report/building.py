@@ -1,0 +1,102 @@
+"""From content to PDF: lay out the sections, draw their pictures, set the pages."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.content import ReportContent
+from stiffcal.report.figures.canvas import save_figure
+from stiffcal.report.sections import all_sections
+from stiffcal.report.typesetting import set_pages
+
+_LEFT_OUT_TITLE = "What this report leaves out"
+
+
+def build_report(content: ReportContent, output: Path, progress: Progress = no_progress) -> None:
+    """Write the report as a PDF; the same content gives the same bytes.
+
+    Parameters
+    ----------
+    content : finished results of the other rooms.
+    output : where to write; replaced in one step, only when the report is complete.
+    progress : told of each picture.
+
+    Raises
+    ------
+    InputError
+        Where `output` cannot be written.
+    """
+    laid_out = lay_out(content)
+    try:
+        with tempfile.TemporaryDirectory(prefix="stiffcal-report-") as folder:
+            pages = {
+                "title": f"Stiffness of {content.provenance.robot}",
+                "campaign": content.provenance.campaign,
+                "date": content.provenance.date,
+                "maker": " ".join(content.provenance.versions[0]) if content.provenance.versions else "stiffcal",
+                "sections": _as_data(laid_out, Path(folder), progress),
+            }
+            progress("setting the pages", 0.95)
+            pdf = set_pages(pages, Path(folder), content.provenance.date)
+        _write_whole(output, pdf)
+    except OSError as error:
+        place = "choose a place that can be written, with -o"
+        raise InputError.at(str(output), "", f"cannot be written ({error.strerror or error})", place) from error
+    progress("report written", 1.0)
+
+
+def lay_out(content: ReportContent) -> list[Section]:
+    """Lay out all sections that have something to show; the last one names the others, with the reason."""
+    sections: list[Section] = []
+    reasons: list[str] = []
+    for module in all_sections():
+        made = module.section(content)
+        if isinstance(made, LeftOut):
+            reasons.append(f"{made.title}: {made.reason}.")
+        else:
+            sections.append(made)
+    if reasons:
+        sections.append(Section(_LEFT_OUT_TITLE, (Items(tuple(reasons)),)))
+    return sections
+
+
+def _as_data(sections: Sequence[Section], folder: Path, progress: Progress) -> list[dict[str, Any]]:
+    """Turn sections into what the template reads, drawing each picture into `folder`."""
+    n_pictures = sum(isinstance(block, Picture) for section in sections for block in section.blocks)
+    drawn = 0
+    data = []
+    for section in sections:
+        blocks = []
+        for block in section.blocks:
+            if isinstance(block, Picture):
+                progress(f"drawing: {section.title}", 0.9 * drawn / n_pictures)
+                drawn += 1
+                name = f"figure-{drawn:03d}.svg"
+                save_figure(block.draw(), folder / name, text_as_shapes=False)
+                blocks.append({"kind": "picture", "file": name, "caption": block.caption})
+            else:
+                blocks.append(_block_data(block))
+        data.append({"title": section.title, "new_page": section.new_page, "blocks": blocks})
+    return data
+
+
+def _block_data(block: Block) -> dict[str, Any]:
+    kinds = {Paragraph: "paragraph", Items: "items", Subheading: "subheading", Facts: "facts", Table: "table"}
+    return {"kind": kinds[type(block)], **asdict(block)}
+
+
+def _write_whole(output: Path, content: bytes) -> None:
+    """Write beside the goal, then replace it: a reader never sees half a report."""
+    beside = output.with_name(f".{output.name}.{os.getpid()}")
+    try:
+        beside.write_bytes(content)
+        os.replace(beside, output)
+    finally:
+        beside.unlink(missing_ok=True)

@@ -1,0 +1,247 @@
+"""What a report is made of: the finished results of the other rooms, as plain arrays and documents.
+
+The report draws results and computes none: every number on its pages stands here already, in SI units. Whoever fills
+this in leaves out what does not exist (``None`` or an empty tuple); the report then leaves that page out and says why.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Strings = NDArray[np.str_]
+Booleans = NDArray[np.bool_]
+Document: TypeAlias = dict[str, Any]
+"""A JSON document of the interface (section 4): ``identify``, ``validate``, ``history``, ``ingest`` and so on."""
+
+BRANCHES = ("loading", "unloading", "")
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """A file the results rest on.
+
+    Attributes
+    ----------
+    file : path as in the manifest, relative to the campaign folder.
+    sha256 : hexadecimal digest of its bytes.
+    n_bytes : its size.
+    """
+
+    file: str
+    sha256: str
+    n_bytes: int
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where the report comes from.
+
+    Attributes
+    ----------
+    campaign : the campaign's name.
+    robot : the robot's name.
+    date : ISO date or date and time that is printed and put into the PDF, e.g. ``"2026-11-21"``. It is passed in, so
+        that the same content gives the same bytes.
+    versions : (program, version) pairs: stiffcal first, then what it computed with.
+    sources : the files read: logs, manifest, robot file, model file.
+    settings : (name, value) pairs worth a customer's eye: balance, weights, loss, …
+    """
+
+    campaign: str
+    robot: str
+    date: str
+    versions: tuple[tuple[str, str], ...] = ()
+    sources: tuple[SourceFile, ...] = ()
+    settings: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """A sensor's signal, one line of the table of instruments.
+
+    Attributes
+    ----------
+    source : the source's name in the manifest.
+    measures : what it measures, in words: "force and moment", "pose of target", "joint angles".
+    detail : in words: file format, frame, columns.
+    rate : samples per second, None where states came averaged.
+    sigma : standard uncertainties with unit as they are to be printed, e.g. "0.016 mm, 0.03 mrad"; "" where not given.
+    """
+
+    source: str
+    measures: str
+    detail: str = ""
+    rate: float | None = None
+    sigma: str = ""
+
+
+@dataclass(frozen=True)
+class ReportRun:
+    """One run: a pose in which loads were applied.
+
+    Attributes
+    ----------
+    name : the run's id.
+    joints : (L,) rad, the logged joint angles, mean over the run.
+    stick : (K, 3) m in base axes: base origin, joint origins from base to wrist, flange (K = J + 2).
+    target : (3,) m in base axes: the measured point, where residual arrows start; None where not known.
+    holdout : never used to fit.
+    tags : the manifest's words.
+    """
+
+    name: str
+    joints: Floats
+    stick: Floats | None = None
+    target: Floats | None = None
+    holdout: bool = False
+    tags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class SetAside:
+    """States that were not used, with the reason.
+
+    Attributes
+    ----------
+    run : the run's name, "" where it concerns a whole source.
+    rows : data rows of the table or numbers of the holds, from 1.
+    why : in words.
+    """
+
+    run: str
+    rows: tuple[int, ...]
+    why: str
+
+
+@dataclass(frozen=True)
+class ReportStates:
+    """n load states, grouped by run and in the order in which they were reached.
+
+    Attributes
+    ----------
+    run : (n,) index into ``ReportContent.runs``.
+    force : (n, 3) N, base axes, what the surroundings do to the robot, less the force in the run's reference state.
+    load : (n,) N, the magnitude that loads are sorted by.
+    direction : (n,) label of the load's direction within the run, the same as in ``validate``'s ``by_direction``;
+        "" for a reference state.
+    branch : (n,) "loading", "unloading" or "" where there is none (single states, reference).
+    measured : (n, 3) m or (n, 6) m, rad, base axes: displacement since the run's reference.
+    predicted : the same shape; the fit's model at these states.
+    predicted_unseen : the same shape; each run by a fit that has not seen its pose; None where not validated.
+    set_aside : (n,) why a state was not used, "" where it was. Such states are drawn as crosses.
+    reference : (n,) True for the run's reference state; it carries no information of its own.
+    """
+
+    run: Integers
+    force: Floats
+    load: Floats
+    direction: Strings
+    branch: Strings
+    measured: Floats
+    predicted: Floats
+    predicted_unseen: Floats | None = None
+    set_aside: Strings | None = None
+    reference: NDArray[np.bool_] | None = None
+
+    def __len__(self) -> int:
+        return int(self.run.shape[0])
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        """(n,) True for the states that are neither set aside nor a reference."""
+        keep = np.ones(len(self), dtype=np.bool_)
+        if self.set_aside is not None:
+            keep &= self.set_aside == ""
+        if self.reference is not None:
+            keep &= ~self.reference
+        return np.asarray(keep, dtype=np.bool_)
+
+    @property
+    def has_rotation(self) -> bool:
+        """True where rotations were measured (six columns, not all NaN)."""
+        return self.measured.shape[1] == 6 and bool(np.isfinite(self.measured[:, 3:]).any())
+
+    @property
+    def best_prediction(self) -> Floats:
+        """The prediction for unseen poses where there is one, else the fit's."""
+        return self.predicted if self.predicted_unseen is None else self.predicted_unseen
+
+    @property
+    def residual(self) -> Floats:
+        """(n, 3) or (n, 6): measured minus `best_prediction`, m, rad."""
+        return np.asarray(self.measured - self.best_prediction, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Driver:
+    """Something a residual might follow: a joint torque, time, a temperature.
+
+    Attributes
+    ----------
+    name : what it is, e.g. "torque on joint 4".
+    unit : e.g. "N·m".
+    values : (n,) one per load state, in that unit (printed as it is).
+    """
+
+    name: str
+    unit: str
+    values: Floats
+
+
+@dataclass(frozen=True)
+class LoadPath:
+    """Deflection predicted along a path of loads at one pose (002, Fig. 2).
+
+    Attributes
+    ----------
+    name : how the path is called.
+    pose : the pose in words, e.g. "A1 … A6 = −45.8°, 4.6°, …", and how it was found.
+    force : (m, 3) N, base axes, along the path.
+    deflection : (m, 3) m, base axes.
+    corners : indices into the path of the loads that were named.
+    """
+
+    name: str
+    pose: str
+    force: Floats
+    deflection: Floats
+    corners: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class ReportContent:
+    """All that a report shows.
+
+    Attributes
+    ----------
+    provenance : title page.
+    runs : the runs, in the manifest's order.
+    joint_names : names of the logged joints (L).
+    states : the load states; None where there are none (then all curves are left out).
+    identify, validate, history, ingest : JSON documents of the interface, section 4; None where not made.
+    instruments : the sensors.
+    set_aside : what was not used and why.
+    drivers : what residuals are to be plotted against, most telling first.
+    load_paths : predicted paths of loads.
+    extra : documents and arrays of later sections (diagnosis), by section name.
+    """
+
+    provenance: Provenance
+    runs: tuple[ReportRun, ...]
+    joint_names: tuple[str, ...]
+    states: ReportStates | None = None
+    identify: Document | None = None
+    validate: Document | None = None
+    history: Document | None = None
+    ingest: Document | None = None
+    instruments: tuple[Instrument, ...] = ()
+    set_aside: tuple[SetAside, ...] = ()
+    drivers: tuple[Driver, ...] = ()
+    load_paths: tuple[LoadPath, ...] = ()
+    extra: dict[str, Any] = field(default_factory=dict)

@@ -1,0 +1,146 @@
+"""How every picture looks, and how it is written: the same bytes for the same content.
+
+Pictures must be readable in grey and by colour-blind readers: series differ by marker, line style or hatching first;
+the colours are Okabe and Ito's, picked in falling darkness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+
+import numpy as np
+
+from stiffcal.report.content import Floats, Integers
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+INK = "#1a1a1a"
+MODEL = "#000000"
+QUIET = "#8a8a8a"
+PALE = "#d9d9d9"
+ACCENT = "#D55E00"
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#7a3e8e", "#E69F00", "#56B4E9", "#CC79A7", "#4d4d4d")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">", "p", "h")
+HATCHES = ("////", "", "....", "xxxx", "\\\\\\\\", "oo")
+PAGE_WIDTH_MM = 170.0
+AXES_NAMES = ("x", "y", "z")
+
+_STYLE: dict[str, Any] = {
+    "font.family": ["DejaVu Sans"],
+    "font.size": 7.0,
+    "axes.titlesize": 7.5,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 7.0,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": INK,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.use_mathtext": False,
+    "axes.formatter.useoffset": False,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.5,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "legend.fontsize": 6.5,
+    "legend.frameon": False,
+    "legend.handlelength": 2.2,
+    "lines.linewidth": 0.9,
+    "lines.markersize": 3.0,
+    "lines.markeredgewidth": 0.7,
+    "hatch.linewidth": 0.5,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "savefig.facecolor": "white",
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "stiffcal",
+}
+
+
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
+    """Run a drawing function under the report's style, whatever the user's own matplotlib settings are."""
+
+    @wraps(draw)
+    def under_style(*args: P.args, **kwargs: P.kwargs) -> R:
+        import matplotlib
+
+        with matplotlib.rc_context():
+            matplotlib.rcdefaults()
+            matplotlib.rcParams.update(_STYLE)
+            return draw(*args, **kwargs)
+
+    return under_style
+
+
+def new_figure(width_mm: float, height_mm: float, constrained: bool = True) -> Figure:
+    """Return an empty figure of that size, without pyplot; panels keep clear of each other where `constrained`."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained" if constrained else None)
+
+
+def save_figure(figure: Figure, path: Path, text_as_shapes: bool = True) -> None:
+    """Write a picture as SVG, PDF or PNG, by the path's ending; no dates inside.
+
+    Parameters
+    ----------
+    figure : what to write.
+    path : where; `.svg`, `.pdf` or `.png`.
+    text_as_shapes : SVG only: draw letters as outlines, which look the same on every machine. The report keeps them as
+        text, so that the PDF can be searched.
+    """
+    import matplotlib
+
+    kind = path.suffix.lower().lstrip(".")
+    metadata: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {"Software": None})
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_STYLE | {"svg.fonttype": "path" if text_as_shapes else "none"})
+        figure.savefig(path, format=kind, metadata=metadata, dpi=200)
+
+
+def thinned(size: Floats, limit: int) -> Integers:
+    """Pick at most about `limit` of the entries to draw: evenly spread ones, and always the twenty largest of `size`.
+
+    A vector picture of 200 000 markers helps nobody; captions say how many are shown.
+    """
+    n = int(size.shape[0])
+    if n <= limit:
+        return np.arange(n)
+    even = np.linspace(0, n - 1, limit).round().astype(np.int64)
+    largest = np.argsort(np.nan_to_num(size))[-20:]
+    return np.unique(np.concatenate([even, largest]))
+
+
+def padded_limits(values: Sequence[float] | Floats, share: float = 0.06) -> tuple[float, float]:
+    """Axis limits around the finite values, zero included; never of no width."""
+    finite = np.asarray(values, dtype=np.float64)
+    finite = finite[np.isfinite(finite)]
+    low, high = (min(0.0, float(finite.min())), max(0.0, float(finite.max()))) if finite.size else (0.0, 1.0)
+    width = (high - low) or 1.0
+    return low - share * width, high + share * width
+
+
+def zero_lines(axes: Axes) -> None:
+    """Draw thin lines through the origin."""
+    axes.axhline(0.0, color=QUIET, linewidth=0.5, zorder=0.5)
+    axes.axvline(0.0, color=QUIET, linewidth=0.5, zorder=0.5)
+
+
+def share_legend(figure: Figure, handles: Sequence[Any], columns: int = 6) -> None:
+    """Put one legend above all panels, in a strip of its own."""
+    if handles:
+        figure.legend(handles=list(handles), loc="outside upper center", ncols=min(columns, len(handles)))

@@ -1,0 +1,62 @@
+"""Measured against predicted deflection: on the diagonal the model is right."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.report.content import ReportStates
+from stiffcal.report.figures import canvas
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_POINTS = 1500
+
+
+def _draw_panel(axes: Axes, states: ReportStates, component: int, scale: float) -> None:
+    used = np.flatnonzero(states.used)
+    used = used[canvas.thinned(np.linalg.norm(states.residual[used, :3], axis=1), MOST_POINTS)]
+    measured, predicted = states.measured[:, component] * scale, states.best_prediction[:, component] * scale
+    limits = canvas.padded_limits(np.concatenate([measured[used], predicted[used]]))
+    axes.plot(limits, limits, color=canvas.QUIET, linewidth=0.8, linestyle=(0, (6, 2)), zorder=1)
+    for branch, marker, face in (("unloading", "s", "white"), ("loading", "o", None), ("", "o", None)):
+        pick = used[states.branch[used] == branch]
+        if not pick.size:
+            continue
+        colour = canvas.COLOURS[1 if branch == "unloading" else 0]
+        axes.plot(
+            predicted[pick], measured[pick], linestyle="none", marker=marker, markersize=2.4, markeredgewidth=0.5,
+            color=colour, markerfacecolor=face or colour, label=branch or "measured", zorder=3,
+        )  # fmt: skip
+    axes.set_xlim(*limits)
+    axes.set_ylim(*limits)
+    axes.set_box_aspect(1.0)
+
+
+@canvas.styled
+def draw_measured_against_predicted(states: ReportStates) -> Figure:
+    """Draw measured against predicted deflection, one panel per component.
+
+    Parameters
+    ----------
+    states : the load states; predictions for unseen poses are used where there are any.
+
+    Returns
+    -------
+    Figure; deflections in mm, rotations in mrad, base axes.
+    """
+    rows = 2 if states.has_rotation else 1
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 8 + 57 * rows)
+    panels = figure.subplots(rows, 3, squeeze=False)
+    for row in range(rows):
+        for axis, letter in enumerate(canvas.AXES_NAMES):
+            panel = panels[row, axis]
+            _draw_panel(panel, states, 3 * row + axis, 1e3)
+            quantity, unit = (f"rotation about {letter}", "mrad") if row else (f"deflection D{letter}", "mm")
+            panel.set_xlabel(f"predicted {quantity} [{unit}]")
+            panel.set_ylabel(f"measured {quantity} [{unit}]")
+    canvas.share_legend(figure, panels[0, 0].get_legend_handles_labels()[0])
+    return figure

@@ -1,0 +1,59 @@
+"""The residual against anything it might follow, each on its own scale."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.report.content import Driver, ReportStates
+from stiffcal.report.figures import canvas
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_POINTS = 500
+
+
+@canvas.styled
+def draw_residual_against(states: ReportStates, drivers: Sequence[Driver], noise: float | None = None) -> Figure:
+    """Draw the residual along x, y and z against each driver: one row of panels per driver.
+
+    Parameters
+    ----------
+    states : the load states.
+    drivers : what the residual might follow.
+    noise : m, rms length of what instruments scatter; drawn as a band of ± two standard deviations per axis, the three
+        axes taken alike (length / √3). None: no band.
+
+    Returns
+    -------
+    Figure; residuals in µm, base axes; drivers in their own units.
+    """
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 12 + 32 * len(drivers) if len(drivers) > 1 else 62)
+    panels = figure.subplots(len(drivers), 3, sharey=True, squeeze=False)
+    used = np.flatnonzero(states.used)
+    residual = states.residual * 1e6
+    used = used[canvas.thinned(np.linalg.norm(residual[used, :3], axis=1), MOST_POINTS)]
+    limits = canvas.padded_limits(np.concatenate([residual[used, :3].ravel(), -residual[used, :3].ravel()]))
+    for row, driver in enumerate(drivers):
+        for axis, letter in enumerate(canvas.AXES_NAMES):
+            panel = panels[row, axis]
+            panel.axhline(0.0, color=canvas.QUIET, linewidth=0.6)
+            if noise is not None:
+                half = 2e6 * noise / np.sqrt(3.0)
+                panel.axhspan(-half, half, color=canvas.PALE, alpha=0.6, linewidth=0, zorder=0.3, label="± 2 × noise")
+            for branch, marker, face in (("loading", "o", None), ("unloading", "s", "white"), ("", "o", None)):
+                pick = used[states.branch[used] == branch]
+                colour = canvas.COLOURS[1 if branch == "unloading" else 0]
+                if pick.size:
+                    panel.plot(
+                        driver.values[pick], residual[pick, axis], linestyle="none", marker=marker, markersize=2.0,
+                        markeredgewidth=0.5, color=colour, markerfacecolor=face or colour, label=branch or "residual",
+                    )  # fmt: skip
+            panel.set_ylim(*limits)
+            panel.set_xlabel(f"{driver.name} [{driver.unit}]")
+            panel.set_ylabel(f"residual {letter} [µm]")
+    canvas.share_legend(figure, panels[0, 0].get_legend_handles_labels()[0])
+    return figure

@@ -1,0 +1,213 @@
+"""The robot drawn in its poses as a stick figure, with the residuals as arrows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.report import wording
+from stiffcal.report.content import Floats, ReportRun, ReportStates
+from stiffcal.report.figures import canvas
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PER_SHEET = 20
+# Parallel projection: the eye stands this far to the side of where the arm mostly points, and this high, degrees.
+_ASIDE, _ELEVATION = 60.0, 22.0
+_ARROWS_PER_RUN = 6
+
+
+def residual_arrows(states: ReportStates, run: int) -> tuple[Floats, Floats]:
+    """Pick the residuals to draw in a run: the state of the largest load in each direction of force.
+
+    Returns
+    -------
+    force (m, 3) N and residual (m, 3) m, base axes; m at most six, the largest residuals first.
+    """
+    inside = np.flatnonzero(states.used & (states.run == run))
+    picks = []
+    for label in dict.fromkeys(states.direction[inside].tolist()):
+        members = inside[states.direction[inside] == label]
+        picks.append(int(members[np.argmax(states.load[members])]))
+    residual = states.residual[:, :3]
+    picks.sort(key=lambda index: -float(np.linalg.norm(residual[index])))
+    chosen = np.array(picks[:_ARROWS_PER_RUN], dtype=np.int64)
+    return states.force[chosen], residual[chosen]
+
+
+def round_scale(longest: float, size: float) -> float:
+    """Magnification (1, 2 or 5 times a power of ten) that draws `longest` metres not longer than `size` metres.
+
+    Examples
+    --------
+    >>> round_scale(1e-4, 0.35)
+    2000.0
+    """
+    if longest <= 0:
+        return 1.0
+    decade = 10.0 ** np.floor(np.log10(size / longest))
+    return float(next(step * decade for step in (5.0, 2.0, 1.0) if step * decade * longest <= size))
+
+
+def _view(azimuth: float, elevation: float) -> Floats:
+    """(2, 3): base axes to the plane of the picture (right, up)."""
+    a, e = np.deg2rad(azimuth), np.deg2rad(elevation)
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    up = np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)])
+    return np.stack([right, up])
+
+
+_VIEWS = {
+    "from the side": (np.array([[1.0, 0, 0], [0, 0, 1.0]]), "x", "z"),
+    "from the front": (np.array([[0, 1.0, 0], [0, 0, 1.0]]), "y", "z"),
+    "from above": (np.array([[1.0, 0, 0], [0, 1.0, 0]]), "x", "y"),
+}
+
+
+def _draw_stick(axes: Axes, stick: Floats, colour: str, width: float, joints: bool = True) -> None:
+    axes.plot(stick[:, 0], stick[:, 1], color=colour, linewidth=width, solid_joinstyle="round", zorder=2)
+    if joints:
+        axes.plot(
+            stick[1:-1, 0], stick[1:-1, 1], linestyle="none", marker="o", markersize=2.4, color=colour,
+            markerfacecolor="white", zorder=3,
+        )  # fmt: skip
+
+
+def _draw_arrows(axes: Axes, start: Floats, vectors: Floats, width: float = 0.8) -> None:
+    for vector in vectors:
+        axes.annotate(
+            "", xy=tuple(start + vector), xytext=tuple(start), annotation_clip=False,
+            arrowprops={"arrowstyle": "-|>", "color": canvas.ACCENT, "linewidth": width, "mutation_scale": 4,
+                        "shrinkA": 0, "shrinkB": 0}, zorder=5,
+        )  # fmt: skip
+
+
+def _reach(runs: Sequence[ReportRun]) -> float:
+    """Size of the drawn space, m: the largest distance of any joint from the base."""
+    return max(float(np.linalg.norm(run.stick, axis=1).max()) for run in runs if run.stick is not None)
+
+
+def arrow_scale(runs: Sequence[ReportRun], states: ReportStates, share: float = 0.22) -> float:
+    """Magnification of the residual arrows that suits these runs: the longest takes `share` of the robot's reach."""
+    drawn = [number for number, run in enumerate(runs) if run.stick is not None]
+    longest = max(
+        (float(np.linalg.norm(residual, axis=1).max(initial=0.0)) for _, residual in (residual_arrows(states, n) for n in drawn)),
+        default=0.0,
+    )
+    return round_scale(longest, share * _reach([runs[n] for n in drawn]))
+
+
+def _end(run: ReportRun) -> Floats:
+    assert run.stick is not None
+    return run.stick[-1] if run.target is None else run.target
+
+
+@canvas.styled
+def draw_robot_poses(runs: Sequence[ReportRun], states: ReportStates | None, scale: float | None = None) -> Figure:
+    """Draw all poses over each other, from the side, the front and above, with residual arrows at the target.
+
+    Parameters
+    ----------
+    runs : the runs; those without a stick figure are left out.
+    states : the load states; None draws no arrows.
+    scale : magnification of the arrows; None: chosen by `arrow_scale`.
+
+    Returns
+    -------
+    Figure; base axes, m.
+    """
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 72)
+    panels = figure.subplots(1, 3)
+    drawn = [(number, run) for number, run in enumerate(runs) if run.stick is not None]
+    magnify = scale or (arrow_scale(runs, states) if states is not None else 1.0)
+    for panel, (title, (view, across, up)) in zip(panels, _VIEWS.items(), strict=True):
+        for number, run in drawn:
+            assert run.stick is not None
+            points = np.concatenate([run.stick, _end(run)[None]])
+            _draw_stick(panel, points @ view.T, "#6d6d6d", 0.6 if len(drawn) > 15 else 0.9, joints=len(drawn) <= 15)
+            if states is not None:
+                _, residual = residual_arrows(states, number)
+                _draw_arrows(panel, view @ _end(run), magnify * residual @ view.T, 0.7)
+        panel.set_aspect("equal", adjustable="datalim")
+        panel.set_title(title)
+        panel.set_xlabel(f"{across} [m]")
+        panel.set_ylabel(f"{up} [m]")
+    return figure
+
+
+@canvas.styled
+def draw_pose_sheet(runs: Sequence[ReportRun], numbers: Sequence[int], states: ReportStates | None, scale: float) -> Figure:
+    """Draw each pose in a small picture of its own, seen from aside and above, its shadow on the floor.
+
+    Parameters
+    ----------
+    runs : all runs.
+    numbers : indices of the runs to draw, at most `PER_SHEET` look well.
+    states : the load states; None draws no arrows.
+    scale : magnification of the arrows.
+
+    Returns
+    -------
+    Figure; one scale for all, a bar of that length in m in the last picture.
+    """
+    columns = 4 if len(numbers) <= 12 else 5
+    rows = -(-len(numbers) // columns)
+    view = _view(_azimuth(runs) - _ASIDE, _ELEVATION)
+    low, high = _extent(runs, numbers, view)
+    cell = canvas.PAGE_WIDTH_MM / columns
+    height = cell * float(np.clip((high - low)[1] / (high - low)[0], 0.6, 1.5)) + 4
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, rows * height + 6)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for panel in panels:
+        panel.set_axis_off()
+        panel.set_aspect("equal")
+        panel.set_xlim(low[0], high[0])
+        panel.set_ylim(low[1], high[1])
+    for panel, number in zip(panels, numbers, strict=False):
+        run = runs[number]
+        assert run.stick is not None
+        points = np.concatenate([run.stick, _end(run)[None]])
+        _draw_stick(panel, points * [1.0, 1.0, 0.0] @ view.T, canvas.PALE, 1.4, joints=False)
+        _draw_stick(panel, points @ view.T, canvas.INK, 1.1)
+        if states is not None:
+            _, residual = residual_arrows(states, number)
+            _draw_arrows(panel, view @ _end(run), scale * residual @ view.T)
+        panel.set_title(run.name, fontsize=6.5, loc="center", pad=1)
+    _draw_axes(panels[0], view, 0.22 * float((high - low)[1]))
+    _draw_ruler(panels[len(numbers) - 1], low, scale if states is not None else None)
+    return figure
+
+
+def _azimuth(runs: Sequence[ReportRun]) -> float:
+    """Where the arm mostly points, degrees about the base's z axis."""
+    reach = np.sum([_end(run)[:2] for run in runs if run.stick is not None], axis=0)
+    return float(np.rad2deg(np.arctan2(reach[1], reach[0])))
+
+
+def _extent(runs: Sequence[ReportRun], numbers: Sequence[int], view: Floats) -> tuple[Floats, Floats]:
+    """Corners (2,) of the picture that holds all robots and their shadows, with room for arrows and ruler."""
+    drawn = [np.concatenate([stick, _end(runs[n])[None]]) for n in numbers if (stick := runs[n].stick) is not None]
+    points = np.concatenate([shape for each in drawn for shape in (each, each * [1.0, 1.0, 0.0])]) @ view.T
+    size = float(np.ptp(points, axis=0).max())
+    room = np.array([0.12, 0.06]) * size
+    return points.min(axis=0) - room - [0.0, 0.12 * size], points.max(axis=0) + room
+
+
+def _draw_axes(axes: Axes, view: Floats, size: float) -> None:
+    """Draw the base axes at the robot's foot."""
+    for letter, direction in zip(canvas.AXES_NAMES, np.eye(3), strict=True):
+        tip = view @ direction * size
+        axes.plot([0.0, tip[0]], [0.0, tip[1]], color=canvas.COLOURS[0], linewidth=0.7, zorder=1)
+        axes.annotate(letter, tuple(1.25 * tip), ha="center", va="center", fontsize=6, color=canvas.COLOURS[0])
+
+
+def _draw_ruler(axes: Axes, low: Floats, scale: float | None) -> None:
+    """Draw a bar of half a metre, and what it means for the arrows."""
+    text = "0.5 m" if scale is None else f"0.5 m; for arrows {wording.length(0.5 / scale)}"
+    left, height = axes.get_xlim()[0], low[1] + 0.1 * (axes.get_ylim()[1] - low[1])
+    axes.plot([left, left + 0.5], [height] * 2, color=canvas.INK, linewidth=1.8, solid_capstyle="butt")
+    axes.annotate(text, (left, height), xytext=(0, -3), textcoords="offset points", ha="left", va="top", fontsize=6)

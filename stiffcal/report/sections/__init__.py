@@ -1,0 +1,30 @@
+"""The report's sections, one per file: found by walking this folder, sorted by their ``ORDER``.
+
+Each module holds ``ORDER`` (an integer, gaps left for later ones) and ``section(content) -> Section | LeftOut``. A new
+page, such as the diagnosis, is one new file here.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from typing import Protocol, cast
+
+from stiffcal.report.blocks import LeftOut, Section
+from stiffcal.report.content import ReportContent
+
+
+class SectionModule(Protocol):
+    """What each file in this folder offers."""
+
+    ORDER: int
+
+    def section(self, content: ReportContent) -> Section | LeftOut:
+        """Lay out the section, or say why it is left out."""
+
+
+def all_sections() -> list[SectionModule]:
+    """Find the section files, in the order of the report."""
+    names = sorted(found.name for found in pkgutil.iter_modules(__path__))
+    modules = [cast(SectionModule, importlib.import_module(f"{__name__}.{name}")) for name in names]
+    return sorted(modules, key=lambda module: module.ORDER)

@@ -1,0 +1,35 @@
+"""Measured against predicted."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import LeftOut, Picture, Section
+from stiffcal.report.content import ReportContent
+from stiffcal.report.figures.measured_against_predicted import MOST_POINTS, draw_measured_against_predicted
+from stiffcal.report.sections.summary import share_left
+
+ORDER = 60
+_TITLE = "Measured against predicted"
+
+
+def section(content: ReportContent) -> Section | LeftOut:
+    """Lay out the scatter about the diagonal."""
+    states = content.states
+    if states is None or not states.used.any():
+        return LeftOut(_TITLE, "there are no load states to draw")
+    if content.identify is None:
+        return LeftOut(_TITLE, "no model has been fitted yet")
+    by = "by fits that had not seen the pose" if states.predicted_unseen is not None else "by the fit itself (not validated)"
+    caption = f"Deflection measured against predicted {by}, base axes. On the dashed diagonal both agree."
+    validation = content.validate
+    if validation is not None:
+        left = share_left(validation)
+        caption += f" Off the diagonal by {wording.both(validation.get('rms'))} rms"
+        caption += f", {wording.percent(left)} of the deflection" if left is not None else ""
+        caption += f"; at most {wording.both(validation.get('max'))}."
+    n_used = int(states.used.sum())
+    if n_used > MOST_POINTS:
+        caption += f" About {wording.digits(MOST_POINTS)} of {wording.count(n_used, 'state')} are drawn, the farthest among them."
+    return Section(_TITLE, (Picture(partial(draw_measured_against_predicted, states), caption),), new_page=True)

@@ -1,0 +1,100 @@
+"""The campaign at a glance: poses, loads, sensors, and what was set aside and why."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, Column, Facts, LeftOut, Paragraph, Section, Subheading, Table
+from stiffcal.report.content import ReportContent, ReportStates
+
+ORDER = 20
+_MOST_ANGLE_COLUMNS = 8
+_TITLE = "The campaign at a glance"
+
+
+def section(content: ReportContent) -> Section | LeftOut:
+    """Lay out what was measured, with what, and what was not used."""
+    if not content.runs:
+        return LeftOut(_TITLE, "no runs are known")
+    blocks: list[Block] = [Facts(_facts(content))]
+    if content.instruments:
+        blocks.append(_instruments(content))
+    blocks.append(_runs(content))
+    blocks.append(Subheading("What was set aside"))
+    if content.set_aside:
+        blocks.append(_set_aside(content))
+    else:
+        blocks.append(Paragraph("Nothing: every load state that was read was used."))
+    return Section(_TITLE, tuple(blocks), new_page=True)
+
+
+def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
+    rows = [("robot", f"{content.provenance.robot}, {wording.count(len(content.joint_names), 'joint')}")]
+    holdouts = [run.name for run in content.runs if run.holdout]
+    runs = wording.count(len(content.runs), "run")
+    rows.append(("runs", runs + (f"; never fitted (holdout): {wording.listing(holdouts)}" if holdouts else "")))
+    states = content.states
+    if states is None or not states.used.any():
+        return (*rows, ("load states", "none"))
+    load, deflection = states.load[states.used], np.linalg.norm(states.measured[states.used, :3], axis=1)
+    directions = [label for label in dict.fromkeys(states.direction[states.used].tolist()) if label]
+    rows.append(("load states used", wording.count(int(states.used.sum()), "state")))
+    if directions:
+        rows.append(("directions of force", wording.listing(directions, 12)))
+    rows.append(("loads", f"up to {wording.digits(float(load.max()))} N"))
+    rows.append(("largest deflection", f"{wording.length(float(deflection.max()))}"))
+    rows.append(("measured", "displacement and rotation" if states.has_rotation else "displacement, no rotation"))
+    return tuple(rows)
+
+
+def _instruments(content: ReportContent) -> Table:
+    columns = (
+        Column("source", align="left"), Column("measures", align="left", width=1.2), Column("how", align="left", width=1.4),
+        Column("rate", "1/s"), Column("standard uncertainty", align="left", width=1.0),
+    )  # fmt: skip
+    rows = tuple(
+        (each.source, each.measures, each.detail, "averaged" if each.rate is None else wording.digits(each.rate), each.sigma or "not given")
+        for each in content.instruments
+    )
+    return Table(columns, rows, "Instruments. “Averaged”: the table came with one row per load state.")
+
+
+def _runs(content: ReportContent) -> Table:
+    angles = content.joint_names if len(content.joint_names) <= _MOST_ANGLE_COLUMNS else ()
+    columns = [Column("run", align="left"), *(Column(name, "°") for name in angles)]
+    states = content.states
+    if states is not None:
+        columns += [Column("states"), Column("largest load", "N"), Column("largest deflection", "mm")]
+        if states.set_aside is not None and (states.set_aside != "").any():
+            columns.append(Column("set aside", "states"))
+    rows = []
+    for number, run in enumerate(content.runs):
+        cells = [run.name + (" (holdout)" if run.holdout else "")]
+        cells += [f"{np.rad2deg(angle):.1f}".replace("-", "−") for angle in run.joints] if angles else []
+        if states is not None:
+            cells += _run_cells(states, number)
+        rows.append(tuple(cells[: len(columns)]))
+    return Table(tuple(columns), tuple(rows), "Runs: joint angles as logged (mean over the run), loads and deflections.")
+
+
+def _run_cells(states: ReportStates, number: int) -> list[str]:
+    inside = states.used & (states.run == number)
+    cells = [str(int(inside.sum()))]
+    if inside.any():
+        largest = float(np.linalg.norm(states.measured[inside, :3], axis=1).max())
+        cells += [wording.digits(float(states.load[inside].max())), wording.digits(largest * 1e3)]
+    else:
+        cells += [wording.DASH, wording.DASH]
+    if states.set_aside is not None:
+        cells.append(str(int(((states.set_aside != "") & (states.run == number)).sum())))
+    return cells
+
+
+def _set_aside(content: ReportContent) -> Table:
+    columns = (Column("run", align="left"), Column("rows", align="left", width=0.6), Column("why", align="left", width=1.4))
+    rows = tuple(
+        (each.run or "all", wording.listing([str(row) for row in each.rows], 20), each.why) for each in content.set_aside
+    )
+    caption = "Readings that were not used. They were set aside before any model was fitted, never by the model’s own error."
+    return Table(columns, rows, caption)

@@ -1,0 +1,145 @@
+"""Load-deformation curves: the telling runs large, the others as small multiples; single states run by run."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, LeftOut, Paragraph, Picture, Section, Subheading
+from stiffcal.report.content import ReportContent, ReportStates
+from stiffcal.report.figures import load_deformation as drawing
+from stiffcal.report.figures.canvas import AXES_NAMES
+
+ORDER = 50
+_TITLE = "Load and deflection"
+_FEWEST_STATES = 4
+_MOST_SMALL = 40
+
+
+def section(content: ReportContent) -> Section | LeftOut:
+    """Lay out the curves, and say how the runs shown large were chosen."""
+    states = content.states
+    if states is None or not states.used.any():
+        return LeftOut(_TITLE, "there are no load states to draw")
+    counts = np.bincount(states.run[states.used], minlength=len(content.runs))
+    curves = [number for number in range(len(content.runs)) if counts[number] >= _FEWEST_STATES]
+    blocks: list[Block] = []
+    if curves:
+        blocks.extend(_curves(content, states, curves))
+    singles = [number for number in range(len(content.runs)) if 0 < counts[number] < _FEWEST_STATES]
+    if singles:
+        blocks.extend(_singles(content, states, singles))
+    return Section(_TITLE, tuple(blocks), new_page=True)
+
+
+def _run_rms(content: ReportContent) -> dict[str, float]:
+    """Residual of each run in poses not seen, from the validate document."""
+    entries = (content.validate or {}).get("by_run", [])
+    return {str(entry["label"]): wording.part(entry.get("rms"), "translation") or 0.0 for entry in entries}
+
+
+def telling_runs(content: ReportContent, states: ReportStates, candidates: list[int]) -> dict[int, str]:
+    """Choose the runs to show large, with the reason: worst, largest deflection, most ordinary.
+
+    Returns
+    -------
+    run index to why it was chosen, in this order.
+    """
+    rms = _run_rms(content)
+    known = [number for number in candidates if content.runs[number].name in rms]
+    chosen: dict[int, str] = {}
+    if known:
+        by_error = sorted(known, key=lambda number: rms[content.runs[number].name])
+        chosen[by_error[-1]] = "the largest error in an unseen pose"
+    size = np.linalg.norm(states.measured[:, :3], axis=1)
+    largest = max(candidates, key=lambda number: float(np.max(size[states.used & (states.run == number)])))
+    chosen.setdefault(largest, "the largest deflection")
+    if known:
+        chosen.setdefault(by_error[len(by_error) // 2], "an ordinary run: half of the runs show smaller errors, half larger")
+    return chosen
+
+
+def _curves(content: ReportContent, states: ReportStates, curves: list[int]) -> list[Block]:
+    chosen = telling_runs(content, states, curves) if len(curves) > 3 else dict.fromkeys(curves, "")
+    text = (
+        "Deflection of the target along each base axis against the force along the same axis, both counted from the run’s "
+        "unloaded reference. Filled marks: loading; hollow: unloading; lines: the fitted model. A gap between loading and "
+        "unloading would be friction or play; a bend in the marks that the line lacks, a stiffness that changes with load."
+    )
+    blocks: list[Block] = [Paragraph(text)]
+    for number, why in chosen.items():
+        name = content.runs[number].name
+        picture = partial(drawing.draw_load_deformation, states, number, name)
+        blocks.append(Picture(picture, _caption(content, states, number, why)))
+    rest = [number for number in curves if number not in chosen]
+    shown = rest if len(rest) <= _MOST_SMALL else [rest[i] for i in np.linspace(0, len(rest) - 1, _MOST_SMALL).astype(int)]
+    if shown:
+        blocks.append(Subheading("The other runs"))
+    for start in range(0, len(shown), drawing.ROWS_PER_SHEET):
+        sheet = shown[start : start + drawing.ROWS_PER_SHEET]
+        names = [content.runs[number].name for number in sheet]
+        caption = f"Deflection against force in {wording.listing(names)}, all to one scale per axis."
+        if len(shown) < len(rest) and start + drawing.ROWS_PER_SHEET >= len(shown):
+            caption += f" {len(rest) - len(shown)} further runs are not drawn; every {len(rest) // len(shown)}th or so was taken."
+        blocks.append(Picture(partial(drawing.draw_load_deformation_sheet, states, sheet, names), caption))
+    return blocks
+
+
+def _caption(content: ReportContent, states: ReportStates, number: int, why: str) -> str:
+    inside = np.flatnonzero(states.used & (states.run == number))
+    name = content.runs[number].name
+    size = np.linalg.norm(states.measured[inside, :3], axis=1)
+    off = np.linalg.norm((states.measured - states.predicted)[inside, :3], axis=1)
+    text = f"Run {name}" + (f" ({why})" if why else "")
+    text += (
+        f": under up to {wording.digits(float(states.load[inside].max()))} N the target gives way by up to "
+        f"{wording.length(float(size.max()))}; the fitted model is nowhere more than {wording.length(float(off.max()))} off."
+    )
+    unseen = _run_rms(content).get(name)
+    if unseen:
+        text += f" Fitted without this pose, it leaves {wording.length(unseen)} rms here."
+    against = _against_the_force(states, number)
+    if against:
+        text += f" Against the force moves the target {wording.listing(against, 3)}: apparent negative stiffness, from force in the other axes."
+    return text
+
+
+def _against_the_force(states: ReportStates, number: int) -> list[str]:
+    """Name axes along which, at a direction's largest load, force and deflection have opposite signs and size."""
+    inside = np.flatnonzero(states.used & (states.run == number))
+    found = []
+    for label in dict.fromkeys(states.direction[inside].tolist()):
+        members = inside[states.direction[inside] == label]
+        top = int(members[np.argmax(states.load[members])])
+        force, deflection = states.force[top], states.measured[top, :3]
+        for axis, letter in enumerate(AXES_NAMES):
+            telling = abs(force[axis]) > 0.1 * states.load[top] and abs(deflection[axis]) > 0.1 * np.linalg.norm(deflection)
+            if telling and force[axis] * deflection[axis] < 0:
+                found.append(f"along {letter} in direction {label} ({wording.length(float(abs(deflection[axis])))})")
+    return found
+
+
+def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -> list[Block]:
+    few = "one load state each" if int(states.used.sum()) <= len(content.runs) else f"fewer than {_FEWEST_STATES} load states each"
+    text = (
+        f"{wording.count(len(singles), 'run')} hold {few}, so no curve against force can be drawn for them. Each run’s measured and "
+        "predicted deflection stand above one another instead; the line between them is the residual."
+    )
+    names = [run.name for run in content.runs]
+    blocks: list[Block] = [Paragraph(text)]
+    unseen = " by a fit without that pose" if states.predicted_unseen is not None else " by the fit"
+    inside = states.used & np.isin(states.run, singles)
+    off = np.where(inside, np.linalg.norm(states.residual[:, :3], axis=1), -1.0)
+    worst = int(np.argmax(off))
+    caption = (
+        f"Deflection in each run, measured and predicted{unseen}. Farthest apart: {names[int(states.run[worst])]}, "
+        f"{wording.length(float(off[worst]))} under {wording.digits(float(states.load[worst]))} N."
+    )
+    per_picture = 50
+    for start in range(0, len(singles), per_picture):
+        group = singles[start : start + per_picture]
+        picture = partial(drawing.draw_deflection_by_run, states, names, group)
+        blocks.append(Picture(picture, caption))
+    return blocks

@@ -1,0 +1,42 @@
+"""Paths of loads: where stiffness seems negative (002, Fig. 2)."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import LeftOut, Picture, Section
+from stiffcal.report.content import LoadPath, ReportContent
+from stiffcal.report.figures.canvas import AXES_NAMES
+from stiffcal.report.figures.load_path import apparent_negative, draw_load_path
+
+ORDER = 100
+_TITLE = "Deflection along a path of loads"
+
+
+def section(content: ReportContent) -> Section | LeftOut:
+    """Lay out each predicted path."""
+    if not content.load_paths:
+        return LeftOut(_TITLE, "no path of loads was asked for (“stiffcal predict --load-path”)")
+    pictures = tuple(Picture(partial(draw_load_path, path), _caption(path)) for path in content.load_paths)
+    return Section(_TITLE, pictures)
+
+
+def _caption(path: LoadPath) -> str:
+    corners = [f"({', '.join(wording.digits(value) for value in path.force[corner])})" for corner in path.corners]
+    text = f"{path.name}, predicted at {path.pose}."
+    if corners:
+        text += f" Loads {' → '.join(corners)} N, numbered in the picture."
+    negative = [letter for axis, letter in enumerate(AXES_NAMES) if apparent_negative(path, axis).any()]
+    if not negative:
+        return text + " Force and deflection run the same way along every axis."
+    axis = AXES_NAMES.index(negative[-1])
+    against = apparent_negative(path, axis)
+    change = float(np.abs(np.diff(path.deflection[:, axis])[against]).sum())
+    return (
+        f"{text} Along {wording.listing(negative)} the target moves against the force on the thick dashed stretch (along {negative[-1]} by "
+        f"{wording.length(change)}): apparent negative stiffness. It comes from the force in the other axes, through the coupling of the "
+        "joints; the robot is not unstable."
+    )

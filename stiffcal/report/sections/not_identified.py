@@ -1,0 +1,46 @@
+"""What the data cannot tell: parameters and combinations that stay open."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, Section
+from stiffcal.report.content import ReportContent
+from stiffcal.report.sections.stiffness import where_words
+
+ORDER = 40
+_TITLE = "What these data cannot tell"
+
+
+def section(content: ReportContent) -> Section | LeftOut:
+    """Lay out what is not identifiable, and which combinations are known all the same."""
+    if content.identify is None:
+        return LeftOut(_TITLE, "no model has been fitted yet")
+    named = [_words(entry) for entry in content.identify.get("not_identifiable", [])]
+    open_ones = [
+        f"{each['name']} ({where_words(each.get('where', {}), content.joint_names)}): no value"
+        for each in content.identify.get("parameters", [])
+        if not each.get("identifiable", True)
+    ]
+    if not named and not open_ones:
+        return Section(_TITLE, (Paragraph("Every parameter of the model can be told from these poses and loads."),))
+    blocks: list[Block] = [
+        Paragraph("The following cannot be told from these poses and loads. No number is given for it, rather than a wrong one."),
+        Items(tuple(named + open_ones)),
+    ]
+    return Section(_TITLE, tuple(blocks))
+
+
+def _words(entry: Any) -> str:
+    """Write one entry of ``not_identifiable``: a sentence, or an object whose parts are joined."""
+    if isinstance(entry, str):
+        return entry
+    for key in ("text", "why", "reason", "message"):
+        if key in entry:
+            return str(entry[key])
+    parts = (f"{key.replace('_', ' ')}: {_joined(value)}" for key, value in entry.items())
+    return "; ".join(parts)
+
+
+def _joined(value: Any) -> str:
+    return ", ".join(str(each) for each in value) if isinstance(value, list) else str(value)

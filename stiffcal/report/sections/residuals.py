@@ -1,0 +1,137 @@
+"""Residuals: by run, direction, load, branch and joint angle, and against what they might follow."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, Column, LeftOut, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.content import Document, ReportContent, ReportStates
+from stiffcal.report.figures.residual_against import MOST_POINTS, draw_residual_against
+from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residuals_by_run
+from stiffcal.report.sections.summary import noise_sentence
+
+ORDER = 70
+_TITLE = "Where the model fails"
+_GROUPS = (("by_direction", "direction of force"), ("by_load", "size of load"), ("by_branch", "branch"))
+_DRIVERS_PER_PICTURE = 6
+_MOST_RUNS_PER_PICTURE = 60
+
+
+def section(content: ReportContent) -> Section | LeftOut:
+    """Lay out the residuals every way they were sorted."""
+    validation = content.validate
+    blocks: list[Block] = []
+    if validation is not None:
+        blocks.append(Paragraph(_lead(validation)))
+        blocks.extend(_by_run(validation))
+        blocks.extend(_by_groups(validation))
+        blocks.extend(_worst(validation))
+    if content.states is not None and content.states.used.any() and content.drivers and content.identify is not None:
+        blocks.extend(_against(content, content.states))
+    if not blocks:
+        return LeftOut(_TITLE, "the model has not been validated yet: run “stiffcal validate”")
+    return Section(_TITLE, tuple(blocks), new_page=True)
+
+
+def _lead(validation: Document) -> str:
+    scheme = validation.get("scheme")
+    scheme_words = f" ({scheme})" if isinstance(scheme, str) else ""
+    return (
+        f"Residual: measured minus predicted, in poses the fit had not seen{scheme_words}; rms of its length. Over all states: "
+        f"{wording.both(validation.get('rms'))} rms, {wording.both(validation.get('max'))} at most. {noise_sentence(validation)}"
+    )
+
+
+def _translation(entry: dict[str, Any]) -> float:
+    return wording.part(entry.get("rms"), "translation") or 0.0
+
+
+def _extremes(entries: list[dict[str, Any]]) -> str:
+    """Name the entries with the largest and the smallest residual."""
+    low, high = min(entries, key=_translation), max(entries, key=_translation)
+    if len(entries) < 2 or _translation(low) <= 0:
+        return f"{high['label']}: {wording.both(high.get('rms'))} rms."
+    ratio = _translation(high) / _translation(low)
+    return (
+        f"Largest in {high['label']} ({wording.length(_translation(high))} rms), smallest in {low['label']} "
+        f"({wording.length(_translation(low))}), a factor of {wording.digits(ratio, 2)}."
+    )
+
+
+def _noise_words(validation: Document) -> str:
+    noise = validation.get("noise")
+    return f" The dashed line is the noise, {wording.both(noise)}." if noise else " No noise line: noise cannot be judged."
+
+
+def _by_run(validation: Document) -> list[Block]:
+    entries = validation.get("by_run", [])
+    if not entries:
+        return []
+    blocks: list[Block] = []
+    for start in range(0, len(entries), _MOST_RUNS_PER_PICTURE):
+        group = entries[start : start + _MOST_RUNS_PER_PICTURE]
+        caption = f"Residual by run. {_extremes(group)}{_noise_words(validation)}"
+        blocks.append(Picture(partial(draw_residuals_by_run, group, validation.get("noise")), caption))
+    return blocks
+
+
+def _by_groups(validation: Document) -> list[Block]:
+    groups = [(title, validation[key]) for key, title in _GROUPS if len(validation.get(key) or []) > 1]
+    blocks: list[Block] = []
+    if groups:
+        text = " ".join(f"By {title}: {_extremes(entries)}" for title, entries in groups)
+        missing = [title for key, title in _GROUPS if len(validation.get(key) or []) <= 1]
+        if missing:
+            text += f" Not sorted by {wording.listing(missing)}: these data hold only one kind."
+        caption = f"Residual by {wording.listing([title for title, _ in groups])}. {text}{_noise_words(validation)}"
+        blocks.append(Picture(partial(draw_residuals_by, groups, validation.get("noise")), caption))
+    angles = validation.get("by_joint_angle") or []
+    if len(angles) > 1:
+        caption = f"Residual by joint angle. {_extremes(angles)}{_noise_words(validation)}"
+        for start in range(0, len(angles), 30):
+            part = [("joint angle", angles[start : start + 30])]
+            blocks.append(Picture(partial(draw_residuals_by, part, validation.get("noise")), caption))
+    return blocks
+
+
+def _worst(validation: Document) -> list[Block]:
+    """List the worst states, whatever columns the document gives them."""
+    worst = [entry for entry in validation.get("worst") or [] if isinstance(entry, dict)]
+    if not worst:
+        return []
+    blocks: list[Block] = [Subheading("The worst states")]
+    keys = [key for key in worst[0] if key not in ("residual", "rms", "deflection", "force") and not isinstance(worst[0][key], dict | list)]
+    columns = [Column(key.replace("_", " "), align="left") for key in keys]
+    with_residual = [isinstance(entry.get("residual"), list) and len(entry["residual"]) >= 3 for entry in worst]
+    if all(with_residual):
+        columns += [Column(f"residual {letter}", "mm") for letter in "xyz"]
+    rows = []
+    for entry in worst[:10]:
+        cells = [_cell(entry.get(key)) for key in keys]
+        if all(with_residual):
+            cells += [wording.digits(float(value) * 1e3) for value in entry["residual"][:3]]
+        rows.append(tuple(cells))
+    blocks.append(Table(tuple(columns), tuple(rows), "The states with the largest residuals; look at these readings first."))
+    return blocks
+
+
+def _cell(value: Any) -> str:
+    return wording.digits(value) if isinstance(value, float) else wording.DASH if value is None else str(value)
+
+
+def _against(content: ReportContent, states: ReportStates) -> list[Block]:
+    noise = wording.part((content.validate or content.identify or {}).get("noise"), "translation")
+    caption = "Residual against {}. A cloud without a trend says that the residual does not follow it."
+    if noise is not None:
+        caption += " Grey band: two standard deviations of the noise to either side."
+    n_used = int(states.used.sum())
+    if n_used > MOST_POINTS:
+        caption += f" About {MOST_POINTS} of {wording.count(n_used, 'state')} are drawn, the largest residuals among them."
+    blocks: list[Block] = [Subheading("What the residual might follow")]
+    for start in range(0, len(content.drivers), _DRIVERS_PER_PICTURE):
+        group = content.drivers[start : start + _DRIVERS_PER_PICTURE]
+        text = caption.format(wording.listing([driver.name for driver in group]))
+        blocks.append(Picture(partial(draw_residual_against, states, group, noise), text))
+    return blocks

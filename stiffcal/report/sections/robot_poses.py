@@ -1,0 +1,46 @@
+"""The robot drawn in its poses, with residual arrows."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, LeftOut, Picture, Section
+from stiffcal.report.content import ReportContent
+from stiffcal.report.figures import robot_poses as drawing
+
+ORDER = 80
+_TITLE = "The robot in its poses"
+_MOST_POSES = 60
+
+
+def section(content: ReportContent) -> Section | LeftOut:
+    """Lay out all poses over each other, then each by itself."""
+    numbers = [number for number, run in enumerate(content.runs) if run.stick is not None]
+    if not numbers:
+        return LeftOut(_TITLE, "the robot’s joint origins are not known")
+    states = content.states if content.identify is not None else None
+    scale = drawing.arrow_scale(content.runs, states) if states is not None else 1.0
+    arrows = " No arrows: no model has been fitted."
+    if states is not None:
+        longest = max(float(np.linalg.norm(drawing.residual_arrows(states, n)[1], axis=1).max(initial=0.0)) for n in numbers)
+        arrows = (
+            f" Arrows: residual (measured minus predicted) at the largest load of each direction, drawn {wording.digits(scale)} times "
+            f"their length; the longest is {wording.length(longest)}."
+        )
+    overview = partial(drawing.draw_robot_poses, content.runs, states, scale)
+    caption = f"All {wording.count(len(numbers), 'pose')} from three sides, base axes; circles are joints.{arrows}"
+    blocks: list[Block] = [Picture(overview, caption)]
+    shown = numbers if len(numbers) <= _MOST_POSES else [numbers[i] for i in np.linspace(0, len(numbers) - 1, _MOST_POSES).astype(int)]
+    for start in range(0, len(shown), drawing.PER_SHEET):
+        sheet = shown[start : start + drawing.PER_SHEET]
+        caption = (
+            f"Poses {content.runs[sheet[0]].name} to {content.runs[sheet[-1]].name}, seen from aside and above; grey: the shadow on the "
+            f"floor. The bar in the last picture gives both scales."
+        )
+        if len(shown) < len(numbers):
+            caption += f" {len(shown)} of {len(numbers)} poses are drawn."
+        blocks.append(Picture(partial(drawing.draw_pose_sheet, content.runs, sheet, states, scale), caption))
+    return Section(_TITLE, tuple(blocks), new_page=True)

@@ -1,0 +1,84 @@
+"""The answer in short, on the first page."""
+
+from __future__ import annotations
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, Section
+from stiffcal.report.content import Document, ReportContent
+
+ORDER = 10
+
+
+def section(content: ReportContent) -> Section | LeftOut:
+    """Lay out the result in a few sentences, and where it comes from."""
+    blocks: list[Block] = []
+    sentences = [*_fit_sentences(content), *_unseen_sentences(content.validate)]
+    if sentences:
+        blocks.append(Paragraph(" ".join(sentences), "key"))
+    warnings = [
+        str(text)
+        for document in (content.ingest, content.identify, content.validate)
+        for text in (document or {}).get("warnings", [])
+    ]
+    blocks.extend(Paragraph(f"Note: {text}") for text in dict.fromkeys(warnings))
+    blocks.append(Facts(_provenance_rows(content)))
+    return Section("In short", tuple(blocks))
+
+
+def _fit_sentences(content: ReportContent) -> list[str]:
+    if content.identify is None:
+        return ["No model has been fitted yet; this report shows what was measured."]
+    fit = content.identify
+    text = (
+        f"The model ({wording.model_words(fit.get('model'))}) was fitted to {wording.count(fit['n_states'], 'load state')} "
+        f"in {wording.count(fit['n_runs'], 'run')} of the {content.provenance.robot}"
+    )
+    return [f"{text}; on these data it leaves {wording.both(fit.get('rms'))} rms."]
+
+
+def _unseen_sentences(validation: Document | None) -> list[str]:
+    """Say what error to expect in new poses, beside the deflection itself and the noise."""
+    if validation is None:
+        return ["What error to expect in new poses has not been tested yet (no validation)."]
+    rms, zero = validation.get("rms"), validation.get("zero_model")
+    sentences = [f"In poses that the fit had not seen it leaves {wording.both(rms)} rms"]
+    left = share_left(validation)
+    if zero:
+        sentences[0] += f" of a deflection of {wording.both(zero)}"
+    if left is not None:
+        sentences[0] += f": {wording.percent(1.0 - left)} of the deflection is predicted"
+    sentences[0] += "."
+    sentences.append(noise_sentence(validation))
+    if validation.get("passed") is False:
+        sentences.append("The campaign's own thresholds do not hold.")
+    return sentences
+
+
+def share_left(validation: Document) -> float | None:
+    """Residual over deflection (translation), as the validate document states it."""
+    relative = validation.get("relative")
+    return wording.part(relative, "translation") if isinstance(relative, dict) else relative
+
+
+def noise_sentence(document: Document) -> str:
+    """Say what the instruments scatter, or that this cannot be judged."""
+    if document.get("noise"):
+        return f"The instruments and the setting of loads alone scatter {wording.both(document['noise'])} rms."
+    return (
+        "How much of this is noise cannot be judged: no load was repeated, and the manifest states no uncertainty of the "
+        "instruments."
+    )
+
+
+def _provenance_rows(content: ReportContent) -> tuple[tuple[str, str], ...]:
+    origin = content.provenance
+    rows = [("campaign", origin.campaign), ("robot", origin.robot), ("date", origin.date)]
+    if origin.versions:
+        rows.append(("made with", ", ".join(f"{name} {version}" for name, version in origin.versions)))
+    if origin.settings:
+        rows.append(("settings", ", ".join(f"{name}: {value}" for name, value in origin.settings)))
+    if origin.sources:
+        rows.append(
+            ("sources", f"{wording.count(len(origin.sources), 'file')}, listed with their SHA-256 under “Sources”")
+        )
+    return tuple(rows)

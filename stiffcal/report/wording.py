@@ -1,0 +1,193 @@
+"""Numbers and names in the words of the people who read the report: mm, µm, mrad, three significant digits.
+
+Everything comes in SI units; what is not known is a dash, never a zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+DASH = "–"
+_NARROW_SPACE = "\u202f"
+
+
+def digits(value: float | None, significant: int = 3) -> str:
+    """Write a number with so many significant digits, thousands apart by a narrow space.
+
+    Examples
+    --------
+    >>> digits(0.0417), digits(1.2249), digits(-0.5), digits(0.0)
+    ('0.0417', '1.22', '−0.500', '0')
+    >>> digits(731820.0).replace("\\u202f", " ")
+    '732 000'
+    """
+    if value is None or not math.isfinite(value):
+        return DASH
+    if value == 0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    rounded = round(value, significant - 1 - size)
+    # 9.996 rounds up into the next decade and would otherwise show a digit too many.
+    size = math.floor(math.log10(abs(rounded)))
+    decimals = max(0, significant - 1 - size)
+    if size < -5:
+        mantissa = digits(value / 10.0**size, significant)
+        return f"{mantissa}·10{_superscript(size)}"
+    return f"{rounded:,.{decimals}f}".replace(",", _NARROW_SPACE).replace("-", "−")
+
+
+def _superscript(power: int) -> str:
+    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def length(metres: float | None) -> str:
+    """Write a length: mm, and µm below a tenth of a millimetre.
+
+    Examples
+    --------
+    >>> length(0.0012249), length(4.17e-5), length(None)
+    ('1.22 mm', '41.7 µm', '–')
+    """
+    if metres is None or not math.isfinite(metres):
+        return DASH
+    return f"{digits(metres * 1e3)} mm" if abs(metres) >= 1e-4 or metres == 0 else f"{digits(metres * 1e6)} µm"
+
+
+def angle(radians: float | None) -> str:
+    """Write a small angle in mrad.
+
+    Examples
+    --------
+    >>> angle(7.79e-5)
+    '0.0779 mrad'
+    """
+    return DASH if radians is None or not math.isfinite(radians) else f"{digits(radians * 1e3)} mrad"
+
+
+def both(measure: dict[str, Any] | None) -> str:
+    """Write the interface's ``{translation, rotation}`` in one phrase.
+
+    Examples
+    --------
+    >>> both({"translation": 4.17e-5, "rotation": 7.79e-5})
+    '41.7 µm and 0.0779 mrad'
+    >>> both({"translation": 4.17e-5, "rotation": None}), both(None)
+    ('41.7 µm', '–')
+    """
+    if not measure:
+        return DASH
+    parts = [length(measure.get("translation"))] if measure.get("translation") is not None else []
+    if measure.get("rotation") is not None:
+        parts.append(angle(measure["rotation"]))
+    for key, unit in (("length", 1.0), ("motor_angle", None), ("torque", None)):
+        if measure.get(key) is not None:
+            value = float(measure[key])
+            parts.append(length(value) if unit else f"{digits(value)} {'rad' if key == 'motor_angle' else 'N·m'}")
+    return " and ".join(parts) or DASH
+
+
+def part(measure: dict[str, Any] | None, key: str) -> float | None:
+    """Take one entry of ``{translation, rotation, …}``, None where it is missing or null."""
+    value = measure.get(key) if measure else None
+    return None if value is None else float(value)
+
+
+def percent(share: float | None) -> str:
+    """Write a share as a percentage.
+
+    Examples
+    --------
+    >>> percent(0.0341), percent(None)
+    ('3.41 %', '–')
+    """
+    return DASH if share is None or not math.isfinite(share) else f"{digits(share * 100)} %"
+
+
+def count(number: int, one: str, many: str = "") -> str:
+    """Write how many, with the noun in its right form.
+
+    Examples
+    --------
+    >>> count(1, "run"), count(12, "run"), count(2, "pose")
+    ('1 run', '12 runs', '2 poses')
+    """
+    return f"{number:,} {one if number == 1 else many or one + 's'}".replace(",", _NARROW_SPACE)
+
+
+def listing(names: Iterable[str], limit: int = 12) -> str:
+    """Write names as a list in a sentence, shortened where there are many.
+
+    Examples
+    --------
+    >>> listing(["a", "b", "c"]), listing(["a", "b", "c"], limit=2)
+    ('a, b and c', 'a, b and 1 more')
+    """
+    words = list(names)
+    if len(words) > limit:
+        return f"{', '.join(words[:limit])} and {len(words) - limit} more"
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else DASH
+
+
+def place(where: dict[str, Any]) -> str:
+    """Write the interface's ``where`` in words.
+
+    Examples
+    --------
+    >>> place({"joints": [4]}), place({"pairs": [[5, 6]]}), place({})
+    ('joint 4', 'joints 5–6', 'set-up')
+    """
+    words = []
+    for key, members in where.items():
+        if key == "pairs":
+            words.append("joints " + ", ".join("–".join(str(joint) for joint in pair) for pair in members))
+        elif members:
+            noun = key[:-1] if len(members) == 1 and key.endswith("s") else key
+            words.append(f"{noun} {', '.join(str(member) for member in members)}")
+    return "; ".join(words) or "set-up"
+
+
+def unit_words(unit: str) -> str:
+    """Write a unit of a JSON document as it is printed.
+
+    Examples
+    --------
+    >>> unit_words("rad/(N*m)"), unit_words("N*m^2")
+    ('rad/(N·m)', 'N·m²')
+    """
+    return unit.replace("*", "·").replace("^2", "²").replace("^3", "³").replace("degC", "°C")
+
+
+def effect_words(entry: Any) -> str:
+    """Write one entry of a model's list of effects: a name, or its table from model.toml.
+
+    Examples
+    --------
+    >>> effect_words("backlash 4"), effect_words({"type": "backlash", "joints": [4]})
+    ('backlash 4', 'backlash, joint 4')
+    >>> effect_words({"type": "joint-compliance", "joints": "all"})
+    'joint-compliance, all joints'
+    """
+    if isinstance(entry, str):
+        return entry
+    name = str(entry.get("type") or entry.get("effect") or "effect")
+    where = entry.get("where") or {key: entry[key] for key in ("joints", "links", "pairs") if entry.get(key)}
+    if not where:
+        return name
+    every = [f"all {key}" for key, members in where.items() if members == "all"]
+    return f"{name}, {every[0] if every else place(where)}"
+
+
+def model_words(model: Any) -> str:
+    """Write a model (list of effects, or a table with ``effects``) as one phrase.
+
+    Examples
+    --------
+    >>> model_words({"balance": "deformed", "effects": [{"type": "joint-compliance", "joints": [1, 2]}]})
+    'joint-compliance, joints 1, 2'
+    """
+    effects = model.get("effects", []) if isinstance(model, dict) else model
+    if isinstance(effects, str):
+        return effects
+    return "; ".join(effect_words(entry) for entry in effects or []) or "no effect"
