@@ -296,7 +296,7 @@ def _summarise(
     quantile = NORMAL_95 if known else student_95(dof)
     names = tuple(step.robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     free_names = tuple(name for name, one in zip(names, free, strict=True) if one)
-    spread = dict(zip(free_names, np.sqrt(np.diag(covariance)), strict=True))
+    spread = dict(zip(free_names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     parameters = tuple(_parameters(step.robot, spread, quantile, settings.fixed))
     noise_length: dict[str, float | None] = {"translation": None, "rotation": None}
     if step.noise is not None:
@@ -356,7 +356,7 @@ def _estimated(
     assert isinstance(place, Place)
     low, high = _amplitude_bounds(spec)
     tiny = 1e-9 * max(std, 1e-300)
-    at_bound = amplitude <= low + tiny or amplitude >= high - tiny
+    at_bound = bool(amplitude <= low + tiny or amplitude >= high - tiny)
     interval = (max(low, amplitude - quantile * std), min(high, amplitude + quantile * std))
     if not spec.inverse:
         return Parameter(name, effect, place, spec, amplitude, std, interval, False, True, at_bound)

@@ -1,0 +1,103 @@
+"""From the model file to the robot as the model sees it: effects found in the catalogue, placed and valued."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+
+from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile
+from stiffcal.errors import Fault, InputError, raise_faults
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Effect, Place
+
+
+def compliant_robot(
+    chain: Chain, model: ModelFile, catalogue: Mapping[str, Effect], values: Mapping[str, float] | None = None
+) -> CompliantRobot:
+    """Place the model file's effects on the chain.
+
+    Parameters
+    ----------
+    chain : the robot.
+    model : what model.toml says.
+    catalogue : effects by name (`find_effects`).
+    values : parameter values by full name, over those of the model file.
+
+    Raises
+    ------
+    InputError : an effect, a place or a parameter that does not exist, or effects that exclude each other.
+    """
+    faults: list[Fault] = []
+    placed: list[PlacedEffect] = []
+    for number, entry in enumerate(model.effects, start=1):
+        effect = catalogue.get(entry.type)
+        where = f"[[effects]] {number}, type"
+        if effect is None:
+            near = difflib.get_close_matches(entry.type, catalogue, n=1)
+            mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
+            faults.append(Fault(MODEL_FILE, where, f"no effect is called {entry.type}", mend))
+            continue
+        for place in _places(effect, entry, chain, f"[[effects]] {number}, {entry.type}", faults):
+            placed.append(PlacedEffect(effect, place))
+    faults.extend(_doubled(placed))
+    raise_faults(faults)
+    robot = CompliantRobot(chain, tuple(placed), model.balance == "deformed")
+    settings = {name: setting.value for name, setting in model.parameter_settings().items()}
+    _check_names(robot, settings)
+    return robot.with_values({**settings, **(values or {})})
+
+
+def fixed_parameters(model: ModelFile) -> frozenset[str]:
+    """Return the full names of parameters that model.toml holds at their values."""
+    return frozenset(name for name, setting in model.parameter_settings().items() if setting.fixed)
+
+
+def _places(effect: Effect, entry: EffectEntry, chain: Chain, where: str, faults: list[Fault]) -> list[Place]:
+    possible = effect.places(chain)
+    if effect.place_kind == "setup":
+        wanted = [Place("setup")]
+    elif effect.place_kind == "links":
+        wanted = [Place("links", (), name) for name in entry.links or ()]
+    elif effect.place_kind == "pairs":
+        wanted = [Place("pairs", (min(pair), max(pair))) for pair in entry.pairs or ()]
+    else:
+        wanted = [Place("joints", (joint,)) for joint in entry.joints or ()]
+    labels = ", ".join(place.label for place in possible) or "none on this robot"
+    if not wanted:
+        mend = f"add {effect.place_kind} = […]; possible: {labels}"
+        faults.append(Fault(MODEL_FILE, where, f"no {effect.place_kind} given", mend))
+    for place in wanted:
+        if place not in possible:
+            reason = f"{effect.name} cannot sit at {place.label}"
+            faults.append(Fault(MODEL_FILE, where, reason, f"possible: {labels}"))
+    return [place for place in wanted if place in possible]
+
+
+def _doubled(placed: list[PlacedEffect]) -> list[Fault]:
+    faults = []
+    for i, one in enumerate(placed):
+        for other in placed[:i]:
+            if one.place.label != other.place.label:
+                continue
+            if one.effect.name == other.effect.name:
+                faults.append(Fault(MODEL_FILE, one.effect.name, f"stands twice at {one.place.label}", "leave one out"))
+            elif other.effect.name in (*one.effect.includes, *one.effect.excludes) or one.effect.name in (
+                *other.effect.includes,
+                *other.effect.excludes,
+            ):
+                reason = f"{one.effect.name} and {other.effect.name} cannot both sit at {one.place.label}"
+                faults.append(Fault(MODEL_FILE, one.effect.name, reason, "leave one out"))
+    return faults
+
+
+def _check_names(robot: CompliantRobot, settings: Mapping[str, float]) -> None:
+    known = [one.parameter_name(spec.symbol) for one in robot.placed for spec in one.effect.parameters]
+    faults = []
+    for name in settings:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            mend = f"did you mean {near[0]}?" if near else f"this model has: {', '.join(known)}"
+            faults.append(Fault(MODEL_FILE, f"parameters.{name}", "the model has no such parameter", mend))
+    if faults:
+        raise InputError(*faults)

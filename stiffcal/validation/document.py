@@ -1,0 +1,65 @@
+"""A validation as the JSON interface writes it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stiffcal.identification.document import finite
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles
+from stiffcal.validation.validate import Slice, Validation
+
+SCHEMA = "stiffcal/validate/1"
+
+
+def _slice_document(part: Slice) -> dict[str, Any]:
+    return {
+        "label": part.label,
+        "low": finite(part.low),
+        "high": finite(part.high),
+        "n": part.n,
+        "rms": part.rms,
+        "max": part.largest,
+    }
+
+
+def validation_document(states: LoadStates, validation: Validation, failed: list[str]) -> dict[str, Any]:
+    """Return the document of ``validate``.
+
+    Parameters
+    ----------
+    states : the campaign's load states.
+    validation : what was found.
+    failed : thresholds that do not hold, one line each.
+    """
+    cycles = find_load_cycles(states)
+    warnings = []
+    if validation.unseen.scheme == "none":
+        warnings.append("a single pose: the error in unseen poses cannot be told, this is the error of the fit")
+    if validation.noise["translation"] is None:
+        warnings.append("the noise is not known: whether the model is good enough cannot be judged")
+    return {
+        "schema": SCHEMA,
+        "warnings": warnings,
+        "scheme": validation.unseen.scheme,
+        "n_states": validation.unseen.data.n_states,
+        "n_poses": int(validation.unseen.fold.max(initial=-1)) + 1,
+        "rms": validation.rms,
+        "max": validation.largest,
+        "noise": validation.noise if validation.noise["translation"] is not None else None,
+        "relative": validation.relative,
+        "zero_model": validation.zero_model,
+        **{f"by_{name}": [_slice_document(part) for part in parts] for name, parts in validation.by.items()},
+        "worst": [
+            {
+                "run": states.runs[states.run[i]].name,
+                "row": int(states.row[i]),
+                "residual_m": length,
+                "load": float(cycles.magnitude[i]),
+                "branch": BRANCH_NAMES[cycles.branch[i]],
+            }
+            for i, length in validation.worst
+        ],
+        "passed": not failed,
+        "failed": failed,
+    }

@@ -1,0 +1,191 @@
+"""The model in poses that the fit has not seen.
+
+Unseen means unseen *poses*: all runs whose joints agree within 1° fall into one fold, and a fold is left out whole.
+Around the full fit the problem is linear to within a fraction of a standard uncertainty, so that leaving a fold out is
+a matter of the folds' triangular factors and not of new fits. An unseen run's constant offset (the error of its
+reference) is the weighted mean of its own residuals, and the lost degree of freedom is counted by √(n/(n − 1)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import Problem, fit_problem, offset_free_residual, raw_whitening
+from stiffcal.identification.least_squares import Reduced, column_scale, run_edges, take_out_offsets, triangular
+from stiffcal.identification.noise import Whitening, whiten
+from stiffcal.identification.observation import Observations, evaluate, free_columns
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Sort
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+SAME_POSE = np.radians(1.0)
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """Residuals in unseen poses.
+
+    Attributes
+    ----------
+    scheme : "leave-one-pose-out", "holdout" (the manifest's runs), or "none" where there is a single pose.
+    residual : (m, n) measured minus predicted, the run's own offset taken out and √(n/(n − 1)) applied; base axes.
+    displacement : (m, n) measured displacement, its run's mean taken out in the same way: what no model at all leaves.
+    data : the observations judged.
+    fold : (n,) number of the pose.
+    """
+
+    scheme: str
+    residual: Floats
+    displacement: Floats
+    data: Observations
+    fold: Integers
+
+
+def pose_folds(data: Observations) -> Integers:
+    """Return (n,) fold numbers: runs whose joints agree within 1° share one."""
+    edges = run_edges(data.run)
+    angles = data.angles[:, edges].T
+    fold_of_run = np.full(len(edges), -1, dtype=np.int64)
+    founders: list[int] = []
+    for i in range(len(edges)):
+        for number, founder in enumerate(founders):
+            if np.max(np.abs(angles[i] - angles[founder])) < SAME_POSE:
+                fold_of_run[i] = number
+                break
+        else:
+            fold_of_run[i] = len(founders)
+            founders.append(i)
+    counts = np.diff(np.append(edges, data.n_states))
+    return np.asarray(np.repeat(fold_of_run, counts), dtype=np.int64)
+
+
+def unseen_residuals(states: LoadStates, fit: Fit) -> Unseen:
+    """Return the residuals in poses that were not used to fit.
+
+    Parameters
+    ----------
+    states : the campaign's load states, runs held out among them.
+    fit : the fit that is judged.
+    """
+    held = [info.holdout for info in states.runs]
+    if any(held):
+        return held_out_residuals(states, fit)
+    fold = pose_folds(fit.data)
+    if fold.max(initial=0) == 0:
+        whitening = _weights(fit, fit.data, fit.robot)
+        residual = with_lost_freedom(offset_free_residual(fit.robot, fit.data, whitening), fit.data)
+        return Unseen("none", residual, _without_model(fit.data, whitening), fit.data, fold)
+    return left_out_residuals(fit, fold)
+
+
+def held_out_residuals(states: LoadStates, fit: Fit) -> Unseen:
+    """Judge the runs that the manifest keeps back."""
+    whole = fit_problem(_all_runs(states), fit.robot).data
+    held = np.array([info.holdout for info in states.runs], dtype=np.bool_)[whole.run]
+    data = whole.part(held)
+    whitening = _weights(fit, data, fit.robot)
+    residual = with_lost_freedom(offset_free_residual(fit.robot, data, whitening), data)
+    return Unseen("holdout", residual, _without_model(data, whitening), data, pose_folds(data))
+
+
+def residuals_of_model(states: LoadStates, fit: Fit) -> Unseen:
+    """Judge every run by a model that was fitted elsewhere (``validate --model``)."""
+    data = fit_problem(_all_runs(states), fit.robot).data
+    whitening = _weights(fit, data, fit.robot)
+    residual = with_lost_freedom(offset_free_residual(fit.robot, data, whitening), data)
+    return Unseen("other campaign's model", residual, _without_model(data, whitening), data, pose_folds(data))
+
+
+def _all_runs(states: LoadStates) -> LoadStates:
+    from dataclasses import replace
+
+    return replace(states, runs=tuple(replace(info, holdout=False) for info in states.runs))
+
+
+def _weights(fit: Fit, data: Observations, robot: CompliantRobot) -> Whitening:
+    """Weigh observations with the fit's noise, the wrench's share included."""
+    if fit.noise is None:
+        return raw_whitening(data, None)
+    pieces = [block.sensitivity for block in evaluate(robot, data, (), with_sensitivity=True, rigid=True)]
+    sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)
+    return whiten(fit.noise, data, sensitivity)
+
+
+def with_lost_freedom(residual: Floats, data: Observations) -> Floats:
+    """Scale each run's residuals by √(n/(n − 1)) where its own offset was taken out."""
+    if not data.free_offset:
+        return residual
+    counts = np.diff(np.append(run_edges(data.run), data.n_states))
+    factor = np.sqrt(counts / np.maximum(counts - 1, 1))
+    return np.asarray(residual * np.repeat(factor, counts))
+
+
+def _without_model(data: Observations, whitening: Whitening) -> Floats:
+    if not data.free_offset:
+        return data.measured
+    centred = take_out_offsets(data.measured[None], data.run, whitening)[0][0]
+    return with_lost_freedom(np.where(data.seen, centred, 0.0), data)
+
+
+def left_out_residuals(fit: Fit, fold: Integers) -> Unseen:
+    """Leave each fold out in turn, from the folds' triangular factors about the full fit.
+
+    Parameters
+    ----------
+    fit : the full fit.
+    fold : (n,) fold numbers; states of a run share one.
+    """
+    data = fit.data
+    whitening = _weights(fit, data, fit.robot)
+    fixed = frozenset(
+        one.name for one in fit.parameters if one.fixed or not one.identifiable
+    )  # what was not estimated is not estimated without a fold either
+    columns = free_columns(fit.robot, fixed)
+    blocks = list(evaluate(fit.robot, data, columns))
+    stack = np.concatenate([block.columns for block in blocks], axis=2)
+    difference = data.measured - np.concatenate([block.predicted for block in blocks], axis=1)
+    stack = np.concatenate([stack, np.where(data.seen, difference, 0.0)[None]])
+    if data.free_offset:
+        stack, _ = take_out_offsets(stack, data.run, whitening)
+    stack = np.where(data.seen, stack, 0.0)
+    white = whitening.apply(stack)
+    numbers = np.unique(fold)
+    factors = [triangular(white[:, :, fold == number].reshape(len(white), -1).T) for number in numbers]
+    amplitude = np.array([fit.robot.placed[c.placed].amplitude(c.symbol) for c in columns])
+    lower = np.array([_lowest(fit.robot, c.placed, c.symbol) for c in columns])
+    residual = stack[-1].copy()
+    p = len(columns)
+    for place, number in enumerate(numbers):
+        rest = triangular(np.vstack([factor for other, factor in enumerate(factors) if other != place]))
+        reduced = Reduced(rest[:p, :p], rest[:p, p], 0.0, 0)
+        step = _damped(reduced, lower - amplitude)
+        part = fold == number
+        residual[:, part] -= np.einsum("pmn,p->mn", stack[:p][:, :, part], step)
+    residual = with_lost_freedom(residual, data)
+    return Unseen("leave-one-pose-out", residual, _without_model(data, whitening), data, fold)
+
+
+def _damped(reduced: Reduced, lowest: Floats) -> Floats:
+    """Solve for the step without a fold; directions that only the fold had seen stay where the full fit has them."""
+    if len(lowest) == 0:
+        return np.zeros(0)
+    scale = column_scale(reduced.factor)
+    singular = np.linalg.svd(reduced.factor / scale, compute_uv=False)
+    if singular[-1] > 1e-9 * singular[0]:
+        return reduced.solve_bounded(lowest, np.full(len(lowest), np.inf))[0]
+    return np.maximum(reduced.solve(), lowest)
+
+
+def _lowest(robot: CompliantRobot, placed: int, symbol: str) -> float:
+    spec = robot.placed[placed].effect.spec(symbol)
+    return spec.lower if spec.sort is Sort.AMPLITUDE and not spec.inverse else -np.inf
+
+
+__all__ = ["Problem", "Unseen", "held_out_residuals", "left_out_residuals", "pose_folds", "unseen_residuals"]

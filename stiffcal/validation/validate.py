@@ -1,0 +1,214 @@
+"""How large the error in unseen poses is, and where it sits."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.noise import root_mean_square_length
+from stiffcal.identification.observation import Observations
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.kinematics import stacked_bodies
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, load_vector
+from stiffcal.validation.unseen import Unseen, unseen_residuals
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+
+HOW_MANY_WORST = 10
+LOAD_BINS = 5
+ANGLE_BINS = 4
+
+
+@dataclass(frozen=True)
+class Slice:
+    """The error in a part of the data.
+
+    Attributes
+    ----------
+    label : what part, in words.
+    low, high : the part's range, NaN where it has none.
+    n : states.
+    rms, largest : {"translation", "rotation"} of the residual's length, m and rad.
+    """
+
+    label: str
+    low: float
+    high: float
+    n: int
+    rms: dict[str, float | None]
+    largest: dict[str, float | None]
+
+
+@dataclass(frozen=True)
+class Validation:
+    """The model in unseen poses.
+
+    Attributes
+    ----------
+    unseen : residuals state by state.
+    rms, largest, noise, relative, zero_model : {"translation", "rotation"}.
+    by : "run", "direction", "load", "branch", "joint_angle" to slices.
+    worst : indices of the states with the largest residual, worst first (into the campaign's load states), with its
+        length in m.
+    """
+
+    unseen: Unseen
+    rms: dict[str, float | None]
+    largest: dict[str, float | None]
+    noise: dict[str, float | None]
+    relative: dict[str, float | None]
+    zero_model: dict[str, float | None]
+    by: dict[str, list[Slice]]
+    worst: list[tuple[int, float]]
+
+
+def lengths(values: Floats, data: Observations, rotational: bool) -> Floats:
+    """Return (n,) the length of the translation or rotation residual; NaN where nothing was seen."""
+    rows = data.rotational == rotational
+    squares = np.sum(np.where(data.seen[rows], values[rows] ** 2, 0.0), axis=0)
+    return np.where(data.seen[rows].any(axis=0), np.sqrt(squares), np.nan)
+
+
+def rms_of(values: Floats, data: Observations) -> dict[str, float | None]:
+    """Return the rms length of translation and rotation."""
+    squares = np.where(data.seen, values**2, 0.0)
+    return {
+        "translation": root_mean_square_length(squares, data, rotational=False),
+        "rotation": root_mean_square_length(squares, data, rotational=True),
+    }
+
+
+def _largest_of(values: Floats, data: Observations) -> dict[str, float | None]:
+    found: dict[str, float | None] = {}
+    for name, rotational in (("translation", False), ("rotation", True)):
+        length = lengths(values, data, rotational)
+        found[name] = float(np.nanmax(length)) if np.isfinite(length).any() else None
+    return found
+
+
+def _slice(label: str, low: float, high: float, members: Booleans, unseen: Unseen) -> Slice:
+    data = unseen.data.part(members)
+    values = unseen.residual[:, members]
+    return Slice(label, low, high, int(np.count_nonzero(members)), rms_of(values, data), _largest_of(values, data))
+
+
+def validate_fit(states: LoadStates, fit: Fit, unseen: Unseen | None = None) -> Validation:
+    """Judge a fit in unseen poses and say where it fails.
+
+    Parameters
+    ----------
+    states : the campaign's load states.
+    fit : what is judged.
+    unseen : residuals to judge, where they are already known.
+    """
+    found = unseen if unseen is not None else unseen_residuals(states, fit)
+    data = found.data
+    rms, zero = rms_of(found.residual, data), rms_of(found.displacement, data)
+    relative = {
+        kind: value / reference if value is not None and (reference := zero[kind]) else None
+        for kind, value in rms.items()
+    }
+    length = np.nan_to_num(lengths(found.residual, data, rotational=False), nan=-1.0)
+    worst = [(int(data.index[i]), float(length[i])) for i in np.argsort(-length)[:HOW_MANY_WORST]]
+    by = {
+        "run": _by_run(states, found),
+        "direction": _by_direction(states, found, fit.robot),
+        "load": _by_load(states, found),
+        "branch": _by_branch(states, found),
+        "joint_angle": _by_joint_angle(states, found),
+    }
+    return Validation(found, rms, _largest_of(found.residual, data), fit.noise_length, relative, zero, by, worst)
+
+
+def _by_run(states: LoadStates, unseen: Unseen) -> list[Slice]:
+    return [
+        _slice(states.runs[number].name, np.nan, np.nan, unseen.data.run == number, unseen)
+        for number in np.unique(unseen.data.run)
+    ]
+
+
+def load_in_base(data: Observations, robot: CompliantRobot) -> Floats:
+    """Return (n, 3) the force in base axes, N (the moment where no force was applied), undeformed chain."""
+    axes = data.setup.wrench_axes
+    rotation = stacked_bodies(robot.chain, data.angles)[axes.body].moved(axes.transform).rotation
+    vector = load_vector(data.wrench.T)
+    return np.asarray(np.einsum("ijn,nj->ni", rotation, vector))
+
+
+def _by_direction(states: LoadStates, unseen: Unseen, robot: CompliantRobot) -> list[Slice]:
+    """Sort loads by the base axis that they point along most."""
+    data = unseen.data
+    load = load_in_base(data, robot)
+    loaded = find_load_cycles(states).direction[data.index] >= 0
+    axis = np.argmax(np.abs(load), axis=1)
+    positive = load[np.arange(len(load)), axis] > 0.0
+    slices = []
+    for number, name in enumerate("xyz"):
+        for sign, is_positive in (("+", True), ("−", False)):
+            members = loaded & (axis == number) & (positive == is_positive)
+            if members.any():
+                slices.append(_slice(f"mostly {sign}{name}", np.nan, np.nan, members, unseen))
+    if (~loaded).any():
+        slices.append(_slice("unloaded", np.nan, np.nan, ~loaded, unseen))
+    return slices
+
+
+def _by_load(states: LoadStates, unseen: Unseen) -> list[Slice]:
+    magnitude = find_load_cycles(states).magnitude[unseen.data.index]
+    return _binned(magnitude, np.linspace(0.0, float(magnitude.max(initial=0.0)), LOAD_BINS + 1), "N", "", 1.0, unseen)
+
+
+def _binned(values: Floats, edges: Floats, unit: str, prefix: str, factor: float, unseen: Unseen) -> list[Slice]:
+    slices = []
+    for low, high in itertools.pairwise(edges):
+        members = (values >= low) & ((values < high) | (high == edges[-1]))
+        if members.any():
+            label = f"{prefix}{low * factor:.4g} to {high * factor:.4g} {unit}"
+            slices.append(_slice(label, float(low), float(high), members, unseen))
+    return slices
+
+
+def _by_branch(states: LoadStates, unseen: Unseen) -> list[Slice]:
+    branch = find_load_cycles(states).branch[unseen.data.index]
+    return [
+        _slice(name, np.nan, np.nan, branch == number, unseen)
+        for number, name in enumerate(BRANCH_NAMES)
+        if np.any(branch == number)
+    ]
+
+
+def _by_joint_angle(states: LoadStates, unseen: Unseen) -> list[Slice]:
+    slices: list[Slice] = []
+    for joint in range(states.joints.shape[1]):
+        angle = states.joints[unseen.data.index, joint]
+        low, high = float(angle.min()), float(angle.max())
+        if high - low < np.radians(1.0):
+            continue
+        edges = np.linspace(low, high, ANGLE_BINS + 1)
+        slices.extend(_binned(angle, edges, "°", f"joint {joint + 1}: ", 180.0 / np.pi, unseen))
+    return slices
+
+
+def thresholds_hold(validation: Validation, thresholds: Mapping[str, float]) -> Sequence[str]:
+    """Return what does not hold, one line each; empty where all thresholds do.
+
+    Parameters
+    ----------
+    thresholds : ``max_rms_m`` and ``max_relative`` of the manifest.
+    """
+    failed = []
+    rms, relative = validation.rms["translation"], validation.relative["translation"]
+    limit = thresholds.get("max_rms_m")
+    if limit is not None and rms is not None and rms > limit:
+        failed.append(f"rms in unseen poses {rms * 1e3:.3g} mm is above max_rms_m = {limit * 1e3:.3g} mm")
+    limit = thresholds.get("max_relative")
+    if limit is not None and relative is not None and relative > limit:
+        failed.append(f"relative error {relative:.3g} is above max_relative = {limit:.3g}")
+    return failed
