@@ -67,12 +67,12 @@ def _run(given: list[str]) -> int:
     debug = "--debug" in given or bool(os.environ.get("STIFFCAL_DEBUG"))
     given = [word for word in given if word != "--debug"]
     try:
-        code = _application(given)(given)
+        code = _application(given)()
     except InputError as error:
         report_input_error(error, as_json)
         return WRONG_INPUT
     except typer.TyperException as error:
-        report_usage(error, given, as_json)
+        report_usage(error, given[0] if given and given[0] in COMMANDS else "", as_json)
         return WRONG_INPUT
     except (KeyboardInterrupt, typer.Abort):
         sys.stderr.write("interrupted; the store is as it was before this command\n")
@@ -86,34 +86,37 @@ def _run(given: list[str]) -> int:
     return code if isinstance(code, int) else OK
 
 
-def _application(given: list[str]) -> Callable[[list[str]], object]:
-    """Return what runs the arguments, knowing the one command they name, or all where they name none.
+def _application(given: list[str]) -> Callable[[], object]:
+    """Return what runs the arguments.
+
+    Why a named command stands alone, not in a group of all: a group reads its own options first, for which typer loads
+    pydantic, and that alone takes as long as the rest of the start-up.
 
     Raises
     ------
     typer.TyperException : they name a command that does not exist.
     """
     named = given[0] if given and not given[0].startswith("-") else ""
-    if named and named not in COMMANDS:
-        near = difflib.get_close_matches(named, COMMANDS, n=1)
-        raise typer.TyperException(f"no such command: {named}" + (f", did you mean {near[0]}?" if near else ""))
     app = typer.Typer(
-        name="stiffcal",
         help="Find out how an industrial robot bends under load, and which physical effect the model lacks.",
         add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
         epilog="DIR is a campaign folder, `.` where left out. Start with: stiffcal demo",
     )
-    app.callback(invoke_without_command=True)(_without_command)
-    if named:
-        function = getattr(importlib.import_module(f"stiffcal.cli.{named}"), named)
-        app.command(named, help=_help_of(function))(function)
-    else:
+    if not named:
+        app.callback(invoke_without_command=True)(_without_command)
         for name, summary in COMMANDS.items():
             app.command(name, help=summary)(_only_listed)
+        listing = typer.main.get_command(app)
+        return lambda: listing.main(args=given, prog_name="stiffcal", standalone_mode=False)
+    if named not in COMMANDS:
+        near = difflib.get_close_matches(named, COMMANDS, n=1)
+        raise typer.TyperException(f"no such command: {named}" + (f", did you mean {near[0]}?" if near else ""))
+    function = getattr(importlib.import_module(f"stiffcal.cli.{named}"), named)
+    app.command(help=_help_of(function))(function)
     command = typer.main.get_command(app)
-    return lambda words: command.main(args=words, prog_name="stiffcal", standalone_mode=False)
+    return lambda: command.main(args=given[1:], prog_name=f"stiffcal {named}", standalone_mode=False)
 
 
 def _only_listed() -> None:

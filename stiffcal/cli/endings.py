@@ -40,11 +40,9 @@ def report_input_error(error: InputError, as_json: bool) -> None:
         sys.stderr.write(_one_line(str(fault)) + "\n")
 
 
-def report_usage(error: typer.TyperException, given: list[str], as_json: bool) -> None:
-    """Say what is wrong with the command line itself, and where its help is."""
-    command = next((word for word in given if not word.startswith("-")), "")
-    known = getattr(getattr(error, "ctx", None), "info_name", None) == command
-    mend = f"see stiffcal {command} --help" if known else "see stiffcal --help"
+def report_usage(error: typer.TyperException, command: str, as_json: bool) -> None:
+    """Say what is wrong with the command line itself, and where the help is of `command` (of all where "")."""
+    mend = f"see stiffcal {command} --help" if command else "see stiffcal --help"
     reason = _one_line(error.format_message()).rstrip(".")
     if as_json:
         _print_document({"error": {"file": "", "place": "command line", "reason": reason, "mend": mend}})
