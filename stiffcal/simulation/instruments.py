@@ -1,0 +1,248 @@
+"""What each signal of the manifest would show without any error, and how a disturbed reading becomes its columns.
+
+A signal passes through here twice: `true_reading` turns the played robot into natural components in SI (force and
+moment, position and small turn), `sensors.read_out` spoils those, and `as_columns` writes them in the lab's columns and
+units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.signals import Deflection, Displacement, Hold, Joints, Pose, Signal, Temperature, Wrench
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.rotations import (
+    quaternion_from_rotation,
+    rotation_from_vector,
+    vector_from_rotation,
+)
+from stiffcal.simulation.play import Played
+from stiffcal.simulation.sensors import Channels
+from stiffcal.simulation.settings import TrueRobot
+
+Floats = NDArray[np.float64]
+
+# Decimals that text logs are written with: a digit finer than these steps (SI) adds nothing to any instrument.
+_WRITTEN_STEP = {
+    "length": 1e-8, "position": 1e-8, "translation": 1e-8, "angle": 1e-8, "rotation": 1e-8, "force": 1e-4,
+    "moment": 1e-4, "torque": 1e-4, "temperature": 1e-3, "time": 1e-6,
+}  # fmt: skip
+_QUATERNION_DECIMALS = 9
+
+
+@dataclass(frozen=True)
+class Samples:
+    """When one device reads in one run, and where the run is then.
+
+    Attributes
+    ----------
+    played : the run as it really was.
+    time : (n,) s, true, from the run's first hold.
+    path : (n,) path coordinates.
+    frames : the true frames by name.
+    robot : what the robot has beyond its files.
+    misplaced : (6,) m and rad, base axes: how far the robot stands from where its kinematics says, all through the run.
+    """
+
+    played: Played
+    time: Floats
+    path: Floats
+    frames: Mapping[str, Attachment]
+    robot: TrueRobot
+    misplaced: Floats
+
+    @property
+    def hours(self) -> Floats:
+        """(n,) hours since the campaign's start."""
+        return np.asarray((self.played.act.begins + self.time) / 3600.0)
+
+    def place(self, frame: str) -> tuple[Floats, Floats]:
+        """Return (n, 3) position and (n, 3, 3) rotation of a frame in base axes, as really seen."""
+        position = self.played.position_at(frame, self.path)
+        rotation = self.played.rotation_at(frame, self.path)
+        if self.frames[frame].body == 0:
+            return position, rotation
+        return position + self.misplaced[:3], np.asarray(rotation_from_vector(self.misplaced[3:]) @ rotation)
+
+    def since_reference(self, frame: str) -> Floats:
+        """Return (n, 6) displacement since the run's first hold: position, rotation vector of R R_refᵀ; base axes."""
+        start = self.played.unloaded[frame]
+        rotation = self.played.rotation_at(frame, self.path)
+        moved = self.played.position_at(frame, self.path) - start[:3, 3]
+        return np.concatenate([moved, vector_from_rotation(rotation @ start[:3, :3].T)], axis=1)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One signal at n samples.
+
+    Attributes
+    ----------
+    channels : what the components are.
+    value : (n, c) SI.
+    rotation : (n, 3, 3) for poses with orientation: what the last three components are a small turn from, in the
+        instrument's axes; else None.
+    """
+
+    channels: Channels
+    value: Floats
+    rotation: Floats | None = None
+
+
+def frames_seen_by(signal: Signal) -> tuple[str, ...]:
+    """Return the frames whose places a signal depends on."""
+    if isinstance(signal, Wrench):
+        return tuple(name for name in (signal.axes_frame, signal.point_frame) if name is not None)
+    if isinstance(signal, Pose):
+        return (signal.frame, signal.body or "target")
+    if isinstance(signal, Deflection | Displacement):
+        return (signal.axes, signal.body)
+    return ()
+
+
+def true_reading(signal: Signal, samples: Samples, place: str) -> Reading:
+    """Return what a signal would show without any error.
+
+    Parameters
+    ----------
+    signal : from the manifest.
+    samples : when it is read.
+    place : how to call the signal in a fault.
+
+    Raises
+    ------
+    InputError
+        the signal is of a kind that is not simulated.
+    """
+    size = samples.time.size
+    if isinstance(signal, Wrench):
+        return _wrench(signal, samples)
+    if isinstance(signal, Pose):
+        return _pose(signal, samples, place)
+    if isinstance(signal, Joints):
+        return _joints(signal, samples, place)
+    if isinstance(signal, Deflection):
+        axes = samples.place(signal.axes)[1]
+        moved = samples.since_reference(signal.body).reshape(size, 2, 3)
+        turned = np.einsum("nji,nkj->nki", axes, moved).reshape(size, 6)
+        if signal.rotation is None:
+            return Reading(Channels(("translation_m",) * 3), turned[:, :3])
+        return Reading(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), turned)
+    if isinstance(signal, Displacement):
+        along = np.array(signal.direction) / np.sqrt(np.sum(np.square(signal.direction)))
+        direction = samples.place(signal.axes)[1] @ along
+        moved = samples.since_reference(signal.body)[:, :3]
+        return Reading(Channels(("translation_m",)), np.sum(direction * moved, axis=1)[:, None])
+    if isinstance(signal, Temperature):
+        kelvin = 273.15 + samples.robot.temperature_C + samples.robot.warming_K_per_hour * samples.hours
+        count = len(signal.columns)
+        return Reading(Channels(("temperature_K",) * count), np.repeat(kelvin[:, None], count, axis=1))
+    if isinstance(signal, Hold):
+        program = samples.played.act.program
+        start = program.start[program.hold_at(samples.time)]
+        return Reading(Channels(("none",)), np.maximum(samples.time - start, 0.0)[:, None])
+    raise InputError.at(
+        "campaign.toml", place, "this kind of signal cannot be simulated", "take it out of the folder given to --from"
+    )
+
+
+def _wrench(signal: Wrench, samples: Samples) -> Reading:
+    """Force and moment as the sensor's axes and origin see them, both moved along with the robot."""
+    played = samples.played
+    load = played.act.program.wrench_at(samples.path)
+    axes = samples.place(signal.axes_frame or "base")[1]
+    point = samples.place(signal.point_frame or played.act.loads.point)[0]
+    acts_at = samples.place(played.act.loads.point)[0]
+    moment = load[:, 3:] + np.cross(acts_at - point, load[:, :3])
+    force = np.einsum("nji,nj->ni", axes, load[:, :3])
+    sign = 1.0 if signal.acts_on == "robot" else -1.0
+    if len(signal.columns) == 1:
+        along = np.array(signal.direction or (1.0, 0.0, 0.0))
+        return Reading(Channels(("force_N",)), sign * force @ (along / np.sqrt(along @ along))[:, None])
+    if not signal.moments_measured:
+        return Reading(Channels(("force_N",) * 3), sign * force)
+    turned = np.einsum("nji,nj->ni", axes, moment)
+    return Reading(Channels(("force_N",) * 3 + ("moment_Nm",) * 3), sign * np.concatenate([force, turned], axis=1))
+
+
+def _pose(signal: Pose, samples: Samples, place: str) -> Reading:
+    """Place of the body in the instrument's own axes."""
+    if signal.position is None:
+        raise InputError.at(
+            "campaign.toml", place, "markers cannot be simulated", "write position and orientation columns"
+        )
+    origin, axes = samples.place(signal.frame)
+    position, rotation = samples.place(signal.body or "target")
+    seen = np.einsum("nji,nj->ni", axes, position - origin)
+    if signal.orientation is None:
+        return Reading(Channels(("translation_m",) * 3), seen)
+    value = np.concatenate([seen, np.zeros_like(seen)], axis=1)
+    turned = np.asarray(np.swapaxes(axes, 1, 2) @ rotation)
+    return Reading(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), value, turned)
+
+
+def _joints(signal: Joints, samples: Samples, place: str) -> Reading:
+    """Joint angles as the controller shows them: it holds its motors where they are."""
+    if set(signal.groups()) - {"position", "command"}:
+        raise InputError.at(
+            "campaign.toml", place, "only joint positions and commands are simulated", "take the other columns out"
+        )
+    if signal.motor:
+        raise InputError.at("campaign.toml", place, "motor-side angles are not simulated", "write motor = false")
+    angles = np.tile(samples.played.act.joints, len(signal.groups()))
+    value = np.repeat(angles[None, :], samples.time.size, axis=0)
+    return Reading(Channels(("angle_rad",) * angles.size), value)
+
+
+def as_columns(signal: Signal, reading: Reading) -> dict[str, Floats]:
+    """Return a signal's columns in the lab's units.
+
+    Parameters
+    ----------
+    signal : from the manifest.
+    reading : with its errors.
+    """
+    value = reading.value
+    if isinstance(signal, Pose) and reading.rotation is not None and signal.orientation is not None:
+        kind, _ = signal.orientation
+        rotation = rotation_from_vector(value[:, 3:]) @ reading.rotation
+        written = {
+            "quaternion_wxyz": quaternion_from_rotation,
+            "rotvec": vector_from_rotation,
+            "rpy": rpy_from_rotation,
+        }[kind](rotation)
+        value = np.concatenate([value[:, :3], written], axis=1)
+    units = signal.columns_with_units()
+    result = {}
+    for number, name in enumerate(signal.column_names()):
+        unit = units.get(name)
+        column = np.ascontiguousarray(value[:, number])
+        result[name] = column if unit is None else (column - unit.offset) / unit.factor
+    return result
+
+
+def rpy_from_rotation(rotation: Floats) -> Floats:
+    """Return (n, 3) turns about the fixed axes x, y, z, rad, of matrices Rz Ry Rx (pitch within ±90°)."""
+    pitch = -np.arcsin(np.clip(rotation[:, 2, 0], -1.0, 1.0))
+    roll = np.arctan2(rotation[:, 2, 1], rotation[:, 2, 2])
+    yaw = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
+    return np.stack([roll, pitch, yaw], axis=1)
+
+
+def decimals_of(signal: Signal) -> dict[str, int]:
+    """Return with how many decimals each column of a signal is written to text logs."""
+    units = signal.columns_with_units()
+    result = {}
+    for name in signal.column_names():
+        unit = units.get(name)
+        if unit is None:
+            result[name] = _QUATERNION_DECIMALS
+        else:
+            step = _WRITTEN_STEP.get(unit.quantity, 1e-6) / unit.factor
+            result[name] = max(0, int(np.ceil(-np.log10(step) - 1e-9)))
+    return result

@@ -1,0 +1,165 @@
+"""Writing logs as instruments write them: text in many dialects, HDF5, Parquet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.manifest import Source
+from stiffcal.errors import InputError
+
+Floats = NDArray[np.float64]
+Column = Floats | Sequence[str]
+
+_DEFAULT_DECIMALS = 6
+# Characters that no log holds, in place of what is exchanged last.
+_CELL_END, _POINT_IN_WORDS = "\x1f", "\x1e"
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a text log is written.
+
+    Attributes
+    ----------
+    delimiter, decimal, encoding : as in the manifest.
+    preamble : lines before the column names.
+    header : False where the columns have no names.
+    units : column name to unit, for a line of units after the names; None for no such line.
+    decimals : column name to decimals.
+    """
+
+    delimiter: str = ","
+    decimal: str = "."
+    encoding: str = "utf-8"
+    preamble: tuple[str, ...] = ()
+    header: bool = True
+    units: Mapping[str, str] | None = None
+    decimals: Mapping[str, int] = field(default_factory=dict)
+
+
+def dialect_of(
+    source: Source, preamble: Sequence[str], decimals: Mapping[str, int], units: Mapping[str, str], place: str
+) -> Dialect:
+    """Return the dialect that the manifest describes.
+
+    Parameters
+    ----------
+    source : from the manifest.
+    preamble : lines wanted before the names; their number must be the manifest's ``skip_rows``.
+    decimals, units : by column name.
+    place : how to call the source in a fault.
+
+    Raises
+    ------
+    InputError
+        the preamble has another number of lines than the manifest skips.
+    """
+    options = source.csv
+    if options is None:
+        if preamble:
+            raise _wrong_preamble(place, len(preamble), 0)
+        return Dialect(decimals=decimals)
+    skipped = options.skip_rows or 0
+    lines = tuple(preamble) or tuple("simulated" for _ in range(skipped))
+    if len(lines) != skipped:
+        raise _wrong_preamble(place, len(lines), skipped)
+    decimal = options.decimal or "."
+    return Dialect(
+        delimiter=options.delimiter or (";" if decimal == "," else ","),
+        decimal=decimal,
+        encoding=options.encoding or "utf-8",
+        preamble=lines,
+        header=options.header,
+        units=units if options.units_row else None,
+        decimals=decimals,
+    )
+
+
+def _wrong_preamble(place: str, found: int, skipped: int) -> InputError:
+    return InputError.at(
+        "simulate.toml",
+        place,
+        f"{found} lines of preamble, where campaign.toml skips {skipped}",
+        "make skip_rows in campaign.toml the same number",
+    )
+
+
+def write_log(path: Path, log_format: str, columns: Mapping[str, Column], dialect: Dialect, group: str = "/") -> None:
+    """Write one log.
+
+    Parameters
+    ----------
+    path : its folder is made where it is missing.
+    log_format : csv, hdf5 or parquet.
+    columns : name to n numbers (or words), in the lab's units.
+    dialect : how a text log is written.
+    group : where in an HDF5 file the columns lie.
+
+    Raises
+    ------
+    InputError
+        the format cannot be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if log_format == "csv":
+        _write_text(path, columns, dialect)
+    elif log_format == "hdf5":
+        _write_hdf5(path, columns, group)
+    elif log_format == "parquet":
+        _write_parquet(path, columns)
+    else:
+        raise InputError.at(
+            "campaign.toml", path.name, f"logs of format {log_format} cannot be simulated", "use csv, hdf5 or parquet"
+        )
+
+
+def _write_text(path: Path, columns: Mapping[str, Column], dialect: Dialect) -> None:
+    """Write delimited text; a whole row is formatted at once, which is what makes it fast."""
+    names = list(columns)
+    cells, values = [], []
+    for name in names:
+        column = columns[name]
+        if isinstance(column, np.ndarray):
+            cells.append(f"%.{dialect.decimals.get(name, _DEFAULT_DECIMALS)}f")
+            values.append(column.tolist())
+        else:
+            cells.append("%s")
+            values.append([word.replace(".", _POINT_IN_WORDS) for word in column])
+    template = _CELL_END.join(cells)
+    rows = [template % row for row in zip(*values, strict=True)]
+    body = "\n".join(rows) + "\n"
+    # Points that end a number's whole part become the decimal sign, those in words stay.
+    for sign, written in ((".", dialect.decimal), (_POINT_IN_WORDS, "."), (_CELL_END, dialect.delimiter)):
+        body = body.replace(sign, written)
+    head = list(dialect.preamble)
+    if dialect.header:
+        head.append(dialect.delimiter.join(names))
+    if dialect.units is not None:
+        head.append(dialect.delimiter.join(dialect.units.get(name, "") for name in names))
+    text = "".join(line + "\n" for line in head) + body
+    path.write_bytes(text.encode(dialect.encoding))
+
+
+def _write_hdf5(path: Path, columns: Mapping[str, Column], group: str) -> None:
+    import h5py
+
+    with h5py.File(path, "w", libver="latest", track_order=True) as file:
+        place = file.require_group(group)
+        for name, column in columns.items():
+            if isinstance(column, np.ndarray):
+                place.create_dataset(name, data=column, compression="gzip", shuffle=True)
+            else:
+                place.create_dataset(name, data=list(column), dtype=h5py.string_dtype())
+
+
+def _write_parquet(path: Path, columns: Mapping[str, Column]) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.table({name: pa.array(column) for name, column in columns.items()})
+    pq.write_table(table, path, compression="zstd")

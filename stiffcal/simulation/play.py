@@ -1,0 +1,284 @@
+"""Playing a campaign: where every frame of the robot really is along each run's load path.
+
+The robot is `stiffcal.model.equilibrium`, solved in the holds and at a few loads on every ramp; in between, places are
+interpolated in proportion to the load. A ramp moves the target by some 0.5 mm; what the straight line between two
+balances a third of that apart leaves out is the curvature of the law over it, nanometres on a smooth law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Observed, Sort, StateOrder
+from stiffcal.model.equilibrium import Balance, NoBalanceError, solve_balance
+from stiffcal.simulation.cycles import LoadProgram
+from stiffcal.simulation.settings import FILE_NAME, Loads
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_BASE = Attachment(0, np.eye(4))
+
+
+@dataclass(frozen=True)
+class Act:
+    """One run to be played.
+
+    Attributes
+    ----------
+    name : the run's id.
+    joints : (L,) logged joint angles, rad.
+    program : what loads it sets, when.
+    loads : the settings they were drawn from.
+    load_point : where the load acts.
+    begins : s on the campaign's true clock: the run's first hold.
+    """
+
+    name: str
+    joints: Floats
+    program: LoadProgram
+    loads: Loads
+    load_point: Attachment
+    begins: float
+
+
+@dataclass(frozen=True)
+class Played:
+    """One run as it really was: frames along the load path.
+
+    Attributes
+    ----------
+    act : what was played.
+    node : (s,) path coordinates of the balances that were solved, rising.
+    position : frame name to (s, 3), m, base axes.
+    turn : frame name to (s, 3), rotation vector of R R_0ᵀ, rad, base axes.
+    unloaded : frame name to (4, 4) base_from_frame at the run's start.
+    torque : (s, J) joint torques at rest, N·m.
+    """
+
+    act: Act
+    node: Floats
+    position: Mapping[str, Floats]
+    turn: Mapping[str, Floats]
+    unloaded: Mapping[str, Floats]
+    torque: Floats
+
+    def position_at(self, frame: str, path: Floats) -> Floats:
+        """Return (n, 3) the frame's origin in base axes at path coordinates, m."""
+        return self._between(self.position[frame], path)
+
+    def rotation_at(self, frame: str, path: Floats) -> Floats:
+        """Return (n, 3, 3) base_from_frame rotation at path coordinates."""
+        turn = rotation_from_vector(self._between(self.turn[frame], path))
+        return np.asarray(turn @ self.unloaded[frame][:3, :3])
+
+    def _between(self, value: Floats, path: Floats) -> Floats:
+        after = np.clip(np.searchsorted(self.node, path, side="left"), 1, self.node.size - 1)
+        step = self.node[after] - self.node[after - 1]
+        share = np.clip((path - self.node[after - 1]) / step, 0.0, 1.0)[:, None]
+        return np.asarray(value[after - 1] * (1.0 - share) + value[after] * share)
+
+
+@dataclass(frozen=True)
+class _Nodes:
+    """Path coordinates at which one run is solved, and which of them share a balance."""
+
+    path: Floats
+    solved: Integers  # (s,) number of the balance, from 0
+    first: Integers  # (b,) index of the first node of each balance
+
+
+def play(
+    robot: CompliantRobot, acts: Sequence[Act], frames: Mapping[str, Attachment], tool: ToolWeight
+) -> list[Played]:
+    """Solve all runs in one batch.
+
+    Parameters
+    ----------
+    robot : chain and valued effects.
+    acts : the runs.
+    frames : the frames that instruments look at, where they really are.
+    tool : what hangs on the flange.
+
+    Raises
+    ------
+    InputError
+        the robot does not hold the load.
+    """
+    _refuse_setup_effects(robot)
+    names = list(frames)
+    played = []
+    # One batch for each load point: it is part of the set-up.
+    for point in dict.fromkeys(act.loads.point for act in acts):
+        group = [act for act in acts if act.loads.point == point]
+        nodes = [_nodes_of(act) for act in group]
+        balance = _solve(robot, group, nodes, frames, tool)
+        start = 0
+        for act, mine in zip(group, nodes, strict=True):
+            stop = start + mine.first.size
+            played.append(_cut(act, mine, balance, slice(start, stop), names))
+            start = stop
+    order = {act.name: number for number, act in enumerate(acts)}
+    return sorted(played, key=lambda one: order[one.act.name])
+
+
+@dataclass(frozen=True)
+class ToolWeight:
+    """Mass on the flange, kg, and its centre in the flange frame, m."""
+
+    mass: float
+    com: Floats
+
+
+def _nodes_of(act: Act) -> _Nodes:
+    """Choose where on its path a run is solved: in each hold, and at equal steps of load on each ramp."""
+    path: list[float] = []
+    solved: list[int] = []
+    balance = -1
+    within = act.loads.hold_points
+    ramp = act.loads.ramp_points
+    for hold in range(len(act.program)):
+        if within == 1:
+            balance += 1
+            path += [2.0 * hold, 2.0 * hold + 1.0]
+            solved += [balance, balance]
+        else:
+            # denser at the hold's start, where what creeps is fastest
+            for share in np.linspace(0.0, 1.0, within) ** 2:
+                balance += 1
+                path.append(2.0 * hold + float(share))
+                solved.append(balance)
+        if hold + 1 < len(act.program):
+            for k in range(1, ramp + 1):
+                balance += 1
+                path.append(2.0 * hold + 1.0 + k / (ramp + 1))
+                solved.append(balance)
+    numbers = np.array(solved, dtype=np.int64)
+    first = np.flatnonzero(np.concatenate([[True], np.diff(numbers) > 0])).astype(np.int64)
+    return _Nodes(np.array(path), numbers, first)
+
+
+def _solve(
+    robot: CompliantRobot,
+    acts: Sequence[Act],
+    nodes: Sequence[_Nodes],
+    frames: Mapping[str, Attachment],
+    tool: ToolWeight,
+) -> Balance:
+    """Find the balances of several runs with one load point; observation effects included."""
+    setup = MeasurementSetup(
+        wrench_axes=_BASE,
+        wrench_point=acts[0].load_point,
+        targets=tuple(frames.values()),
+        target_names=tuple(frames),
+        moments_measured=True,
+        base_from_tracker=np.eye(4),
+        tool_mass=tool.mass,
+        tool_com=tool.com,
+    )
+    wrench = np.concatenate(
+        [act.program.wrench_at(mine.path[mine.first]) for act, mine in zip(acts, nodes, strict=True)]
+    )
+    counts = [mine.first.size for mine in nodes]
+    logged = np.repeat(np.stack([act.joints for act in acts]), counts, axis=0)
+    order = _order_of(robot, acts, nodes)
+    try:
+        balance = solve_balance(robot, robot.chain.model_angles(logged), wrench, setup, order)
+    except NoBalanceError as error:
+        raise InputError.at(FILE_NAME, "loads", str(error), "lower max_force_N, or stiffen model.toml") from None
+    shift = _observed_shift(robot, balance, order)
+    turned = rotation_from_vector(shift[..., 3:]) @ balance.target_rotation
+    return Balance(
+        balance.target_position + shift[..., :3],
+        turned,
+        balance.unloaded_position,
+        balance.unloaded_rotation,
+        balance.displacement + shift,
+        balance.joint_torque,
+    )
+
+
+def _order_of(robot: CompliantRobot, acts: Sequence[Act], nodes: Sequence[_Nodes]) -> StateOrder:
+    """Return order and times of the balances, for laws with a memory of load or time."""
+    run, time, hold, since = [], [], [], []
+    for number, (act, mine) in enumerate(zip(acts, nodes, strict=True)):
+        program = act.program
+        path = mine.path[mine.first]
+        moment = _time_on(program, path)
+        # a hold that is solved once stands for its middle
+        if act.loads.hold_points == 1:
+            holding = path % 2.0 == 0.0
+            middle = 0.5 * (program.start + program.end)
+            moment[holding] = middle[(path[holding] / 2.0).astype(np.int64)]
+        which = (path / 2.0).astype(np.int64)
+        in_hold = path - 2.0 * which <= 1.0
+        run.append(np.full(path.size, number, dtype=np.int64))
+        time.append(act.begins + moment)
+        hold.append(np.where(in_hold, moment - program.start[which], 0.0))
+        since.append(moment - 0.5 * (program.start[0] + program.end[0]))
+    size = sum(part.size for part in run)
+    return StateOrder(
+        run=np.concatenate(run),
+        time=np.concatenate(time),
+        hold=np.concatenate(hold),
+        motor=np.zeros((robot.chain.n_joints, size)),
+        temperature=np.full(size, np.nan),
+        since_reference=np.concatenate(since),
+    )
+
+
+def _time_on(program: LoadProgram, path: Floats) -> Floats:
+    """Return when a run is at path coordinates, s from its start (the path never runs back)."""
+    fine = np.unique(
+        np.concatenate(
+            [program.start, program.end]
+            + [np.linspace(a, b, 65) for a, b in zip(program.end[:-1], program.start[1:], strict=True)]
+        )
+    )
+    return np.asarray(np.interp(path, program.path(fine), fine))
+
+
+def _observed_shift(robot: CompliantRobot, balance: Balance, order: StateOrder) -> Floats:
+    """Return (n, B, 6) what observation effects (drift, a slip) add to the places of the targets."""
+    observed = Observed(np.moveaxis(balance.displacement, 0, -1), order)
+    total = np.zeros_like(observed.displacement)
+    for one in robot.placed:
+        columns = one.effect.observation_columns(one.place, observed, one.shape())
+        for symbol, column in columns.items():
+            total = total + one.amplitude(symbol) * column
+    return np.moveaxis(total, -1, 0)
+
+
+def _refuse_setup_effects(robot: CompliantRobot) -> None:
+    """Raise where the model holds turned or shifted frames: those are said in simulate.toml, where nothing can mix."""
+    for one in robot.placed:
+        if one.specs(Sort.SETUP):
+            name = one.effect.name
+            raise InputError.at(
+                "model.toml",
+                f'effects "{name}"',
+                "a wrong frame is nothing that the robot does, and cannot be simulated from here",
+                "take it out and write where the frame really is in simulate.toml, [frames.NAME]",
+            )
+
+
+def _cut(act: Act, nodes: _Nodes, balance: Balance, part: slice, names: Sequence[str]) -> Played:
+    """Take one run out of a batch."""
+    position, turn, unloaded = {}, {}, {}
+    for body, name in enumerate(names):
+        places = balance.target_position[part, body]
+        rotations = balance.target_rotation[part, body]
+        start = np.eye(4)
+        start[:3, :3], start[:3, 3] = rotations[0], places[0]
+        position[name] = places[nodes.solved]
+        turn[name] = vector_from_rotation(rotations @ rotations[0].T)[nodes.solved]
+        unloaded[name] = start
+    return Played(act, nodes.path, position, turn, unloaded, balance.joint_torque[part][nodes.solved])

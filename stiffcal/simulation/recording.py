@@ -1,0 +1,222 @@
+"""From played runs to each device's columns: samples on its own clock, errors, the lab's units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.manifest import Source, TimeAxis
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.quantities import unit
+from stiffcal.simulation.instruments import Reading, Samples, as_columns, decimals_of, true_reading
+from stiffcal.simulation.logs import Column
+from stiffcal.simulation.play import Played
+from stiffcal.simulation.sensors import (
+    Clock,
+    clock_of,
+    hold_errors,
+    hold_errors_at,
+    read_out,
+    sample_times,
+)
+from stiffcal.simulation.settings import FILE_NAME, Sensor, SimulationSettings
+
+Floats = NDArray[np.float64]
+
+# When simulated clocks that write dates say that the campaign starts.
+EPOCH = datetime(2026, 1, 12, 8, 0, 0, tzinfo=UTC)
+# A device is stopped this long after the last hold, s.
+STOPS_AFTER = (0.2, 0.8)
+
+
+class Stream(IntEnum):
+    """What random numbers are for; each use has a stream of its own, so that adding one changes no other."""
+
+    LOADS = 0
+    CLOCK = 1
+    HOLDS = 2
+    NOISE = 3
+    DRIFT = 4
+    MISPLACED = 5
+
+
+def stream(seed: int, use: Stream, *place: int) -> np.random.Generator:
+    """Return the random numbers for one use at one place (run, source, signal)."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(int(use), *place)))
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What all recordings of a campaign share.
+
+    Attributes
+    ----------
+    settings : `simulate.toml`.
+    frames : the true frames by name.
+    played : the runs.
+    seed : of the campaign.
+    """
+
+    settings: SimulationSettings
+    frames: Mapping[str, Attachment]
+    played: tuple[Played, ...]
+    seed: int
+
+    def misplaced(self, run: int) -> Floats:
+        """Return (6,) how far the robot stands from where its kinematics says, m and rad, base axes."""
+        robot = self.settings.robot
+        drawn = stream(self.seed, Stream.MISPLACED, run).standard_normal(6)
+        size = np.repeat([robot.position_error_m, robot.orientation_error_rad], 3)
+        return np.asarray(size * drawn)
+
+
+@dataclass(frozen=True)
+class Device:
+    """One source of the manifest in one run.
+
+    Attributes
+    ----------
+    name, number : the source's name and place in the manifest.
+    source : from the manifest. sensor : how it errs.
+    run, run_name : number of the run, and its id.
+    clock : of this run. stops : s, true time from the run's first hold when the log ends.
+    """
+
+    name: str
+    number: int
+    source: Source
+    sensor: Sensor
+    run: int
+    run_name: str
+    clock: Clock
+    stops: float
+
+    @property
+    def place(self) -> str:
+        """How to call the source in a fault."""
+        return f"sources.{self.name}"
+
+
+@dataclass(frozen=True)
+class DeviceLog:
+    """What one device wrote in one run.
+
+    Attributes
+    ----------
+    columns : column name to n numbers in the lab's units, or words.
+    decimals, units : column name to decimals in text logs, and to unit.
+    bumped : numbers of the holds spoilt by a knock, from 0.
+    """
+
+    columns: Mapping[str, Column]
+    decimals: Mapping[str, int]
+    units: Mapping[str, str]
+    bumped: tuple[int, ...]
+
+
+def devices_of(stage: Stage, sources: Mapping[str, Source], run: int) -> list[Device]:
+    """Switch on all devices for one run, each at its own moment with its own clock.
+
+    Raises
+    ------
+    InputError
+        a log over time has no rate.
+    """
+    devices = []
+    played = stage.played[run]
+    for number, (name, source) in enumerate(sources.items()):
+        sensor = stage.settings.sensor(name)
+        axis_rate = source.time.rate_hz if source.time is not None else None
+        if source.is_states:
+            sensor = sensor.model_copy(update={"rate_hz": None})
+        elif axis_rate is not None:
+            sensor = sensor.model_copy(update={"rate_hz": axis_rate})
+        elif sensor.rate_hz is None:
+            place = f"sensors.{name}.rate_hz"
+            raise InputError.at(FILE_NAME, place, "a log over time needs a rate", "add it, e.g. rate_hz = 50.0")
+        rng = stream(stage.seed, Stream.CLOCK, run, number)
+        clock = clock_of(sensor, played.act.begins, rng)
+        stops = played.act.program.duration + float(rng.uniform(*STOPS_AFTER))
+        devices.append(Device(name, number, source, sensor, run, played.act.name, clock, stops))
+    return devices
+
+
+def record(stage: Stage, device: Device) -> DeviceLog:
+    """Return what one device writes in one run.
+
+    Raises
+    ------
+    InputError
+        a signal is of a kind that is not simulated.
+    """
+    played = stage.played[device.run]
+    program = played.act.program
+    kept_rows = None
+    if device.source.is_states:
+        time = 0.5 * (program.start + program.end)
+        if device.source.run is not None and device.source.run.each == "row":
+            kept_rows = np.flatnonzero(program.level > 0.0)
+    else:
+        time = sample_times(device.sensor, device.clock, device.stops)
+    samples = Samples(played, time, program.path(time), stage.frames, stage.settings.robot, stage.misplaced(device.run))
+    columns: dict[str, Column] = {}
+    decimals: dict[str, int] = {}
+    units: dict[str, str] = {}
+    bumped: set[int] = set()
+    if device.source.run is not None and device.source.run.column is not None:
+        columns[device.source.run.column] = [played.act.name] * time.size
+    if device.source.time is not None and device.source.time.column is not None:
+        column, places = _time_column(device.source.time, device.clock.shown(time))
+        columns[device.source.time.column], decimals[device.source.time.column] = column, places
+        units[device.source.time.column] = device.source.time.unit or "s"
+    for number, (name, signal) in enumerate(device.source.signals().items()):
+        truth = true_reading(signal, samples, f"{device.place}.{name}")
+        reading, knocked = _disturbed(stage, device, number, truth, samples)
+        if name == "deflection":
+            # the unloaded reading, which was taken off, errs like all others
+            reading = replace(reading, value=reading.value - (reading.value[:1] - truth.value[:1]))
+        columns.update(as_columns(signal, reading))
+        decimals.update(decimals_of(signal))
+        units.update({key: value.name for key, value in signal.columns_with_units().items()})
+        bumped.update(knocked)
+    decimals.update(device.sensor.decimals)
+    if kept_rows is not None:
+        columns = {name: _rows(column, kept_rows) for name, column in columns.items()}
+    return DeviceLog(columns, decimals, units, tuple(sorted(bumped)))
+
+
+def _rows(column: Column, rows: NDArray[np.int64]) -> Column:
+    """Return some rows of a column."""
+    return column[rows] if isinstance(column, np.ndarray) else [column[row] for row in rows]
+
+
+def _disturbed(
+    stage: Stage, device: Device, signal: int, truth: Reading, samples: Samples
+) -> tuple[Reading, tuple[int, ...]]:
+    """Return a signal with its errors, and the holds that a knock has spoilt."""
+    program = samples.played.act.program
+    place = (device.run, device.number, signal)
+    errors = hold_errors(device.sensor, truth.channels, len(program), stream(stage.seed, Stream.HOLDS, *place))
+    lasting = hold_errors_at(errors, program, samples.time, samples.path)
+    streams = (
+        stream(stage.seed, Stream.NOISE, *place),
+        stream(stage.seed, Stream.DRIFT, device.number, signal),
+    )
+    value = read_out(device.sensor, truth.channels, truth.value, lasting, samples.hours, streams)
+    return replace(truth, value=value), errors.bumped
+
+
+def _time_column(axis: TimeAxis, shown: Floats) -> tuple[Column, int]:
+    """Return a time column in the manifest's unit, and its decimals in text logs."""
+    if axis.unit == "iso8601":
+        moments = [EPOCH + timedelta(seconds=float(value)) for value in shown]
+        return [moment.isoformat(timespec="microseconds").replace("+00:00", "Z") for moment in moments], 0
+    factor = unit(axis.unit or "s", "time").factor
+    # a microsecond, as loggers do: a hundredth of what clocks can be aligned to
+    return shown / factor, max(0, round(6 + np.log10(factor)))

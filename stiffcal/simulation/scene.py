@@ -1,0 +1,171 @@
+"""Setting the scene: the robot with every parameter valued, the frames where they really are, the runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from stiffcal.campaign.frames import resolve_frames
+from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.manifest import Frame, Manifest
+from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.errors import Fault, raise_faults
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.simulation.cycles import load_program
+from stiffcal.simulation.instruments import frames_seen_by
+from stiffcal.simulation.play import Act, ToolWeight
+from stiffcal.simulation.recording import Stream, stream
+from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
+
+
+def valued_robot(campaign: Campaign) -> CompliantRobot:
+    """Return the robot as the campaign's model file describes it.
+
+    Raises
+    ------
+    InputError
+        an effect or place is not known, or a parameter has no value: one fault each.
+    """
+    catalogue = find_effects(campaign.folder / plugin for plugin in campaign.manifest.plugins)
+    placed: list[PlacedEffect] = []
+    faults: list[Fault] = []
+    settings = campaign.model.parameter_settings()
+    for entry in campaign.model.effects:
+        effect = catalogue.get(entry.type)
+        if effect is None:
+            faults.append(Fault(MODEL_FILE, f'effects "{entry.type}"', "no such effect", "stiffcal effects lists them"))
+            continue
+        places = {place.label: place for place in effect.places(campaign.chain)}
+        for label in entry.places:
+            if label not in places:
+                mend = "use " + ", ".join(places) if places else "take it out"
+                faults.append(Fault(MODEL_FILE, f'effects "{entry.type}"', f"it cannot sit at {label}", mend))
+                continue
+            values = {}
+            for spec in effect.parameters:
+                name = f"{entry.type}.{label}.{spec.symbol}"
+                if name in settings:
+                    values[spec.symbol] = settings[name].value
+                else:
+                    mend = f'write parameters = {{ "{name}" = {{ value = {spec.typical:g} }} }} ({spec.unit})'
+                    faults.append(Fault(MODEL_FILE, name, "a robot to be simulated needs a value here", mend))
+            placed.append(PlacedEffect(effect, places[label], values))
+    raise_faults(faults)
+    return CompliantRobot(campaign.chain, tuple(placed), deformed=campaign.model.balance == "deformed")
+
+
+def true_frames(campaign: Campaign, settings: SimulationSettings) -> dict[str, Attachment]:
+    """Return every frame that an instrument or a load needs, where it really is.
+
+    Raises
+    ------
+    InputError
+        a frame that the manifest leaves to be estimated has no true place, or a name is unknown.
+    """
+    manifest = campaign.manifest
+    faults = [
+        Fault(FILE_NAME, f"frames.{name}", "campaign.toml has no such frame", "correct the name, or take it out")
+        for name in settings.frames
+        if name not in manifest.frames
+    ]
+    faults += [
+        Fault(
+            FILE_NAME,
+            f"frames.{name}",
+            "campaign.toml leaves this frame to be estimated: the simulation must know where it really is",
+            f"add [frames.{name}] with xyz_m and a rotation",
+        )
+        for name, frame in manifest.frames.items()
+        if frame.estimate and name not in settings.frames
+    ]
+    raise_faults(faults)
+    frames = dict(manifest.frames)
+    for name, true in settings.frames.items():
+        frames[name] = Frame(parent=manifest.frames[name].parent, **true.model_dump(exclude_none=True))
+    resolved = resolve_frames(manifest.model_copy(update={"frames": frames}), campaign.chain)
+    return {name: resolved[name] for name in _needed(manifest, settings, resolved)}
+
+
+def _needed(manifest: Manifest, settings: SimulationSettings, known: Mapping[str, Attachment]) -> list[str]:
+    """Return the frames that matter, each once; unknown load points and axes are faults."""
+    faults = []
+    names = ["base"]
+    for run in settings.runs:
+        loads = settings.loads_of(run)
+        for key in ("point", "axes"):
+            name = getattr(loads, key)
+            if name not in known:
+                place = f'runs "{run.id}": loads.{key}'
+                faults.append(Fault(FILE_NAME, place, f'there is no frame "{name}"', "use one of " + ", ".join(known)))
+            names.append(name)
+    raise_faults(faults)
+    for _, _, signal in manifest.signals():
+        names += frames_seen_by(signal)
+    return list(dict.fromkeys(names))
+
+
+def tool_weight(manifest: Manifest) -> ToolWeight:
+    """Return what hangs on the flange."""
+    tool = manifest.tool
+    return ToolWeight(0.0, np.zeros(3)) if tool is None else ToolWeight(tool.mass_kg, np.array(tool.com_m))
+
+
+def draw_acts(
+    campaign: Campaign, settings: SimulationSettings, frames: Mapping[str, Attachment], seed: int
+) -> list[Act]:
+    """Draw the load cycles of all runs, one after the other on the campaign's clock.
+
+    Raises
+    ------
+    InputError
+        a run is not the manifest's, or its pose has the wrong number of joints or is out of their reach.
+    """
+    _check_runs(campaign, settings)
+    experiments = {run.id: run.experiment for run in campaign.manifest.runs}
+    acts: list[Act] = []
+    now = 0.0
+    for number, run in enumerate(settings.runs):
+        loads = settings.loads_of(run)
+        joints = np.deg2rad(np.array(run.joints_deg))
+        angles = campaign.chain.model_angles(joints[None, :])
+        axes = attached_poses(campaign.chain, angles, frames[loads.axes])[1][0]
+        program = load_program(loads, axes, stream(seed, Stream.LOADS, number))
+        if experiments.get(run.id) == "free":
+            program = program.first_hold()
+        now += run.pause_before_s if acts else 0.0
+        acts.append(Act(run.id, joints, program, loads, frames[loads.point], now))
+        now += program.duration
+    return acts
+
+
+def _check_runs(campaign: Campaign, settings: SimulationSettings) -> None:
+    """Raise where manifest and settings speak of different runs, or a pose cannot be."""
+    faults: list[Fault] = []
+    given = {run.id for run in settings.runs}
+    for run in campaign.manifest.runs:
+        if run.experiment not in ("load", "free"):
+            reason = f"an experiment of kind {run.experiment} cannot be simulated"
+            faults.append(Fault("campaign.toml", f'runs "{run.id}"', reason, "only load and free can"))
+        elif run.id not in given:
+            mend = f'add [[runs]] id = "{run.id}" with joints_deg'
+            faults.append(Fault(FILE_NAME, "runs", f'the run "{run.id}" of campaign.toml is not here', mend))
+    known = {run.id for run in campaign.manifest.runs}
+    limits = np.rad2deg(campaign.chain.limits)
+    for pose in settings.runs:
+        place = f'runs "{pose.id}"'
+        if known and pose.id not in known:
+            faults.append(Fault(FILE_NAME, place, "campaign.toml has no such run", "correct the id, or add it there"))
+        if len(pose.joints_deg) != campaign.chain.coupling.shape[1]:
+            count = campaign.chain.coupling.shape[1]
+            reason = f"{len(pose.joints_deg)} joint angles for a robot of {count}"
+            faults.append(Fault(FILE_NAME, f"{place}: joints_deg", reason, f"write {count}"))
+            continue
+        for joint, angle, (low, high) in zip(campaign.chain.joint_names, pose.joints_deg, limits, strict=True):
+            if not low <= angle <= high:
+                reason = f"{joint} = {angle:g}° is out of its reach, {low:g}° … {high:g}°"
+                faults.append(Fault(FILE_NAME, f"{place}: joints_deg", reason, "correct the angle"))
+    raise_faults(faults)

@@ -1,0 +1,183 @@
+"""`simulate.toml`: what a simulated campaign does with its robot, and how its instruments err. SI units throughout.
+
+What the logs look like (files, formats, columns, units) is *not* said here: `campaign.toml` says it already, and
+`simulate` writes exactly what the manifest promises to read.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from stiffcal.campaign.toml_reading import read_toml, validate
+from stiffcal.campaign.typed import Interval, NotNegative, Placement, Positive, Table, WrongValueError
+from stiffcal.errors import Fault, InputError, raise_faults
+
+SCHEMA = "stiffcal/simulate/1"
+FILE_NAME = "simulate.toml"
+
+
+def _direction(value: object) -> object:
+    """Check that a direction is three or six numbers and pulls somewhere."""
+    if not isinstance(value, list | tuple) or len(value) not in (3, 6):
+        raise WrongValueError(f"found {value!r}", "write three numbers, or six with the moment per newton")
+    if all(isinstance(part, int | float) for part in value) and not any(value[:3]):
+        raise WrongValueError("the direction of no force", "write where the force points, e.g. [0, 0, -1]")
+    return list(value)
+
+
+Direction = Annotated[list[float], BeforeValidator(_direction)]
+
+
+class Amounts(Table):
+    """An amount per axis for each quantity that an instrument may read; zero where it is not said."""
+
+    force_N: NotNegative = 0.0
+    moment_Nm: NotNegative = 0.0
+    translation_m: NotNegative = 0.0
+    rotation_rad: NotNegative = 0.0
+    angle_rad: NotNegative = Field(0.0, description="logged joint angles")
+    temperature_K: NotNegative = 0.0
+
+
+class Bumps(Table):
+    """Readings spoilt by a knock against the instrument: whole holds, picked by the seed."""
+
+    per_run: int = Field(0, ge=0, description="spoilt holds in each run")
+    size: Amounts = Field(Amounts(), description="length of the error, in a direction drawn for each")
+
+
+class Sensor(Table):
+    """How one source (logging device) errs: noise, clock, log."""
+
+    rate_hz: Positive | None = Field(None, description="samples per second; needed where the log is over time")
+    clock: Literal["restarts", "runs on"] = Field(
+        "restarts", description="each log starts at its clock's zero, or the clock runs on over the whole campaign"
+    )
+    clock_ahead_s: float = Field(0.0, description="a clock that runs on shows this much more than the true time")
+    clock_drift_ppm: float = Field(0.0, description="how much too fast the clock runs")
+    starts_before_s: Interval = Field(
+        (0.5, 3.0), description="the log starts this long before the first hold (drawn from the range)"
+    )
+    white: Amounts = Field(Amounts(), description="standard deviation of single readings within a hold")
+    between_holds: Amounts = Field(Amounts(), description="standard deviation, constant within a hold")
+    readings_per_hold: int = Field(1, ge=1, description="states tables only: readings averaged into one row")
+    drift_per_hour: Amounts = Field(Amounts(), description="drift, along a direction drawn once per campaign")
+    saturation: Amounts = Field(Amounts(), description="readings are cut off at this size per axis; 0: never")
+    resolution: Amounts = Field(Amounts(), description="readings come in steps of this size; 0: none")
+    bumps: Bumps = Bumps()
+    preamble: list[str] = Field([], description="lines before a text log's column names; as many as skip_rows")
+    decimals: dict[str, int] = Field({}, description="decimals written, by column name; else 6 (time 4)")
+
+
+class Loads(Table):
+    """One run's load cycles. A force (and moment) that keeps its direction in the base and its place on the robot."""
+
+    point: str = Field("load_point", description="the frame in which the load acts")
+    axes: str = Field("base", description="frame whose axes the directions are in, before any load")
+    directions: list[Direction] = Field(
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        description="of the force, scaled to length 1; three more numbers: the moment per newton, m",
+    )
+    max_force_N: Positive = 400.0
+    levels: Annotated[list[Positive], Field(min_length=1)] = Field(
+        [0.25, 0.5, 0.75, 1.0], description="of the largest force, rising"
+    )
+    both_ways: bool = Field(True, description="after unloading, the same against the direction")
+    cycles: int = Field(1, ge=1, description="full cycles in each direction")
+    level_scatter: NotNegative = Field(0.02, description="loads are never hit exactly: standard deviation, relative")
+    direction_scatter_rad: NotNegative = Field(0.005, description="nor is the direction: standard deviation")
+    first_hold_s: Positive = Field(4.0, description="unloaded at the start")
+    hold_s: Positive = Field(3.0, description="a load is held, after it has settled")
+    hold_scatter: NotNegative = Field(0.0, description="standard deviation of that time, relative")
+    ramp_s: Positive = Field(0.8, description="from one load to the next")
+    ramp_scatter: NotNegative = Field(0.15, description="standard deviation of that time, relative")
+    settle_s: NotNegative = Field(0.6, description="after the ramp until the load has settled; eight time constants")
+    ramp_points: int = Field(2, ge=0, description="balances solved on each ramp, between its ends")
+    hold_points: int = Field(1, ge=1, description="balances solved in each hold; 3 or more for robots that creep")
+
+
+class SimulatedRun(Table):
+    """One run: where the robot stands, and what differs from `[loads]`."""
+
+    id: str = Field(description="the run's id in campaign.toml")
+    joints_deg: Annotated[list[float], Field(min_length=1)] = Field(description="logged joint angles")
+    loads: dict[str, Any] = Field({}, description="keys of [loads] that differ in this run")
+    pause_before_s: NotNegative = Field(300.0, description="time between the run before and this one")
+
+
+class TrueRobot(Table):
+    """What the robot has beyond robot.toml and model.toml."""
+
+    position_error_m: NotNegative = Field(
+        0.0,
+        description="standard deviation per axis of the absolute position: constant in a run, not seen in deflection",
+    )
+    orientation_error_rad: NotNegative = 0.0
+    temperature_C: float = 22.0
+    warming_K_per_hour: float = 0.0
+
+
+class SimulationSettings(Table):
+    """`simulate.toml` in full."""
+
+    schema_: Literal["stiffcal/simulate/1"] = Field(alias="schema")
+    seed: int = Field(0, ge=0, description="the option --seed overrides it")
+    loads: Loads = Loads()
+    robot: TrueRobot = TrueRobot()
+    frames: dict[str, Placement] = Field({}, description="[frames.NAME]: true places, by the manifest's names")
+    sensors: dict[str, Sensor] = Field({}, description="[sensors.NAME], by the manifest's source names")
+    runs: Annotated[list[SimulatedRun], Field(min_length=1)]
+
+    def loads_of(self, run: SimulatedRun) -> Loads:
+        """Return the load cycles of a run: `[loads]` with what the run changes."""
+        return Loads.model_validate({**self.loads.model_dump(), **run.loads})
+
+    def sensor(self, source: str) -> Sensor:
+        """Return how a source errs; without an entry: not at all."""
+        return self.sensors.get(source, Sensor())
+
+
+def load_settings(folder: Path) -> SimulationSettings:
+    """Read `simulate.toml` of a folder.
+
+    Raises
+    ------
+    InputError
+        where the file is missing or wrong: every fault, with its place.
+    """
+    return parse_settings(read_toml(folder / FILE_NAME, FILE_NAME))
+
+
+def parse_settings(document: dict[str, Any]) -> SimulationSettings:
+    """Check a document as read from `simulate.toml`.
+
+    Raises
+    ------
+    InputError
+        with one fault for each key that is wrong.
+
+    Examples
+    --------
+    >>> settings = parse_settings({"schema": "stiffcal/simulate/1", "runs": [{"id": "a", "joints_deg": [0.0]}]})
+    >>> settings.loads_of(settings.runs[0]).levels
+    [0.25, 0.5, 0.75, 1.0]
+    """
+    settings = validate(document, FILE_NAME, SimulationSettings)
+    faults: list[Fault] = []
+    seen: set[str] = set()
+    for run in settings.runs:
+        place = f'runs "{run.id}"'
+        if run.id in seen:
+            faults.append(Fault(FILE_NAME, place, "there are two runs of this name", "rename one"))
+        seen.add(run.id)
+        try:
+            validate({**document.get("loads", {}), **run.loads}, FILE_NAME, Loads)
+        except InputError as error:
+            faults += [
+                Fault(FILE_NAME, f"{place}: loads.{fault.place}", fault.reason, fault.mend) for fault in error.faults
+            ]
+    raise_faults(faults)
+    return settings

@@ -1,0 +1,183 @@
+"""Simulating a whole campaign: raw logs of a known robot, and the truth beside them.
+
+The manifest of the folder given says what is logged how; `simulate.toml` what is done and how instruments err; the
+model file, every parameter valued, what the robot is. Out comes a campaign folder like any other. Its model file has
+lost the values: whoever analyses it starts where a lab starts, and the truth stands in `truth.json` alone.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomlkit
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.simulation.logs import Column, dialect_of, write_log
+from stiffcal.simulation.play import play
+from stiffcal.simulation.recording import Device, DeviceLog, Stage, devices_of, record
+from stiffcal.simulation.scene import draw_acts, tool_weight, true_frames, valued_robot
+from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
+from stiffcal.simulation.truth import TRUTH_FILE, truth_document
+
+MANIFEST_FILE = "campaign.toml"
+
+
+def simulate_campaign(
+    campaign: Campaign,
+    settings: SimulationSettings,
+    out: Path,
+    seed: int | None = None,
+    progress: Progress = no_progress,
+) -> dict[str, Any]:
+    """Write a simulated campaign folder.
+
+    Parameters
+    ----------
+    campaign : the folder given to ``--from``, loaded with ``check_files=False``.
+    settings : its `simulate.toml`, of `load_settings`.
+    out : the folder to write; may be the campaign's own (then only logs and truth are written).
+    seed : for all that is drawn; None: the settings'. The same seed gives the same bytes.
+    progress : told what is being done.
+
+    Returns
+    -------
+    dict
+        ``folder``, ``files`` (relative), ``seed``, ``runs``, ``states``, ``truth`` (the document of truth.json).
+
+    Raises
+    ------
+    InputError
+        a parameter lacks a value, or folder, settings and manifest do not go together.
+    """
+    out = Path(out)
+    drawn = settings.seed if seed is None else seed
+    _check_out(out, campaign.folder)
+    progress("setting loads", 0.0)
+    robot, stage = play_campaign(campaign, settings, drawn)
+    switched_on = [devices_of(stage, campaign.manifest.sources, run) for run in range(len(stage.played))]
+    logs: list[list[DeviceLog]] = []
+    for number, devices in enumerate(switched_on):
+        progress(f"recording {stage.played[number].act.name}", 0.1 + 0.5 * number / len(switched_on))
+        logs.append([record(stage, device) for device in devices])
+    out.mkdir(parents=True, exist_ok=True)
+    files = _write_logs(out, campaign, switched_on, logs, progress)
+    truth = truth_document(robot, stage, switched_on, logs)
+    (out / TRUTH_FILE).write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
+    files.append(TRUTH_FILE)
+    if out.resolve() != campaign.folder.resolve():
+        files += _copy_documents(campaign, out)
+    progress("simulated", 1.0)
+    states = sum(len(played.act.program) for played in stage.played)
+    runs = [played.act.name for played in stage.played]
+    return {"folder": str(out), "files": files, "seed": drawn, "runs": runs, "states": states, "truth": truth}
+
+
+def play_campaign(campaign: Campaign, settings: SimulationSettings, seed: int) -> tuple[CompliantRobot, Stage]:
+    """Draw the load cycles and find where the robot really is, without any instrument.
+
+    Raises
+    ------
+    InputError
+        as `simulate_campaign`.
+    """
+    robot = valued_robot(campaign)
+    frames = true_frames(campaign, settings)
+    for name in settings.sensors:
+        if name not in campaign.manifest.sources:
+            known = ", ".join(campaign.manifest.sources)
+            raise InputError.at(FILE_NAME, f"sensors.{name}", "campaign.toml has no such source", f"use one of {known}")
+    acts = draw_acts(campaign, settings, frames, seed)
+    played = play(robot, acts, frames, tool_weight(campaign.manifest))
+    return robot, Stage(settings, frames, tuple(played), seed)
+
+
+def _check_out(out: Path, source: Path) -> None:
+    """Raise where the folder to write holds something that no simulation has made."""
+    if out.resolve() == source.resolve() or not out.exists():
+        return
+    if not out.is_dir():
+        raise InputError.at(str(out), "", "this is a file", "name a folder that does not exist yet")
+    if any(out.iterdir()) and not (out / TRUTH_FILE).exists():
+        raise InputError.at(str(out), "", "the folder is not empty", "name a folder that does not exist yet")
+
+
+def _write_logs(
+    out: Path,
+    campaign: Campaign,
+    switched_on: Sequence[Sequence[Device]],
+    logs: Sequence[Sequence[DeviceLog]],
+    progress: Progress,
+) -> list[str]:
+    """Write every source's files as the manifest names them; return their names."""
+    manifest = campaign.manifest
+    runs = {run.id: run for run in manifest.runs}
+    files = []
+    for number, (name, source) in enumerate(manifest.sources.items()):
+        progress(f"writing {name}", 0.6 + 0.4 * number / len(manifest.sources))
+        by_file: dict[str, list[DeviceLog]] = {}
+        for devices, written in zip(switched_on, logs, strict=True):
+            named = manifest.files_of(name, runs.get(devices[number].run_name))
+            if list(named) != [""]:
+                raise InputError.at(
+                    MANIFEST_FILE, f"sources.{name}", "a simulated source writes one file", "name one file for it"
+                )
+            by_file.setdefault(named[""], []).append(written[number])
+        for file, parts in by_file.items():
+            _write_file(out / file, file, source, switched_on[0][number], parts)
+            files.append(file)
+    return files
+
+
+def _write_file(path: Path, file: str, source: Source, device: Device, parts: Sequence[DeviceLog]) -> None:
+    """Write one log: of one run, or of all runs one after the other."""
+    columns: dict[str, Column] = {}
+    for name, first in parts[0].columns.items():
+        pieces = [part.columns[name] for part in parts]
+        if isinstance(first, np.ndarray):
+            columns[name] = np.concatenate([np.asarray(piece) for piece in pieces])
+        else:
+            columns[name] = [word for piece in pieces for word in piece]
+    dialect = dialect_of(source, device.sensor.preamble, parts[0].decimals, parts[0].units, f"sensors.{device.name}")
+    group = source.hdf5.group if source.hdf5 is not None else "/"
+    write_log(path, source.format_for(file) or "csv", columns, dialect, group)
+
+
+def _copy_documents(campaign: Campaign, out: Path) -> list[str]:
+    """Copy manifest, robot and plugins as they are, and the model file without its values."""
+    names = [MANIFEST_FILE, campaign.manifest.robot, *campaign.manifest.plugins]
+    if campaign.robot.urdf is not None:
+        names.append(str(Path(campaign.manifest.robot).parent / campaign.robot.urdf))
+    for name in names:
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(campaign.folder / name, out / name)
+    text = campaign.model_path.read_text(encoding="utf-8") if campaign.model_written else None
+    if text is not None:
+        (out / MODEL_FILE).write_text(without_values(text), encoding="utf-8")
+        names.append(MODEL_FILE)
+    return [Path(name).as_posix() for name in names]
+
+
+def without_values(model: str) -> str:
+    r"""Return a model file's text without its parameters' values, comments kept.
+
+    Examples
+    --------
+    >>> text = '[[effects]]\ntype = "creep"\njoints = [2]\n[effects.parameters]\n"creep.j2.c" = { value = 1e-8 }\n'
+    >>> print(without_values(text).strip())
+    [[effects]]
+    type = "creep"
+    joints = [2]
+    """
+    document = tomlkit.parse(model)
+    for effect in document.get("effects", []):
+        effect.pop("parameters", None)
+    return tomlkit.dumps(document)

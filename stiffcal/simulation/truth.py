@@ -1,0 +1,93 @@
+"""`truth.json`: what a simulated campaign hides. Nothing but tests and benchmarks reads one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.simulation.recording import Device, DeviceLog, Stage
+from stiffcal.simulation.settings import Amounts, Sensor
+
+TRUTH_FILE = "truth.json"
+TRUTH_SCHEMA = "stiffcal/truth/1"
+
+
+def truth_document(
+    robot: CompliantRobot,
+    stage: Stage,
+    switched_on: Sequence[Sequence[Device]],
+    logs: Sequence[Sequence[DeviceLog]],
+) -> dict[str, Any]:
+    """Return the document of truth.json.
+
+    Parameters
+    ----------
+    robot : as simulated.
+    stage : the played runs.
+    switched_on, logs : devices and what they wrote, by run and source.
+
+    Returns
+    -------
+    dict
+        ``parameters`` by full name (SI); ``joint_stiffness`` by parameter name, N·m/rad; ``noise`` by source, per axis;
+        ``frames`` as they really are (parent_from_frame); per run ``clock_ahead_s`` against the first source in the
+        middle of the run, ``holds`` as [start, end] on the first source's clock, ``bumped`` holds from 1 by source.
+    """
+    stiffness = {
+        one.parameter_name(spec.symbol): 1.0 / one.values[spec.symbol]
+        for one in robot.placed
+        for spec in one.effect.parameters
+        if spec.compliance and one.values[spec.symbol] > 0.0
+    }
+    return {
+        "schema": TRUTH_SCHEMA,
+        "warnings": [],
+        "seed": stage.seed,
+        "parameters": robot.values(),
+        "joint_stiffness": stiffness,
+        "noise": {device.name: _noise(device.sensor) for device in switched_on[0]},
+        "frames": {
+            name: {"body": attached.body, "body_from_frame": np.round(attached.transform, 12).tolist()}
+            for name, attached in stage.frames.items()
+        },
+        "runs": [_run(stage, devices, written) for devices, written in zip(switched_on, logs, strict=True)],
+    }
+
+
+def _noise(sensor: Sensor) -> dict[str, dict[str, float]]:
+    """Return what a source's readings scatter, per axis, SI: within a hold and between holds."""
+    parts: dict[str, Amounts] = {"white": sensor.white, "between_holds": sensor.between_holds}
+    return {
+        name: {key: value for key, value in amounts.model_dump().items() if value} for name, amounts in parts.items()
+    }
+
+
+def _run(stage: Stage, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> dict[str, Any]:
+    """Return what is true of one run."""
+    played = stage.played[devices[0].run]
+    program = played.act.program
+    middle = np.array([0.5 * program.duration])
+    first = devices[0].clock
+    # all devices see the first hold from the last one's start on, and the last until the first one stops
+    over_time = [device for device in devices if not device.source.is_states]
+    start, end = program.start.copy(), program.end.copy()
+    if over_time:
+        start[0] = max(device.clock.begin for device in over_time)
+        end[-1] = min(device.stops for device in over_time)
+    holds = np.stack([first.shown(start), first.shown(end)], axis=1)
+    ahead = {device.name: float((device.clock.shown(middle) - first.shown(middle))[0]) for device in devices}
+    return {
+        "id": played.act.name,
+        "joints_deg": np.round(np.rad2deg(played.act.joints), 9).tolist(),
+        "clock_ahead_s": {name: round(value, 6) for name, value in ahead.items()},
+        "holds": np.round(holds, 4).tolist(),
+        "load": np.round(program.wrench, 6).tolist(),
+        "bumped": {
+            device.name: [hold + 1 for hold in log.bumped]
+            for device, log in zip(devices, logs, strict=True)
+            if log.bumped
+        },
+    }
