@@ -61,9 +61,7 @@ class ClockOffset:
         return document
 
 
-def align_clocks(
-    signals: Sequence[SharedSignal], given: Mapping[str, float] | None = None
-) -> dict[str, ClockOffset]:
+def align_clocks(signals: Sequence[SharedSignal], given: Mapping[str, float] | None = None) -> dict[str, ClockOffset]:
     """Find every source's clock against the first one's.
 
     Parameters
@@ -277,7 +275,12 @@ class _Integral:
 
 
 def _ramp_answers(
-    windows: Sequence[tuple[float, float, float]], running: _Integral, time: Floats, white: Floats, lag: float, scale: float
+    windows: Sequence[tuple[float, float, float]],
+    running: _Integral,
+    time: Floats,
+    white: Floats,
+    lag: float,
+    scale: float,
 ) -> tuple[Floats, Floats]:
     """Return each ramp's own correction to ``lag``, s, and its weight (1/s², noise alone)."""
     steps: list[float] = []
@@ -296,7 +299,9 @@ def _ramp_answers(
             continue
         direction = direction / length
         course = load @ direction
-        slope = (running.mean(at + 0.25 * scale, 0.5 * scale) - running.mean(at - 0.25 * scale, 0.5 * scale)) @ direction
+        slope = (
+            running.mean(at + 0.25 * scale, 0.5 * scale) - running.mean(at - 0.25 * scale, 0.5 * scale)
+        ) @ direction
         slope = slope / (0.5 * scale)
         basis = np.stack([np.ones_like(course), course], axis=1)
         basis, _ = np.linalg.qr(basis)

@@ -94,7 +94,7 @@ def find_holds(time: Floats, values: Floats) -> Holds:
     3
     """
     if time.size < 8:
-        return Holds(*(np.zeros(0) for _ in range(4)), dropped=(Dropped(0.0, 0.0, "too few readings to see a hold"),))
+        return _none(Dropped(0.0, 0.0, "too few readings to see a hold"))
     white, tolerance = _whitened(values)
     kept, pauses = _levels(time, white, tolerance)
     if kept:
@@ -105,9 +105,12 @@ def find_holds(time: Floats, values: Floats) -> Holds:
             tolerance = _tolerance(white)
             kept, pauses = _levels(time, white, tolerance)
     if not kept:
-        whole = Dropped(float(time[0]), float(time[-1]), "the load was never held")
-        return Holds(*(np.zeros(0) for _ in range(4)), dropped=(whole,))
+        return _none(Dropped(float(time[0]), float(time[-1]), "the load was never held"))
     return _with_edges(time, white, kept, pauses, tolerance)
+
+
+def _none(dropped: Dropped) -> Holds:
+    return Holds(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), (dropped,))
 
 
 def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece], list[_Piece]]:

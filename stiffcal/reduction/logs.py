@@ -1,0 +1,292 @@
+"""A source's rows as the manifest describes them: streamed, in SI, in the instrument's own axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.row_filter import RowCondition
+from stiffcal.campaign.signals import Deflection, Displacement, Joints, Pose, Wrench
+from stiffcal.errors import InputError
+from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_rpy, rotation_from_vector
+from stiffcal.quantities import unit
+from stiffcal.readers import Batch, Wanted, find_reader
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_CONDITIONS: dict[str, Callable[[Floats, float], NDArray[np.bool_]]] = {
+    "<": np.less,
+    "<=": np.less_equal,
+    ">": np.greater,
+    ">=": np.greater_equal,
+    "==": np.equal,
+    "!=": np.not_equal,
+}
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Consecutive rows of a source, in SI and in the instrument's axes, channels first.
+
+    Attributes
+    ----------
+    number : (n,) data row in the file, from 1, header not counted.
+    time : (n,) s on the device's clock; NaN where none is logged.
+    run : the n names of the run column, or empty.
+    signals : name to (c, n). ``joints`` rad, ``wrench`` (6) N, N·m as it acts on the robot, ``mass`` kg,
+        ``position.BODY`` m and ``quaternion.BODY`` w x y z in the pose's frame, ``marker.BODY.NAME`` m,
+        ``translation`` m and ``rotation`` rad of a deflection, ``displacement`` m, ``lengths`` m, ``temperature`` K,
+        ``hold`` s, and what else a controller logs: ``joints.command``, ``joints.velocity``, ``joints.torque``.
+    """
+
+    number: Integers
+    time: Floats
+    run: list[str]
+    signals: dict[str, Floats]
+
+    def __len__(self) -> int:
+        return int(self.number.shape[0])
+
+
+def read_rows(
+    folder: Path, name: str, source: Source, files: Mapping[str, str], on_columns: Callable[[Batch], None] | None = None
+) -> Iterator[Rows]:
+    """Yield the rows of a source, streamed.
+
+    Parameters
+    ----------
+    folder : the campaign folder. name : the source's name, for messages.
+    files : signal name to file; ``""`` for a file that holds all signals.
+    on_columns : called with every batch as read, before rows are left out (to watch for faults).
+
+    Raises
+    ------
+    InputError
+        A file is missing or faulty, with file, line and column.
+    """
+    if not files:
+        raise InputError.at("campaign.toml", f"[sources.{name}]", "no file is named", 'add file = "raw/….csv"')
+    batches = _batches(folder, source, files)
+    for batch in batches:
+        if on_columns is not None:
+            on_columns(batch)
+        yield rows_of(source, batch)
+
+
+def rows_of(source: Source, batch: Batch) -> Rows:
+    """Turn a batch as read into rows in SI, the manifest's ``rows`` conditions applied."""
+    n = len(batch)
+    number = np.arange(batch.first_row, batch.first_row + n, dtype=np.int64)
+    keep = np.ones(n, dtype=np.bool_)
+    for condition in _conditions(source):
+        if isinstance(condition.value, str):
+            same = np.array([word == condition.value for word in batch.texts[condition.column]], dtype=np.bool_)
+            keep &= same if condition.operator == "==" else ~same
+        else:
+            keep &= _CONDITIONS[condition.operator](batch.numbers[condition.column], condition.value)
+    numbers, words = batch.numbers, batch.texts.get(source.run.column or "", []) if source.run else []
+    if not keep.all():
+        numbers = {name: values[keep] for name, values in numbers.items()}
+        words = [word for word, kept in zip(words, keep, strict=True) if kept]
+        number = number[keep]
+    return Rows(number, _time(source, numbers, number), words, instrument_readings(source, numbers))
+
+
+def instrument_readings(source: Source, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return the signals of a source in SI, channels first, from its columns by name."""
+    found: dict[str, Floats] = {}
+
+    def block(columns: tuple[str, ...], factor: float = 1.0, offset: float = 0.0) -> Floats:
+        values = np.stack([numbers[column] for column in columns])
+        if factor != 1.0:
+            values *= factor
+        return values + offset if offset else values
+
+    if source.joints is not None:
+        found |= _joint_readings(source.joints, block)
+    if source.wrench is not None:
+        found["wrench"] = _wrench_readings(source.wrench, block)
+    if source.dead_weight is not None:
+        weight = source.dead_weight
+        found["mass"] = block((weight.mass_column,), weight.unit_of("mass").factor)
+    for body, pose in source.body_poses().items():
+        found |= _pose_readings(body, pose, block)
+    if source.deflection is not None:
+        found |= _deflection_readings(source.deflection, block)
+    if source.displacement is not None:
+        gauge: Displacement = source.displacement
+        found["displacement"] = block((gauge.column,), gauge.unit_of("length").factor)
+    if source.lengths is not None:
+        found["lengths"] = block(source.lengths.columns, source.lengths.unit_of("length").factor)
+    if source.temperature is not None:
+        kelvin = source.temperature.unit_of("temperature")
+        found["temperature"] = block(source.temperature.columns, kelvin.factor, kelvin.offset)
+    if source.hold is not None:
+        found["hold"] = block((source.hold.column,), source.hold.unit_of("time").factor)
+    return found
+
+
+Block = Callable[..., Floats]
+
+
+def _joint_readings(joints: Joints, block: Block) -> dict[str, Floats]:
+    keys = {"position": "joints", "command": "joints.command", "velocity": "joints.velocity", "torque": "joints.torque"}
+    found = {}
+    for key, columns in joints.groups().items():
+        unit_key = "position" if key == "command" else key
+        found[keys.get(key, f"joints.{key}")] = block(columns, joints.unit_of(unit_key).factor)
+    if joints.torque_constant is not None and "joints.current" in found and "joints.torque" not in found:
+        constant = np.array(joints.torque_constant)
+        found["joints.torque"] = found["joints.current"] * constant[:, None]
+    return found
+
+
+def _wrench_readings(wrench: Wrench, block: Block) -> Floats:
+    """Return (6, n) as it acts on the robot; moments are zero where only a force is measured."""
+    force = block(wrench.columns[: min(len(wrench.columns), 3)], wrench.unit_of("force").factor)
+    if len(wrench.columns) == 1:
+        direction = np.array(wrench.direction if wrench.direction is not None else (np.nan,) * 3)
+        force = (direction / np.linalg.norm(direction))[:, None] * force
+    moment = (
+        block(wrench.columns[3:], wrench.unit_of("moment").factor) if wrench.moments_measured else np.zeros_like(force)
+    )
+    both = np.concatenate([force, moment])
+    return -both if wrench.acts_on == "environment" else both
+
+
+def _pose_readings(body: str, pose: Pose, block: Block) -> dict[str, Floats]:
+    length = pose.unit_of("position").factor
+    found: dict[str, Floats] = {}
+    if pose.position is not None:
+        found[f"position.{body}"] = block(pose.position, length)
+    for name, marker in pose.markers.items():
+        found[f"marker.{body}.{name}"] = block(marker.columns, length)
+    if pose.orientation is not None:
+        kind, columns = pose.orientation
+        values = block(columns, 1.0 if kind == "quaternion_wxyz" else pose.unit_of("rotation").factor)
+        found[f"quaternion.{body}"] = _quaternion(kind, values)
+    return found
+
+
+def _quaternion(kind: str, values: Floats) -> Floats:
+    if kind == "quaternion_wxyz":
+        return values
+    rotation = rotation_from_vector(values.T) if kind == "rotvec" else rotation_from_rpy(values.T)
+    return np.ascontiguousarray(quaternion_from_rotation(rotation).T)
+
+
+def _deflection_readings(deflection: Deflection, block: Block) -> dict[str, Floats]:
+    found = {"translation": block(deflection.translation, deflection.unit_of("translation").factor)}
+    if deflection.rotation is not None:
+        found["rotation"] = block(deflection.rotation, deflection.unit_of("rotation").factor)
+    return found
+
+
+def _time(source: Source, numbers: Mapping[str, Floats], number: Integers) -> Floats:
+    """Return seconds on the device's clock."""
+    axis = source.time
+    if axis is None:
+        return np.full(number.size, np.nan)
+    if axis.rate_hz is not None:
+        return np.asarray((number - 1) / axis.rate_hz)
+    assert axis.column is not None and axis.unit is not None
+    factor = 1.0 if axis.unit == "iso8601" else unit(axis.unit, "time").factor
+    return np.asarray(numbers[axis.column] * factor)
+
+
+def _conditions(source: Source) -> list[RowCondition]:
+    """Return every condition on rows; where signals differ, a row has to meet all."""
+    found = [condition for signal in source.signals().values() for condition in signal.row_conditions]
+    return list(dict.fromkeys(found))
+
+
+def reader_options(source: Source, format: str) -> dict[str, object]:
+    """Return what the manifest says of a format, as the reader wants it."""
+    table = getattr(source, format, None)
+    if table is None:
+        return {}
+    if isinstance(table, dict):
+        return dict(table)
+    options: dict[str, object] = table.model_dump(exclude_unset=True)
+    if "units_row" in options:
+        options["unit_row"] = options.pop("units_row")
+    return options
+
+
+def _batches(folder: Path, source: Source, files: Mapping[str, str]) -> Iterator[Batch]:
+    if set(files) == {""}:
+        yield from read_batches(folder, source, files[""], wanted_columns(source, None))
+        return
+    yield _side_by_side(folder, source, files)
+
+
+def read_batches(folder: Path, source: Source, file: str, wanted: Wanted) -> Iterator[Batch]:
+    """Yield the batches of one file of a source, as they stand there."""
+    path = folder / file
+    if not path.is_file():
+        raise InputError.at(file, "", "no such file", "correct its name in campaign.toml, or put the log there")
+    reader = find_reader(path, source.format_for(file), file)
+    yield from reader.read_batches(path, reader_options(source, reader.name), wanted, file)
+
+
+def place_of_row(folder: Path, source: Source, file: str, row: int) -> str:
+    """Return where data row ``row`` (from 1) stands in the file."""
+    reader = find_reader(folder / file, source.format_for(file), file)
+    return str(reader.place_of_row(folder / file, reader_options(source, reader.name), row))
+
+
+def wanted_columns(source: Source, signals: tuple[str, ...] | None) -> Wanted:
+    """Return what is read of a file: all of the source, or only some of its signals."""
+    texts: list[str] = []
+    times: list[str] = []
+    numbers: list[str] = []
+    gaps: set[str] = set()
+    if source.run is not None and source.run.column is not None and signals is None:
+        texts.append(source.run.column)
+    if source.time is not None and source.time.column is not None and signals is None:
+        (times if source.time.unit == "iso8601" else numbers).append(source.time.column)
+    for name, signal in source.signals().items():
+        if signals is not None and name not in signals:
+            continue
+        for condition in signal.row_conditions:
+            (texts if isinstance(condition.value, str) else numbers).append(condition.column)
+        numbers += signal.column_names()
+        if isinstance(signal, Pose) and signal.markers:
+            gaps |= {column for marker in signal.markers.values() for column in marker.columns}
+    return Wanted(
+        tuple(dict.fromkeys(numbers)), tuple(dict.fromkeys(texts)), tuple(dict.fromkeys(times)), frozenset(gaps)
+    )
+
+
+def _side_by_side(folder: Path, source: Source, files: Mapping[str, str]) -> Batch:
+    """Return the columns of several files of equal length as one batch (tables of states: they fit into memory)."""
+    numbers: dict[str, Floats] = {}
+    texts: dict[str, list[str]] = {}
+    lengths: dict[str, int] = {}
+    extra = {"run": source.run.column if source.run else None, "time": source.time.column if source.time else None}
+    for signal, file in files.items():
+        wanted = wanted_columns(source, (signal,))
+        if signal in extra and extra[signal] is not None:
+            column = str(extra[signal])
+            wanted = Wanted((), (column,)) if signal == "run" else Wanted((column,))
+        if not wanted.names:
+            raise InputError.at("campaign.toml", f"files.{signal}", "no such signal", "name a signal of this source")
+        batches = list(read_batches(folder, source, file, wanted))
+        for column in wanted.names:
+            if batches and column in batches[0].texts:
+                texts[column] = [word for batch in batches for word in batch.texts[column]]
+            else:
+                numbers[column] = np.concatenate([batch.numbers[column] for batch in batches])
+        lengths[file] = sum(len(batch) for batch in batches)
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{file} {count}" for file, count in lengths.items())
+        raise InputError.at(
+            next(iter(lengths)), "", f"the files of one source differ in length (rows: {told})", "make them equal"
+        )
+    return Batch(1, numbers, texts)

@@ -1,0 +1,212 @@
+"""Load states of a run from its logs: clocks aligned, holds found or taken from a table, each signal averaged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.manifest import Run
+from stiffcal.errors import InputError
+from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.clocks import ClockOffset, SharedSignal, align_clocks, moves
+from stiffcal.reduction.holds import Dropped, Holds, find_holds
+from stiffcal.reduction.states import Gathered
+
+Floats = NDArray[np.float64]
+
+# What a device may have in common with another, the load first.
+_SHARED = ("wrench", "position.", "marker.", "lengths", "displacement", "joints")
+# A joint log without a clock may stand for the whole run when its joints stay within this: a tenth of what a
+# direction-finding touch of the pendant moves, and 0.1 mm at 1 m.
+STANDING_RAD = 1e-4
+
+
+@dataclass(frozen=True)
+class ReducedRun:
+    """A run, reduced.
+
+    Attributes
+    ----------
+    states : its load states. clocks : source to offset. holds : on the first source's clock.
+    dropped : what was thrown away, and why. warnings : what the user ought to know.
+    """
+
+    states: Gathered
+    clocks: dict[str, ClockOffset]
+    holds: Holds
+    dropped: tuple[Dropped, ...]
+    warnings: tuple[str, ...]
+
+
+def shared_signal(source: str, blocks: Blocks) -> SharedSignal:
+    """Return what a log may have in common with the others: the load where it has one, else what the load moved."""
+    for stem in _SHARED:
+        names = [name for name in blocks.mean if name == stem or (stem.endswith(".") and name.startswith(stem))]
+        if names:
+            values = np.concatenate([blocks.mean[name] for name in names], axis=1)
+            return SharedSignal(source, blocks.time, values, leads=stem == "wrench")
+    names = list(blocks.mean)
+    return SharedSignal(source, blocks.time, np.concatenate([blocks.mean[name] for name in names], axis=1), False)
+
+
+def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None) -> ReducedRun:
+    """Reduce the logs of one run to load states.
+
+    Parameters
+    ----------
+    run : the manifest's entry.
+    logs : source to block averages in SI, in the manifest's order; the first one's clock counts.
+    tabled : holds that a table states, on the first source's clock; None: they are found.
+
+    Raises
+    ------
+    InputError
+        No hold is found, or a log that moves cannot be placed in time.
+    """
+    shared = [shared_signal(source, blocks) for source, blocks in logs.items()]
+    clocks = align_clocks(shared, run.clock_ahead_s)
+    holds = tabled if tabled is not None else _found_holds(run, shared, clocks)
+    if len(holds) == 0:
+        raise InputError.at(
+            f"run {run.id}", "", "no load state is found: the load was never held",
+            'hold each load for a second or more, or write states = "….csv" with columns start, end',
+        )  # fmt: skip
+    warnings: list[str] = []
+    dropped = list(holds.dropped)
+    keep = np.ones(len(holds), dtype=np.bool_)
+    placed: list[tuple[str, Blocks, float | None]] = []
+    for source, blocks in logs.items():
+        ahead = _ahead(run, source, blocks, clocks[source], warnings)
+        placed.append((source, blocks, ahead))
+        if ahead is None:
+            continue
+        seen = (blocks.end[-1] - ahead >= holds.end - _slack(holds)) & (
+            blocks.start[0] - ahead <= holds.start + _slack(holds)
+        )
+        for k in np.flatnonzero(keep & ~seen):
+            dropped.append(Dropped(float(holds.start[k]), float(holds.end[k]), f"{source} was not logging"))
+        keep &= seen
+    if not keep.any():
+        raise InputError.at(
+            f"run {run.id}",
+            "",
+            "the logs of this run have no load state in common",
+            "check which files belong together",
+        )
+    numbers = np.flatnonzero(keep)
+    states = _averaged(run, holds, numbers, placed)
+    return ReducedRun(states, clocks, holds, tuple(sorted(dropped, key=lambda stretch: stretch.start)), tuple(warnings))
+
+
+def _slack(holds: Holds) -> Floats:
+    """A log may begin or end within the outer tenth of a hold."""
+    return 0.1 * (holds.end - holds.start)
+
+
+def _found_holds(run: Run, shared: list[SharedSignal], clocks: Mapping[str, ClockOffset]) -> Holds:
+    """Find holds in the load, else in what moved most clearly, and bring them to the first source's clock."""
+    for signal in sorted(shared, key=lambda signal: not signal.leads):
+        ahead = clocks[signal.source].value
+        if ahead is None or not moves(signal.values):
+            continue
+        found = find_holds(signal.time, signal.values)
+        if len(found) == 0:
+            continue
+        shifted = tuple(Dropped(d.start - ahead, d.end - ahead, d.reason) for d in found.dropped)
+        return Holds(found.start - ahead, found.end - ahead, found.reached - ahead, found.left - ahead, shifted)
+    # nothing moves: one unloaded pose ("free"), or a forgotten load; the whole log is one hold
+    if run.experiment == "free":
+        first = shared[0]
+        ends = np.array([first.time[0]]), np.array([first.time[-1]])
+        return Holds(*ends, *ends)
+    return Holds(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
+
+
+def _ahead(run: Run, source: str, blocks: Blocks, clock: ClockOffset, warnings: list[str]) -> float | None:
+    """Return a log's clock offset, None where it stands still and any time will do."""
+    if clock.value is not None:
+        return clock.value
+    joints = blocks.mean.get("joints")
+    still = joints is not None and bool(np.ptp(joints, axis=0).max() < STANDING_RAD)
+    if still or all(not moves(values) for values in blocks.mean.values()):
+        return None
+    if joints is not None and len(blocks.mean) == 1 and bool((joints.std(axis=0) < 10.0 * STANDING_RAD).all()):
+        warnings.append(
+            f"run {run.id}: the clock of {source} is not known ({clock.reason}); its mean over the run is taken"
+        )
+        return None
+    raise InputError.at(
+        f"run {run.id}", f"clock of {source}", clock.reason or "not known",
+        f"give clock_ahead_s = {{ {source} = … }} for this run",
+    )  # fmt: skip
+
+
+def _averaged(
+    run: Run, holds: Holds, numbers: NDArray[np.int64], placed: list[tuple[str, Blocks, float | None]]
+) -> Gathered:
+    """Average every signal over every hold."""
+    signals: dict[str, Floats] = {}
+    scatter: dict[str, Floats] = {}
+    n_readings = np.full(numbers.size, np.iinfo(np.int64).max, dtype=np.int64)
+    start, end = holds.start[numbers], holds.end[numbers]
+    for _, blocks, ahead in placed:
+        means, spreads, counts = hold_means(blocks, start, end, ahead)
+        signals |= means
+        scatter |= spreads
+        if ahead is not None:
+            n_readings = np.minimum(n_readings, counts)
+    return Gathered(
+        run=[run.id] * numbers.size,
+        number=numbers + 1,
+        time=start,
+        hold=(holds.left - holds.reached)[numbers],
+        signals=signals,
+        scatter=scatter,
+        n_readings=n_readings,
+        set_aside=[""] * numbers.size,
+    )
+
+
+def hold_means(
+    blocks: Blocks, start: Floats, end: Floats, ahead: float | None
+) -> tuple[dict[str, Floats], dict[str, Floats], NDArray[np.int64]]:
+    """Return mean and standard deviation of single readings of each signal in each hold, and the counts.
+
+    Parameters
+    ----------
+    start, end : (h,) s on the first source's clock.
+    ahead : s that the log's clock shows more; None: the log stands still, all of it counts for every hold.
+    """
+    n = len(blocks)
+    if ahead is None:
+        first, last = np.zeros(start.size, dtype=np.int64), np.full(start.size, n, dtype=np.int64)
+    else:
+        middle = 0.5 * (start + end) + ahead
+        first = np.searchsorted(blocks.start, start + ahead, side="left")
+        last = np.searchsorted(blocks.end, end + ahead, side="right")
+        # a hold shorter than a block: the block in whose middle it lies
+        short = last <= first
+        nearest = np.clip(np.searchsorted(blocks.time, middle), 0, n - 1)
+        first, last = np.where(short, nearest, first), np.where(short, nearest + 1, last)
+    counts = np.concatenate([[0], np.cumsum(blocks.count)])
+    total = counts[last] - counts[first]
+    means: dict[str, Floats] = {}
+    spreads: dict[str, Floats] = {}
+    for name, mean in blocks.mean.items():
+        weight = blocks.count[:, None].astype(np.float64)
+        middle_value = mean.mean(axis=0)
+        away = mean - middle_value
+        sums = _cumulated(away * weight)
+        squares = _cumulated(away**2 * weight + blocks.variance[name] * np.maximum(weight - 1.0, 0.0))
+        average = (sums[last] - sums[first]) / total[:, None]
+        about = np.maximum((squares[last] - squares[first]) - total[:, None] * average**2, 0.0)
+        means[name] = average + middle_value
+        spreads[name] = np.sqrt(about / np.maximum(total - 1, 1)[:, None])
+    return means, spreads, total
+
+
+def _cumulated(values: Floats) -> Floats:
+    return np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])

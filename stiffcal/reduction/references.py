@@ -1,0 +1,58 @@
+"""Which state of each run is the reference: displacements are relative to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import Fault, raise_faults
+
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+
+def reference_states(
+    run: Integers, names: Sequence[str], chosen: Mapping[str, int], usable: Booleans, manifest: str = "campaign.toml"
+) -> Booleans:
+    """Mark each run's reference: the first state, unless the manifest names another.
+
+    Parameters
+    ----------
+    run : (n,) index into ``names``, states of a run in order.
+    chosen : run's name to the reference state's number, from 1.
+    usable : (n,) False for states that are set aside; the first usable one then stands in for the first.
+
+    Raises
+    ------
+    InputError
+        The manifest names a state that a run does not have, or one that is set aside.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> run = np.array([0, 0, 1, 1])
+    >>> reference_states(run, ["a", "b"], {"b": 2}, np.ones(4, dtype=bool)).tolist()
+    [True, False, False, True]
+    """
+    reference = np.zeros(run.size, dtype=np.bool_)
+    faults: list[Fault] = []
+    for number, name in enumerate(names):
+        members = np.flatnonzero(run == number)
+        if members.size == 0:
+            continue
+        wanted = chosen.get(name, 1)
+        place = f"run {name}: reference"
+        if wanted > members.size:
+            reason = f"reference = {wanted}, but the run has {members.size} states"
+            faults.append(Fault(manifest, place, reason, "name one of them, from 1"))
+        elif wanted > 1 and not usable[members[wanted - 1]]:
+            reason = f"state {wanted} is set aside and cannot be the reference"
+            faults.append(Fault(manifest, place, reason, "name another"))
+        else:
+            candidates = members[wanted - 1 :] if wanted == 1 else members[wanted - 1 : wanted]
+            good = candidates[usable[candidates]]
+            reference[good[0] if good.size else candidates[0]] = True
+    raise_faults(faults)
+    return reference

@@ -1,0 +1,347 @@
+"""Load states from a table, one row per state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.manifest import Manifest, Run
+from stiffcal.campaign.signals import Pose
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rotations import rotation_from_quaternion
+from stiffcal.readers import Batch
+from stiffcal.reduction.logs import Rows, read_rows
+from stiffcal.reduction.markers import poses_of_markers
+from stiffcal.reduction.references import reference_states
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+STANDARD_GRAVITY = 9.80665  # m/s², where the robot file's gravity has no length
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """n states of one campaign, signal by signal, before they become load states.
+
+    Attributes
+    ----------
+    run : n names of runs, states of one run side by side and in order.
+    number : (n,) row in the table, or the hold's number in its run, from 1.
+    time, hold : (n,) s, NaN where not known.
+    signals : name to (n, c), as in `stiffcal.reduction.logs.Rows` but states first.
+    scatter : likewise, standard deviation of single readings within the hold; signals without one are left out.
+    n_readings : (n,).
+    set_aside : n reasons, "" where the state is used.
+    """
+
+    run: list[str]
+    number: Integers
+    time: Floats
+    hold: Floats
+    signals: dict[str, Floats]
+    scatter: dict[str, Floats]
+    n_readings: Integers
+    set_aside: list[str]
+
+
+def tabled_states(
+    folder: Path, manifest: Manifest, on_columns: Callable[[str, str, Batch], None] | None = None
+) -> Gathered | None:
+    """Read the sources that hold one row per load state; None where there is none.
+
+    Several such sources go together row by row within each run.
+
+    Raises
+    ------
+    InputError
+        Tables do not fit together, a file is faulty, time runs backwards.
+    """
+    gathered: Gathered | None = None
+    for name, source in manifest.sources.items():
+        if not source.is_states:
+            continue
+        parts = []
+        for run, files in _files(manifest, name):
+            shown = next(iter(files.values()), "")
+            watch = None if on_columns is None else _watching(on_columns, name, shown)
+            rows = _joined(list(read_rows(folder, name, source, files, watch)))
+            parts.append(_labelled(manifest, name, run, rows, shown))
+        table = _stacked(parts)
+        gathered = table if gathered is None else _beside(gathered, table, name)
+    return gathered
+
+
+def _watching(on_columns: Callable[[str, str, Batch], None], source: str, file: str) -> Callable[[Batch], None]:
+    return lambda batch: on_columns(source, file, batch)
+
+
+def _files(manifest: Manifest, source: str) -> list[tuple[Run | None, dict[str, str]]]:
+    """Return the files of a table source: one table for all runs, or one for each run that names one."""
+    own = [(run, manifest.files_of(source, run)) for run in manifest.runs if source in run.files]
+    if own:
+        return [(run, files) for run, files in own]
+    return [(None, manifest.files_of(source))]
+
+
+def _joined(parts: Sequence[Rows]) -> Rows:
+    return Rows(
+        np.concatenate([part.number for part in parts]),
+        np.concatenate([part.time for part in parts]),
+        [word for part in parts for word in part.run],
+        {name: np.concatenate([part.signals[name] for part in parts], axis=1) for name in parts[0].signals},
+    )
+
+
+def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown: str) -> Gathered:
+    """Give every row its run, its exclusion, and states first."""
+    source = manifest.sources[name]
+    n = len(rows)
+    if run is not None:
+        labels = [run.id] * n
+    elif rows.run:
+        labels = rows.run
+    elif source.run is not None and source.run.each == "row":
+        labels = [str(number) for number in rows.number]
+    elif len(manifest.runs) == 1:
+        labels = [manifest.runs[0].id] * n
+    else:
+        raise InputError.at(
+            "campaign.toml", f"[sources.{name}]", "which run each row belongs to is not said",
+            'add run = { column = "run" } or run = { each = "row" }',
+        )  # fmt: skip
+    reasons = [""] * n
+    for exclusion in manifest.exclude:
+        if exclusion.source != name:
+            continue
+        rows_out = set(exclusion.rows)
+        beyond = rows_out - set(rows.number.tolist())
+        if beyond and exclusion.run is None:
+            reason = f"there is no data row {min(beyond)} in {shown}"
+            raise InputError.at("campaign.toml", "exclude", reason, "count data rows from 1, the header left out")
+        for k in range(n):
+            if int(rows.number[k]) in rows_out and exclusion.run in (None, labels[k]):
+                reasons[k] = f"excluded in the manifest: {exclusion.why}"
+    hold = rows.signals["hold"][0] if "hold" in rows.signals else np.full(n, np.nan)
+    gathered = Gathered(
+        labels, rows.number, rows.time, hold,
+        {signal: np.ascontiguousarray(values.T) for signal, values in rows.signals.items() if signal != "hold"},
+        {}, np.ones(n, dtype=np.int64), reasons,
+    )  # fmt: skip
+    return _by_run(gathered, shown)
+
+
+def _by_run(gathered: Gathered, shown: str) -> Gathered:
+    """Bring the states of each run together, order within a run kept; time must not run backwards there."""
+    first: dict[str, int] = {}
+    for name in gathered.run:
+        first.setdefault(name, len(first))
+    index = np.array([first[name] for name in gathered.run], dtype=np.int64)
+    order = np.argsort(index, kind="stable")
+    ordered = pick(gathered, order)
+    time, same = ordered.time, np.diff(index[order]) == 0
+    back = np.flatnonzero(same & (np.diff(time) < 0.0))
+    if back.size:
+        k = int(back[0]) + 1
+        raise InputError.at(
+            shown, f"data row {ordered.number[k]}",
+            f"time runs backwards in run {ordered.run[k]}: {time[k]:g} s after {time[k - 1]:g} s",
+            "put the rows in the order in which the states were reached, or leave time out",
+        )  # fmt: skip
+    return ordered
+
+
+def pick(gathered: Gathered, chosen: Integers | Booleans) -> Gathered:
+    """Return the states at the indices, or where the mask is True."""
+    indices = np.arange(len(gathered.run))[chosen]
+    return Gathered(
+        run=[gathered.run[k] for k in indices],
+        number=gathered.number[indices],
+        time=gathered.time[indices],
+        hold=gathered.hold[indices],
+        signals={name: values[indices] for name, values in gathered.signals.items()},
+        scatter={name: values[indices] for name, values in gathered.scatter.items()},
+        n_readings=gathered.n_readings[indices],
+        set_aside=[gathered.set_aside[k] for k in indices],
+    )
+
+
+def _stacked(parts: Sequence[Gathered]) -> Gathered:
+    if len(parts) == 1:
+        return parts[0]
+    return Gathered(
+        run=[name for part in parts for name in part.run],
+        number=np.concatenate([part.number for part in parts]),
+        time=np.concatenate([part.time for part in parts]),
+        hold=np.concatenate([part.hold for part in parts]),
+        signals=_stacked_signals([part.signals for part in parts], [len(part.run) for part in parts]),
+        scatter=_stacked_signals([part.scatter for part in parts], [len(part.run) for part in parts]),
+        n_readings=np.concatenate([part.n_readings for part in parts]),
+        set_aside=[reason for part in parts for reason in part.set_aside],
+    )
+
+
+def stacked(parts: Sequence[Gathered]) -> Gathered:
+    """Return the states of several runs one after the other; a signal that one of them lacks is NaN there."""
+    return _stacked(parts)
+
+
+def _stacked_signals(parts: Sequence[Mapping[str, Floats]], counts: Sequence[int]) -> dict[str, Floats]:
+    widths = {name: values.shape[1] for part in parts for name, values in part.items()}
+    return {
+        name: np.concatenate(
+            [part[name] if name in part else np.full((n, width), np.nan) for part, n in zip(parts, counts, strict=True)]
+        )
+        for name, width in widths.items()
+    }
+
+
+def _beside(one: Gathered, other: Gathered, source: str) -> Gathered:
+    """Put the signals of a second table beside the first's: row by row."""
+    if one.run != other.run:
+        reason = f"has {len(other.run)} states in other runs than the first table's {len(one.run)}"
+        raise InputError.at("campaign.toml", f"[sources.{source}]", reason, "tables of states go row by row")
+    return replace(
+        one,
+        signals=one.signals | other.signals,
+        time=np.where(np.isfinite(one.time), one.time, other.time),
+        hold=np.where(np.isfinite(one.hold), one.hold, other.hold),
+        set_aside=[a or b for a, b in zip(one.set_aside, other.set_aside, strict=True)],
+    )
+
+
+def load_states(gathered: Gathered, manifest: Manifest, chain: Chain, setup: MeasurementSetup) -> LoadStates:
+    """Turn gathered states into load states: base axes, wrench on the robot, references marked.
+
+    Raises
+    ------
+    InputError
+        Joint angles or loads are missing, a run is not in the manifest, a reference does not exist.
+    """
+    n = len(gathered.run)
+    names = list(dict.fromkeys(gathered.run))
+    written = {run.id: run for run in manifest.runs}
+    unknown = [name for name in names if written and name not in written]
+    if unknown:
+        raise InputError.at(
+            "campaign.toml", "[[runs]]", f"the data holds run {unknown[0]!r}, which is not listed",
+            "add it to [[runs]], or leave [[runs]] out where a table names the runs",
+        )  # fmt: skip
+    run = np.array([names.index(name) for name in gathered.run], dtype=np.int64)
+    position, rotation = _poses(gathered, manifest, setup)
+    deflection = _deflections(gathered, manifest, setup)
+    states = LoadStates(
+        runs=tuple(_run_info(name, written.get(name)) for name in names),
+        run=run,
+        time=gathered.time,
+        hold=gathered.hold,
+        joints=_joints(gathered, chain, written),
+        wrench=_wrench(gathered, chain),
+        position=position,
+        rotation=rotation,
+        deflection=deflection,
+        reference=np.zeros(n, dtype=np.bool_),
+        temperature=gathered.signals.get("temperature", np.zeros((n, 0))),
+        row=gathered.number,
+        n_readings=gathered.n_readings,
+        wrench_scatter=gathered.scatter.get("wrench", np.full((n, 6), np.nan)),
+        position_scatter=_scatter(gathered, setup),
+        set_aside=np.array(gathered.set_aside, dtype=np.str_) if n else np.zeros(0, dtype="<U1"),
+        setup=setup,
+    )
+    if states.deflection_given:
+        return states
+    chosen = {name: entry.reference for name, entry in written.items()}
+    return replace(states, reference=reference_states(run, names, chosen, states.used))
+
+
+def _run_info(name: str, run: Run | None) -> RunInfo:
+    return RunInfo(name) if run is None else RunInfo(name, run.experiment, run.holdout, run.tags)
+
+
+def _joints(gathered: Gathered, chain: Chain, written: Mapping[str, Run]) -> Floats:
+    """Return (n, L) logged angles, rad: from the log, else the run's nominal ones."""
+    n_logged = chain.coupling.shape[1]
+    joints = gathered.signals.get("joints", np.full((len(gathered.run), n_logged), np.nan)).copy()
+    for k, name in enumerate(gathered.run):
+        run = written.get(name)
+        if run is not None and run.joints_deg is not None and not np.isfinite(joints[k]).all():
+            joints[k] = np.radians(run.joints_deg)
+    missing = np.flatnonzero(~np.isfinite(joints).all(axis=1))
+    if missing.size:
+        raise InputError.at(
+            "campaign.toml", f"run {gathered.run[int(missing[0])]}", "no joint angles",
+            "log them, or write joints_deg = […] for the run",
+        )  # fmt: skip
+    return joints
+
+
+def _wrench(gathered: Gathered, chain: Chain) -> Floats:
+    """Return (n, 6) on the robot: as measured, else the weight of a known mass, else none."""
+    n = len(gathered.run)
+    if "wrench" in gathered.signals:
+        return gathered.signals["wrench"]
+    if "mass" in gathered.signals:
+        gravity = chain.gravity if np.any(chain.gravity) else np.array([0.0, 0.0, -STANDARD_GRAVITY])
+        return np.concatenate([gathered.signals["mass"] * gravity, np.zeros((n, 3))], axis=1)
+    return np.zeros((n, 6))
+
+
+def _poses(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> tuple[Floats, Floats]:
+    """Return positions (n, B, 3) and rotations (n, B, 3, 3) in base axes."""
+    n, n_targets = len(gathered.run), len(setup.targets)
+    position = np.full((n, n_targets, 3), np.nan)
+    rotation = np.full((n, n_targets, 3, 3), np.nan)
+    turn, shift = setup.base_from_tracker[:3, :3], setup.base_from_tracker[:3, 3]
+    poses: dict[str, Pose] = {}
+    for source in manifest.sources.values():
+        poses |= source.body_poses()
+    for b, body in enumerate(setup.target_names):
+        pose = poses.get(body)
+        if pose is None:
+            continue
+        if pose.markers:
+            seen, turned = poses_of_markers(body, pose, gathered.signals, manifest)
+        else:
+            missing = np.full((n, 3), np.nan)
+            seen = gathered.signals.get(f"position.{body}", missing)
+            quaternion = gathered.signals.get(f"quaternion.{body}")
+            turned = np.full((n, 3, 3), np.nan) if quaternion is None else rotation_from_quaternion(quaternion)
+        position[:, b] = seen @ turn.T + shift
+        rotation[:, b] = turn @ turned
+    return position, rotation
+
+
+def _deflections(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> Floats:
+    """Return (n, B, 6) displacements already taken, base axes; NaN where there are none."""
+    deflection = np.full((len(gathered.run), len(setup.targets), 6), np.nan)
+    if "translation" not in gathered.signals:
+        return deflection
+    body = next(source.deflection.body for source in manifest.sources.values() if source.deflection is not None)
+    b = setup.target_names.index(body)
+    turn = setup.base_from_tracker[:3, :3]
+    deflection[:, b, :3] = gathered.signals["translation"] @ turn.T
+    if "rotation" in gathered.signals:
+        deflection[:, b, 3:] = gathered.signals["rotation"] @ turn.T
+    return deflection
+
+
+def _scatter(gathered: Gathered, setup: MeasurementSetup) -> Floats:
+    """Return (n, B, 3) standard deviation of single positions within the hold, base axes.
+
+    Noise is taken as alike along the instrument's axes as far as turning goes: variances are turned, not covariances.
+    """
+    scatter = np.full((len(gathered.run), len(setup.targets), 3), np.nan)
+    turn = setup.base_from_tracker[:3, :3]
+    for b, body in enumerate(setup.target_names):
+        name = f"position.{body}"
+        if name in gathered.scatter:
+            scatter[:, b] = np.sqrt(gathered.scatter[name] ** 2 @ (turn**2).T)
+    return scatter
