@@ -21,10 +21,10 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Inputs, NodeLoads, Observed, Sort, StateOrder
 from stiffcal.model.equilibrium import (
     Rest,
+    Unloaded,
     blocks,
-    displacement_between,
+    displacements,
     find_rest,
-    first_order_displacement,
     last_node_inboard,
     law_terms,
     node_wrenches,
@@ -273,21 +273,15 @@ def _evaluate_block(
     return Evaluation(part, predicted, found, sensitivity)
 
 
-def _rests(model: CompliantRobot, inputs: Inputs, order: StateOrder) -> tuple[Rest, Rest]:
+def _rests(model: CompliantRobot, inputs: Inputs, order: StateOrder) -> tuple[Rest, Unloaded]:
     unloaded = rest_under_weight(model, inputs, FIT_TOLERANCE)
     loaded = find_rest(model, inputs, order, unloaded.wrench, unloaded.displacement, FIT_TOLERANCE)
     return loaded, unloaded
 
 
-def _predicted(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Rest) -> Floats:
+def _predicted(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
     """Return (m, n) predicted displacement, observation effects included."""
-    moved = []
-    for target in loaded.inputs.setup.targets:
-        if model.deformed:
-            moved.append(displacement_between(loaded.target(target), unloaded.target(target)))
-        else:
-            moved.append(first_order_displacement(loaded, target) - first_order_displacement(unloaded, target))
-    displacement = np.stack(moved)
+    displacement = np.stack(displacements(model, loaded, unloaded))
     shift = np.zeros_like(displacement)
     observed = Observed(displacement, data.order)
     for one in model.placed:
@@ -323,7 +317,7 @@ def _subtract_unloaded(
     found: Floats,
     rows: dict[tuple[int, str], int],
     numbers: dict[int, int],
-    unloaded: Rest,
+    unloaded: Unloaded,
     lever: dict[tuple[int, int], Floats],
 ) -> None:
     """Take the weight's share out of the columns: displacements are counted from the weight-only state."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, base_frame, cross
+from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, base_frame, cross, from_frame, to_frame
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RZ, Inputs, NodeLoads, StateOrder, Term, tool_node
@@ -150,36 +150,41 @@ def node_wrenches(chain: Chain, shape: Shape, inputs: Inputs, forces: Floats | N
     reading = inputs.wrench if forces is None else forces
     axes = shape.bodies[setup.wrench_axes.body].moved(setup.wrench_axes.transform)
     point = shape.bodies[setup.wrench_point.body].point(setup.wrench_point.transform[:3, 3])
-    force = np.einsum("ijn,jn->in", axes.rotation, reading[:3])
-    moment = np.einsum("ijn,jn->in", axes.rotation, reading[3:]) if setup.moments_measured else np.zeros_like(force)
+    force = from_frame(axes.rotation, reading[:3])
+    moment = from_frame(axes.rotation, reading[3:]) if setup.moments_measured else np.zeros_like(force)
     moment = moment + cross(point, force)
-    with_weight = forces is None
     n_joints = chain.n_joints
     result = np.zeros((2 * n_joints + 2, 6, reading.shape[1]))
-    # The load may act on an inner body; nodes outboard of it do not feel it.
-    load_body = setup.wrench_point.body
+    bending = {2 * beam.joint for beam in chain.beams.values()}
     total_force, total_moment = np.zeros_like(force), np.zeros_like(force)
-    for node in range(2 * n_joints + 1, -1, -1):
-        if node == 2 * n_joints + 1:
-            if with_weight and setup.tool_mass > 0.0:
-                weight = np.broadcast_to((setup.tool_mass * chain.gravity)[:, None], force.shape)
-                total_force = total_force + weight
-                total_moment = total_moment + cross(shape.bodies[-1].point(setup.tool_com), weight)
-            if load_body == n_joints + 1:
-                total_force, total_moment = total_force + force, total_moment + moment
-        elif node > 0 and node % 2 == 0:
-            link = node // 2
-            if with_weight and chain.link_mass[link - 1] > 0.0:
-                weight = np.broadcast_to((chain.link_mass[link - 1] * chain.gravity)[:, None], force.shape)
-                total_force = total_force + weight
-                total_moment = total_moment + cross(shape.bodies[link].point(chain.link_com[link - 1]), weight)
-            if load_body == link:
-                total_force, total_moment = total_force + force, total_moment + moment
-        frame = shape.nodes[node]
-        about = total_moment - cross(frame.position, total_force)
-        result[node, :3] = np.einsum("jin,jn->in", frame.rotation, total_force)
-        result[node, 3:] = np.einsum("jin,jn->in", frame.rotation, about)
+    for body in range(n_joints + 1, -1, -1):
+        # The load may act on an inner body; nodes outboard of it do not feel it.
+        if body == setup.wrench_point.body:
+            total_force, total_moment = total_force + force, total_moment + moment
+        if forces is None:
+            mass, centre = _mass_of(chain, setup, body)
+            if mass > 0.0:
+                place = shape.bodies[body].point(centre)
+                weight = np.broadcast_to((mass * chain.gravity)[:, None], place.shape)
+                total_force, total_moment = total_force + weight, total_moment + cross(place, weight)
+        # What a body carries goes through the node at its outboard end and through its joint's; links without a beam
+        # are no node, and nobody asks what they carry.
+        for node in (2 * n_joints + 1,) if body == n_joints + 1 else (2 * body, 2 * body - 1):
+            if node < 0 or (node > 0 and node % 2 == 0 and node not in bending):
+                continue
+            frame = shape.nodes[node]
+            result[node, :3] = to_frame(frame.rotation, total_force)
+            result[node, 3:] = to_frame(frame.rotation, total_moment - cross(frame.position, total_force))
     return result
+
+
+def _mass_of(chain: Chain, setup: MeasurementSetup, body: int) -> tuple[float, Floats]:
+    """Return a body's mass, kg, and its centre in the body's frame, m."""
+    if body == 0:
+        return 0.0, np.zeros(3)
+    if body == chain.n_joints + 1:
+        return setup.tool_mass, setup.tool_com
+    return float(chain.link_mass[body - 1]), chain.link_com[body - 1]
 
 
 def law_terms(robot: CompliantRobot, loads: NodeLoads) -> list[tuple[PlacedEffect, Term]]:
@@ -314,16 +319,65 @@ def first_order_displacement(rest: Rest, target: Attachment) -> Floats:
         origin, small = rest.shape.nodes[node], rest.displacement[node]
         if not small.any():
             continue
-        move = np.einsum("ijn,jn->in", origin.rotation, small[:3])
-        turn = np.einsum("ijn,jn->in", origin.rotation, small[3:])
+        move, turn = from_frame(origin.rotation, small[:3]), from_frame(origin.rotation, small[3:])
         result[:3] += move + cross(turn, frame.position - origin.position)
         result[3:] += turn
     return result
 
 
-def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = TOLERANCE) -> Rest:
-    """Find the rest under weight alone: no load, no memory, motors where the reference left them."""
-    return find_rest(robot, replace(inputs, wrench=np.zeros_like(inputs.wrench)), tolerance=tolerance)
+@dataclass(frozen=True)
+class Unloaded:
+    """The rest under weight alone, which loads are counted from; state axis last.
+
+    Attributes
+    ----------
+    targets : each target's frame.
+    linear : each target's (6, n) first-order displacement; empty in the finite form.
+    wrench, displacement : (2J + 2, 6, n) of the nodes.
+    terms : the laws' terms.
+    """
+
+    targets: list[StackedFrame]
+    linear: list[Floats]
+    wrench: Floats
+    displacement: Floats
+    terms: list[tuple[PlacedEffect, Term]]
+
+
+def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = TOLERANCE) -> Unloaded:
+    """Find the rest under weight alone: no load, no memory, motors where the reference left them.
+
+    States of one pose share it, so that it is found once for each stretch of equal angles.
+    """
+    changes = np.flatnonzero(np.any(np.diff(inputs.angles, axis=1) != 0.0, axis=0)) + 1
+    first = np.concatenate([[0], changes])
+    pick = np.repeat(np.arange(len(first)), np.diff(np.append(first, inputs.angles.shape[1])))
+    poses = replace(
+        inputs, angles=np.ascontiguousarray(inputs.angles[:, first]), wrench=np.zeros((len(inputs.wrench), len(first)))
+    )
+    rest = find_rest(robot, poses, tolerance=tolerance)
+    frames = [rest.target(target) for target in rest.inputs.setup.targets]
+    linear = [] if robot.deformed else [first_order_displacement(rest, t) for t in rest.inputs.setup.targets]
+    return Unloaded(
+        targets=[StackedFrame(frame.rotation[:, :, pick], frame.position[:, pick]) for frame in frames],
+        linear=[one[:, pick] for one in linear],
+        wrench=rest.wrench[:, :, pick],
+        displacement=rest.displacement[:, :, pick],
+        terms=[(one, replace(term, value=term.value[pick])) for one, term in rest.terms],
+    )
+
+
+def displacements(robot: CompliantRobot, loaded: Rest, unloaded: Unloaded) -> list[Floats]:
+    """Return each target's (6, n) displacement from the weight-only state, base axes, m and rad."""
+    if robot.deformed:
+        return [
+            displacement_between(loaded.target(target), before)
+            for target, before in zip(loaded.inputs.setup.targets, unloaded.targets, strict=True)
+        ]
+    return [
+        first_order_displacement(loaded, target) - before
+        for target, before in zip(loaded.inputs.setup.targets, unloaded.linear, strict=True)
+    ]
 
 
 def solve_balance(
@@ -355,15 +409,13 @@ def solve_balance(
     for block in blocks(run, n, robot.has_memory):
         inputs = Inputs(np.ascontiguousarray(joints[block].T), np.ascontiguousarray(wrench[block].T), setup)
         unloaded = rest_under_weight(robot, inputs)
-        loaded = find_rest(robot, inputs, None if order is None else order.block(block), unloaded.wrench)
+        memory = None if order is None else order.block(block)
+        loaded = find_rest(robot, inputs, memory, unloaded.wrench, unloaded.displacement)
         torque[block] = loaded.wrench[1 : 2 * robot.chain.n_joints : 2, RZ].T
+        moves = displacements(robot, loaded, unloaded)
         for body, target in enumerate(loaded.inputs.setup.targets):
-            after, before = loaded.target(target), unloaded.target(target)
+            after, before = loaded.target(target), unloaded.targets[body]
+            moved[block, body] = moves[body].T
             position[block, body], rotation[block, body] = after.position.T, np.moveaxis(after.rotation, -1, 0)
             position_0[block, body], rotation_0[block, body] = before.position.T, np.moveaxis(before.rotation, -1, 0)
-            if robot.deformed:
-                moved[block, body] = displacement_between(after, before).T
-            else:
-                linear = first_order_displacement(loaded, target) - first_order_displacement(unloaded, target)
-                moved[block, body] = linear.T
     return Balance(position, rotation, position_0, rotation_0, moved, torque)
