@@ -51,9 +51,11 @@ class JointCompliance(DocumentedEffect):
     how_to_check = "Load the joint alone, with the force at right angles to its axis, at two levers."
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
-        """δ_Rz = c τ."""
-        node = joint_node(place.joints[0])
-        return (Term(node, RZ, "c", loads.wrench[node, RZ]),)
+        """δ_Rz = c τ, at every joint that the drive turns: one, but for mechanically coupled axes."""
+        turns = chain.drive_axes[:, place.joints[0] - 1]
+        joints = [k for k in range(1, chain.n_joints + 1) if turns[k - 1] != 0.0]
+        torque = sum(turns[k - 1] * loads.wrench[joint_node(k), RZ] for k in joints)
+        return tuple(Term(joint_node(k), RZ, "c", turns[k - 1] * torque) for k in joints)
 
     def driver(self, place: Place, loads: NodeLoads) -> Driver:
         """The torque about the joint's axis."""

@@ -84,3 +84,18 @@ class Chain:
     def model_angles(self, logged: Floats) -> Floats:
         """Turn logged joint angles (n, L), rad, into the chain's own (n, J), rad."""
         return np.asarray(logged @ self.coupling.T + self.offset, dtype=np.float64)
+
+    @property
+    def drive_axes(self) -> Floats:
+        """(J, J) by how much each model joint (row) turns when each drive (column) gives by one.
+
+        The identity, but for joints with ``coupling = "mechanical"``: there the drives sit on the logged axes, so that
+        drive 2 of a robot with a parallel rod turns joint 2 one way and joint 3 the other. Its transpose takes the
+        torques about the model joints to what the drives carry.
+        """
+        own = np.eye(self.n_joints)
+        combined = np.count_nonzero(self.coupling, axis=1) > 1
+        if not (self.mechanical & combined).any():
+            return own
+        display_only = combined & ~self.mechanical
+        return np.where(display_only[:, None], own, self.coupling)
