@@ -97,6 +97,6 @@ def _write_whole(output: Path, content: bytes) -> None:
     beside = output.with_name(f".{output.name}.{os.getpid()}")
     try:
         beside.write_bytes(content)
-        os.replace(beside, output)
+        beside.replace(output)
     finally:
         beside.unlink(missing_ok=True)

@@ -128,12 +128,14 @@ class ReportStates:
     run : (n,) index into ``ReportContent.runs``.
     force : (n, 3) N, base axes, what the surroundings do to the robot, less the force in the run's reference state.
     load : (n,) N, the magnitude that loads are sorted by.
-    direction : (n,) label of the load's direction within the run, the same as in ``validate``'s ``by_direction``;
-        "" for a reference state.
+    direction : (n,) label of the load's direction within its run, e.g. "1" or "+x"; opposite directions are two labels;
+        "" for a state without load at the run's start. Labels are drawn apart by colour and marker.
     branch : (n,) "loading", "unloading" or "" where there is none (single states, reference).
-    measured : (n, 3) m or (n, 6) m, rad, base axes: displacement since the run's reference.
-    predicted : the same shape; the fit's model at these states.
-    predicted_unseen : the same shape; each run by a fit that has not seen its pose; None where not validated.
+    measured : (n, 3) m or (n, 6) m, rad, base axes: displacement since the run's reference; NaN where not seen.
+    predicted : the same shape; the fit's model at these states, the run's own offset (the reference reading's error)
+        added, so that measured minus predicted is the fit's residual.
+    predicted_unseen : the same shape, the run's offset added; each run by a fit that has not seen its pose; None where
+        not validated.
     set_aside : (n,) why a state was not used, "" where it was. Such states are drawn as crosses.
     reference : (n,) True for the run's reference state; it carries no information of its own.
     """

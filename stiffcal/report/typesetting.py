@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import json
 import shutil
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 _TEMPLATE = "report.typ"
-_FONT_FILES = ("DejaVuSans.ttf", "DejaVuSans-Bold.ttf", "DejaVuSans-Oblique.ttf", "DejaVuSans-BoldOblique.ttf", "DejaVuSansMono.ttf")
+_FONT_FILES = (
+    "DejaVuSans.ttf",
+    "DejaVuSans-Bold.ttf",
+    "DejaVuSans-Oblique.ttf",
+    "DejaVuSans-BoldOblique.ttf",
+    "DejaVuSansMono.ttf",
+)
 
 
 def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
@@ -39,7 +45,7 @@ def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
     for name in _FONT_FILES:
         shutil.copyfile(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name, fonts / name)
     only_these = typst.Fonts(include_system_fonts=False, include_embedded_fonts=False, font_paths=[str(fonts)])
-    timestamp = moment or datetime(1970, 1, 1, tzinfo=timezone.utc)
+    timestamp = moment or datetime(1970, 1, 1, tzinfo=UTC)
     return typst.compile(str(folder / _TEMPLATE), root=str(folder), font_paths=only_these, timestamp=timestamp)
 
 
@@ -49,6 +55,4 @@ def _moment(day: str) -> datetime | None:
         moment = datetime.fromisoformat(day)
     except ValueError:
         return None
-    return moment if moment.tzinfo else moment.replace(tzinfo=timezone.utc)
-
-
+    return moment if moment.tzinfo else moment.replace(tzinfo=UTC)

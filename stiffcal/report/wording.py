@@ -6,7 +6,7 @@ Everything comes in SI units; what is not known is a dash, never a zero.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 DASH = "–"
@@ -20,7 +20,7 @@ def digits(value: float | None, significant: int = 3) -> str:
     --------
     >>> digits(0.0417), digits(1.2249), digits(-0.5), digits(0.0)
     ('0.0417', '1.22', '−0.500', '0')
-    >>> digits(731820.0).replace("\\u202f", " ")
+    >>> digits(731820.0).replace(chr(0x202F), " ")
     '732 000'
     """
     if value is None or not math.isfinite(value):
@@ -116,6 +116,22 @@ def count(number: int, one: str, many: str = "") -> str:
     return f"{number:,} {one if number == 1 else many or one + 's'}".replace(",", _NARROW_SPACE)
 
 
+def in_sheets(members: Sequence[int], most: int, multiple: int = 1) -> list[Sequence[int]]:
+    """Cut a row into sheets of nearly equal size, none above `most`, each but the last a multiple of `multiple`.
+
+    Examples
+    --------
+    >>> in_sheets(range(10), 8), in_sheets(range(43), 20, multiple=5)
+    ([range(0, 5), range(5, 10)], [range(0, 15), range(15, 30), range(30, 43)])
+    """
+    if not members:
+        return []
+    sheets = -(-len(members) // most)
+    size = -(-len(members) // sheets)
+    size = min(most, -(-size // multiple) * multiple)
+    return [members[start : start + size] for start in range(0, len(members), size)]
+
+
 def listing(names: Iterable[str], limit: int = 12) -> str:
     """Write names as a list in a sentence, shortened where there are many.
 
@@ -135,8 +151,8 @@ def place(where: dict[str, Any]) -> str:
 
     Examples
     --------
-    >>> place({"joints": [4]}), place({"pairs": [[5, 6]]}), place({})
-    ('joint 4', 'joints 5–6', 'set-up')
+    >>> place({"joints": [4]}), place({"pairs": [[5, 6]]}), place({}), place({"joints": [1, 2, 3, 5]})
+    ('joint 4', 'joints 5–6', 'set-up', 'joints 1–3, 5')
     """
     words = []
     for key, members in where.items():
@@ -144,8 +160,20 @@ def place(where: dict[str, Any]) -> str:
             words.append("joints " + ", ".join("–".join(str(joint) for joint in pair) for pair in members))
         elif members:
             noun = key[:-1] if len(members) == 1 and key.endswith("s") else key
-            words.append(f"{noun} {', '.join(str(member) for member in members)}")
+            words.append(f"{noun} {_ranges(members)}")
     return "; ".join(words) or "set-up"
+
+
+def _ranges(members: Sequence[Any]) -> str:
+    """Write numbers with runs of three and more drawn together: 1–6, 8."""
+    parts: list[list[Any]] = []
+    for member in members:
+        if parts and isinstance(member, int) and parts[-1][-1] == member - 1:
+            parts[-1].append(member)
+        else:
+            parts.append([member])
+    words = [f"{part[0]}–{part[-1]}" if len(part) > 2 else ", ".join(map(str, part)) for part in parts]
+    return ", ".join(words)
 
 
 def unit_words(unit: str) -> str:

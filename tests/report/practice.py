@@ -1,6 +1,6 @@
 """Content for report tests: practice campaigns and the FANUC measurements with a throw-away first-order fit.
 
-Nothing here is stiffcal's physics: a plain linear fit (paper 002, eq. 9 and 10) just good enough for pages to look real.
+Nothing here is stiffcal's physics: a plain linear fit (paper 002, eq. 9 and 10), good enough for pages to look real.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from stiffcal.report.content import (
     Driver,
     Floats,
     Instrument,
+    Integers,
     LoadPath,
     Provenance,
     ReportContent,
@@ -81,7 +82,7 @@ def fit_compliances(columns: Floats, deflection: Floats, sigma: Floats) -> tuple
     right = (deflection / sigma).reshape(-1)
     c, cost, *_ = np.linalg.lstsq(design, right, rcond=None)
     covariance = np.linalg.inv(design.T @ design) * float(cost[0]) / (n * m - joints)
-    return c, covariance
+    return np.asarray(c, dtype=np.float64), covariance
 
 
 def rms(residual: Floats) -> float:
@@ -118,7 +119,7 @@ def breakdown(labels: np.ndarray[Any, Any], residual: Floats, order: list[str]) 
     return out
 
 
-def direction_labels(force: Floats, run: Floats) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+def direction_labels(force: Floats, run: Integers) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     """Labels and branches of load states in order: one label per signed direction in a run."""
     labels = np.full(len(run), "", dtype="U8")
     branches = np.full(len(run), "", dtype="U12")
@@ -180,17 +181,24 @@ def documents(
     bins = np.clip(np.searchsorted(edges, loads, side="right") - 1, 0, 2)
     load_names = [f"{edges[i]:.0f} … {edges[i + 1]:.0f} N" for i in range(3)]
     by_load = breakdown(np.array(load_names)[bins], unseen, load_names)
-    directions = sorted(set(states.direction[used]) - {""})
+    axis = np.argmax(np.abs(states.force[used]), axis=1)
+    positive = states.force[used][np.arange(len(axis)), axis] > 0
+    mostly = np.array([f"mostly {'+' if up else '−'}{'xyz'[a]}" for a, up in zip(axis, positive, strict=True)])
     zero = measures(states.measured[used])
     order = np.argsort(-np.linalg.norm(unseen[:, :3], axis=1))[:5]
     validate = {
         "schema": "stiffcal/validate/1", "warnings": [], "rms": measures(unseen), "max": largest(unseen),
-        "noise": noise, "relative": {k: (v / zero[k] if v and zero[k] else None) for k, v in measures(unseen).items()},
+        "noise": noise, "relative": {k: (v / z if v and (z := zero[k]) else None) for k, v in measures(unseen).items()},
         "zero_model": zero, "scheme": f"leave one pose out, {len(run_names)} folds",
-        "by_run": breakdown(names, unseen, run_names), "by_direction": breakdown(states.direction[used], unseen, directions),
+        "by_run": breakdown(names, unseen, run_names),
+        "by_direction": breakdown(mostly, unseen, [f"mostly {sign}{axis}" for axis in "xyz" for sign in "+−"]),
         "by_load": by_load, "by_branch": breakdown(states.branch[used], unseen, ["loading", "unloading"]),
         "by_joint_angle": [], "passed": True,
-        "worst": [{"run": str(names[i]), "row": int(i), "residual": unseen[i].tolist()} for i in order],
+        "worst": [
+            {"run": str(names[i]), "row": int(i), "residual_m": float(np.linalg.norm(unseen[i, :3])),
+             "load": float(loads[i]), "branch": str(states.branch[used][i])}
+            for i in order
+        ],
     }  # fmt: skip
     history = {
         "schema": "stiffcal/history/1", "warnings": [],
@@ -221,7 +229,7 @@ def provenance(name: str, robot: str, files: list[Path]) -> Provenance:
     )
 
 
-def with_offsets(predicted: Floats, measured: Floats, run: Floats) -> Floats:
+def with_offsets(predicted: Floats, measured: Floats, run: Integers) -> Floats:
     """Give each run its own constant offset: the error of its reference reading."""
     out = predicted.copy()
     for r in np.unique(run):
@@ -229,7 +237,7 @@ def with_offsets(predicted: Floats, measured: Floats, run: Floats) -> Floats:
     return out
 
 
-def leave_one_out(columns: Floats, measured: Floats, sigma: Floats, run: Floats) -> Floats:
+def leave_one_out(columns: Floats, measured: Floats, sigma: Floats, run: Integers) -> Floats:
     """Prediction of each run by a fit without it."""
     out = np.zeros_like(measured)
     for r in np.unique(run):
@@ -272,7 +280,9 @@ def practice_content(folder: str = "01", max_runs: int | None = None) -> ReportC
     flange_frames = frames[:, -1] @ flange
     at = {key: np.array(manifest["frames"][key]["xyz_m"]) for key in ("ft_sensor", "target")}
     point = {key: flange_frames[:, :3, 3] + flange_frames[:, :3, :3] @ at[key] for key in at}
-    sensor_axes = flange_frames[:, :3, :3] @ quaternion_matrix(np.array(manifest["frames"]["ft_sensor"]["quaternion_wxyz"]))
+    sensor_axes = flange_frames[:, :3, :3] @ quaternion_matrix(
+        np.array(manifest["frames"]["ft_sensor"]["quaternion_wxyz"])
+    )
     in_base = np.concatenate([np.einsum("nij,nj->ni", sensor_axes, wrench[:, k : k + 3]) for k in (0, 3)], axis=1)
     tracker = quaternion_matrix(np.array(manifest["frames"]["tracker"]["quaternion_wxyz"]))
     position = np.array([[float(row[c]) * 1e-3 for c in "XYZ"] for row in rows]) @ tracker.T
@@ -280,7 +290,9 @@ def practice_content(folder: str = "01", max_runs: int | None = None) -> ReportC
     measured = position - position[first]
     position_only = "q0" not in rows[0]
     if not position_only:
-        seen = tracker @ quaternion_matrix(np.array([[float(row[c]) for c in ("q0", "qx", "qy", "qz")] for row in rows]))
+        seen = tracker @ quaternion_matrix(
+            np.array([[float(row[c]) for c in ("q0", "qx", "qy", "qz")] for row in rows])
+        )
         measured = np.concatenate([measured, rotation_vector(seen @ seen[first].transpose(0, 2, 1))], axis=1)
     size = measured.shape[1]
     change = in_base - in_base[first]
@@ -301,14 +313,13 @@ def practice_content(folder: str = "01", max_runs: int | None = None) -> ReportC
     )  # fmt: skip
     noise = {"translation": 2.77e-5} | ({} if position_only else {"rotation": 5.2e-5})
     made = documents(joint_names, c, covariance, states, names, noise)
-    sticks = [
-        np.concatenate([frames[i, :, :3, 3], flange_frames[i, None, :3, 3]]) for i in (np.argmax(run == r) for r in range(len(names)))
-    ]  # fmt: skip
+    starts = [int(np.argmax(run == r)) for r in range(len(names))]
+    sticks = [np.concatenate([frames[i, :, :3, 3], flange_frames[i, None, :3, 3]]) for i in starts]
     first_state = jacobian(frames, point["target"])[0]
     return ReportContent(
         provenance=provenance(manifest["name"], robot["name"], [table, root / "campaign.toml", root / "robot.toml"]),
         runs=tuple(
-            ReportRun(name, q[np.argmax(run == r)], sticks[r], point["target"][np.argmax(run == r)])
+            ReportRun(name, q[starts[r]], sticks[r], point["target"][starts[r]])
             for r, name in enumerate(names)
         ),
         joint_names=joint_names,
@@ -319,9 +330,10 @@ def practice_content(folder: str = "01", max_runs: int | None = None) -> ReportC
             Instrument("table", "joint angles", "CSV"),
         ),
         set_aside=(SetAside(names[0], (6,), "0.31 mm off its three repeats: cable bumped"),),
-        drivers=tuple(
-            Driver(f"torque on joint {k + 1} ({name})", "N·m", torque[:, k]) for k, name in enumerate(joint_names)
-        ) + (Driver("time since the start", "h", np.array([float(row["t"]) for row in rows]) / 3600),),
+        drivers=(
+            *(Driver(f"torque on joint {k + 1} ({name})", "N·m", torque[:, k]) for k, name in enumerate(joint_names)),
+            Driver("time since the start", "h", np.array([float(row["t"]) for row in rows]) / 3600),
+        ),
         load_paths=(example_path(first_state, c, f"the pose of run {names[0]}"),),
         **made,
     )  # fmt: skip
@@ -331,12 +343,10 @@ def fanuc_content() -> ReportContent:
     """Content from the FANUC measurements: 43 poses with one state each, noise unknown."""
     root = SHARED / "data" / "fanuc-r2000ic"
     logged, force, measured = (
-        np.loadtxt(root / name, delimiter=",", skiprows=1)
-        for name in ("joint_angles.csv", "forces.csv", "deltaX.csv")
+        np.loadtxt(root / name, delimiter=",", skiprows=1) for name in ("joint_angles.csv", "forces.csv", "deltaX.csv")
     )
-    q = np.stack(
-        [logged[:, 0], logged[:, 1], -(logged[:, 1] + logged[:, 2]), -logged[:, 3], -logged[:, 4], -logged[:, 5]], axis=1
-    )  # fmt: skip
+    third = -(logged[:, 1] + logged[:, 2])
+    q = np.column_stack([logged[:, 0], logged[:, 1], third, -logged[:, 3:]])
     quarter = np.pi / 2
     dh = [
         (0, 0, 0, 0.670), (-quarter, 0.312, -quarter, 0), (0, 1.075, 0, 0), (-quarter, 0.225, 0, 1.280),

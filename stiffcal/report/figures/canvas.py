@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
@@ -65,6 +65,8 @@ _STYLE: dict[str, Any] = {
     "figure.facecolor": "none",
     "axes.facecolor": "none",
     "savefig.facecolor": "white",
+    # Names of runs and joints are the user's own; a dollar sign in one starts no formula.
+    "text.parse_math": False,
     "pdf.fonttype": 42,
     "svg.hashsalt": "stiffcal",
 }
@@ -79,7 +81,7 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
-            matplotlib.rcParams.update(_STYLE)
+            matplotlib.rcParams.update(cast(Any, _STYLE))
             return draw(*args, **kwargs)
 
     return under_style
@@ -108,7 +110,8 @@ def save_figure(figure: Figure, path: Path, text_as_shapes: bool = True) -> None
     metadata: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {"Software": None})
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(_STYLE | {"svg.fonttype": "path" if text_as_shapes else "none"})
+        style = _STYLE | {"svg.fonttype": "path" if text_as_shapes else "none"}
+        matplotlib.rcParams.update(cast(Any, style))
         figure.savefig(path, format=kind, metadata=metadata, dpi=200)
 
 

@@ -49,14 +49,26 @@ def draw_ladder(
     axes.set_xscale("log")
     for row, (_, unseen, fitted) in enumerate(steps):
         if fitted is not None:
-            axes.plot(fitted * 1e3, row, marker="D", markersize=4.5, color=canvas.INK, markerfacecolor="white", zorder=3)
+            axes.plot(fitted * 1e3, row, marker="D", markersize=7.5, color=canvas.INK, markerfacecolor="none", zorder=3)
         if unseen is not None:
-            axes.plot(unseen * 1e3, row, marker="o", markersize=5, color=canvas.COLOURS[0], zorder=4)
+            axes.plot(unseen * 1e3, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
             label = wording.digits(unseen * 1e3)
-            axes.annotate(f"{label} {unit}", (unseen * 1e3, row), xytext=(7, 0), textcoords="offset points", va="center", fontsize=6.5)
+            axes.annotate(
+                f"{label} {unit}",
+                (unseen * 1e3, row),
+                xytext=(7, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=6.5,
+            )
         elif fitted is None:
             axes.annotate(
-                "not fitted yet", (0.98, row), xycoords=axes.get_yaxis_transform(), ha="right", va="center", fontsize=6.5
+                "not fitted yet",
+                (0.98, row),
+                xycoords=axes.get_yaxis_transform(),
+                ha="right",
+                va="center",
+                fontsize=6.5,
             )
     handles = _legend(axes, wording.part(noise, component))
     low, high = _limits([value for _, *pair in steps for value in pair] + [wording.part(noise, component)])
@@ -83,8 +95,17 @@ def _legend(axes: Any, noise: float | None) -> list[Any]:
     from matplotlib.lines import Line2D
 
     handles: list[Any] = [
-        Line2D([], [], linestyle="none", marker="o", markersize=5, color=canvas.COLOURS[0], label="in unseen poses"),
-        Line2D([], [], linestyle="none", marker="D", markersize=4.5, color=canvas.INK, markerfacecolor="white", label="on the fitted data"),
+        Line2D([], [], linestyle="none", marker="o", markersize=4.5, color=canvas.COLOURS[0], label="in unseen poses"),
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker="D",
+            markersize=7.5,
+            color=canvas.INK,
+            markerfacecolor="none",
+            label="on the fitted data",
+        ),
     ]
     if noise is not None:
         axes.axvline(noise * 1e3, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.1)

@@ -140,9 +140,20 @@ def _legend_handles(states: ReportStates, runs: list[int], styles: dict[str, tup
     ]
     branches: set[str] = set(states.branch[np.isin(states.run, runs)].tolist())
     if "unloading" in branches:
-        handles.append(Line2D([], [], linestyle="none", marker="o", markersize=2.4, color=canvas.INK, label="loading, measured"))
         handles.append(
-            Line2D([], [], linestyle="none", marker="o", markersize=4.2, color=canvas.INK, markerfacecolor="none", label="unloading, measured")
+            Line2D([], [], linestyle="none", marker="o", markersize=2.4, color=canvas.INK, label="loading, measured")
+        )
+        handles.append(
+            Line2D(
+                [],
+                [],
+                linestyle="none",
+                marker="o",
+                markersize=4.2,
+                color=canvas.INK,
+                markerfacecolor="none",
+                label="unloading, measured",
+            )
         )
     handles.append(Line2D([], [], color=canvas.MODEL, label="model" + (", loading" if "unloading" in branches else "")))
     if "unloading" in branches:
@@ -254,4 +265,3 @@ def name_runs(axes: Axes, names: list[str]) -> None:
     places = list(range(0, len(names), step))
     axes.set_xticks(places, [names[i] for i in places], rotation=90 if len(names) > 12 else 0)
     axes.set_xlabel("run")
-

@@ -41,20 +41,30 @@ def draw_load_path(path: LoadPath) -> Figure:
     for axis, (letter, panel) in enumerate(zip(canvas.AXES_NAMES, panels, strict=True)):
         force, deflection = path.force[:, axis], path.deflection[:, axis] * 1e3
         canvas.zero_lines(panel)
-        panel.plot(force, deflection, color=canvas.COLOURS[0], linewidth=1.2, label="stiffness of the usual sign", zorder=3)
+        panel.plot(
+            force, deflection, color=canvas.COLOURS[0], linewidth=1.2, label="stiffness of the usual sign", zorder=3
+        )
         against = apparent_negative(path, axis)
         for number, (start, stop) in enumerate(_stretches(against)):
             panel.plot(
-                force[start:stop], deflection[start:stop], color=canvas.ACCENT, linewidth=2.6, linestyle=(0, (2.0, 0.7)),
-                label="apparent negative stiffness" if number == 0 else None, zorder=4,
+                force[start:stop], deflection[start:stop], color=canvas.ACCENT, linewidth=2.6,
+                linestyle=(0, (2.0, 0.7)), label="apparent negative stiffness" if number == 0 else None, zorder=4,
             )  # fmt: skip
         for number, corner in enumerate(path.corners):
             panel.plot(force[corner], deflection[corner], marker="o", markersize=3.5, color=canvas.INK, zorder=5)
-            panel.annotate(str(number + 1), (force[corner], deflection[corner]), xytext=(4, 4), textcoords="offset points", zorder=6)
+            panel.annotate(
+                str(number + 1),
+                (force[corner], deflection[corner]),
+                xytext=(4, 4),
+                textcoords="offset points",
+                zorder=6,
+            )
         panel.margins(0.12)
         panel.set_xlabel(f"force F{letter} [N]")
         panel.set_ylabel(f"deflection D{letter} [mm]")
-    handles = {label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)}
+    handles = {
+        label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+    }
     canvas.share_legend(figure, list(handles.values()))
     return figure
 

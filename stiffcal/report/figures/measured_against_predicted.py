@@ -49,7 +49,7 @@ def draw_measured_against_predicted(states: ReportStates) -> Figure:
     Figure; deflections in mm, rotations in mrad, base axes.
     """
     rows = 2 if states.has_rotation else 1
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 8 + 57 * rows)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 53 * rows)
     panels = figure.subplots(rows, 3, squeeze=False)
     for row in range(rows):
         for axis, letter in enumerate(canvas.AXES_NAMES):

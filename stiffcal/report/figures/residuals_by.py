@@ -34,9 +34,13 @@ def _draw_bars(axes: Axes, entries: Entries, component: str, noise: float | None
         np.array([wording.part(entry.get(key), component) or np.nan for entry in entries]) * factor
         for key in ("rms", "max")
     )
-    axes.bar(at, rms, width=0.62, color="#c6dbef", edgecolor=canvas.COLOURS[0], hatch="////", linewidth=0.7, label="rms")
+    axes.bar(
+        at, rms, width=0.62, color="#c6dbef", edgecolor=canvas.COLOURS[0], hatch="////", linewidth=0.7, label="rms"
+    )
     if any(entry.get("n", 2) > 1 for entry in entries):
-        axes.plot(at, largest, linestyle="none", marker="_", markersize=6, color=canvas.INK, label="largest single residual")
+        axes.plot(
+            at, largest, linestyle="none", marker="_", markersize=6, color=canvas.INK, label="largest single residual"
+        )
     if noise is not None:
         axes.axhline(noise * factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)")
     axes.set_ylim(0, canvas.padded_limits(np.concatenate([rms, largest]))[1])
@@ -46,9 +50,9 @@ def _draw_bars(axes: Axes, entries: Entries, component: str, noise: float | None
 
 
 def _components(entries: Entries) -> list[str]:
-    return [
-        key for key in _UNITS if any(wording.part(entry.get("rms"), key) is not None for entry in entries)
-    ] or ["translation"]
+    return [key for key in _UNITS if any(wording.part(entry.get("rms"), key) is not None for entry in entries)] or [
+        "translation"
+    ]
 
 
 @canvas.styled

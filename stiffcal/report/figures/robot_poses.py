@@ -95,7 +95,10 @@ def arrow_scale(runs: Sequence[ReportRun], states: ReportStates, share: float = 
     """Magnification of the residual arrows that suits these runs: the longest takes `share` of the robot's reach."""
     drawn = [number for number, run in enumerate(runs) if run.stick is not None]
     longest = max(
-        (float(np.linalg.norm(residual, axis=1).max(initial=0.0)) for _, residual in (residual_arrows(states, n) for n in drawn)),
+        (
+            float(np.linalg.norm(residual, axis=1).max(initial=0.0))
+            for _, residual in (residual_arrows(states, n) for n in drawn)
+        ),
         default=0.0,
     )
     return round_scale(longest, share * _reach([runs[n] for n in drawn]))
@@ -140,7 +143,9 @@ def draw_robot_poses(runs: Sequence[ReportRun], states: ReportStates | None, sca
 
 
 @canvas.styled
-def draw_pose_sheet(runs: Sequence[ReportRun], numbers: Sequence[int], states: ReportStates | None, scale: float) -> Figure:
+def draw_pose_sheet(
+    runs: Sequence[ReportRun], numbers: Sequence[int], states: ReportStates | None, scale: float, columns: int = 4
+) -> Figure:
     """Draw each pose in a small picture of its own, seen from aside and above, its shadow on the floor.
 
     Parameters
@@ -149,12 +154,12 @@ def draw_pose_sheet(runs: Sequence[ReportRun], numbers: Sequence[int], states: R
     numbers : indices of the runs to draw, at most `PER_SHEET` look well.
     states : the load states; None draws no arrows.
     scale : magnification of the arrows.
+    columns : pictures side by side.
 
     Returns
     -------
     Figure; one scale for all, a bar of that length in m in the last picture.
     """
-    columns = 4 if len(numbers) <= 12 else 5
     rows = -(-len(numbers) // columns)
     view = _view(_azimuth(runs) - _ASIDE, _ELEVATION)
     low, high = _extent(runs, numbers, view)

@@ -21,7 +21,11 @@ def section(content: ReportContent) -> Section | LeftOut:
         return LeftOut(_TITLE, "there are no load states to draw")
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
-    by = "by fits that had not seen the pose" if states.predicted_unseen is not None else "by the fit itself (not validated)"
+    by = (
+        "by fits that had not seen the pose"
+        if states.predicted_unseen is not None
+        else "by the fit itself (not validated)"
+    )
     caption = f"Deflection measured against predicted {by}, base axes. On the dashed diagonal both agree."
     validation = content.validate
     if validation is not None:
@@ -31,5 +35,6 @@ def section(content: ReportContent) -> Section | LeftOut:
         caption += f"; at most {wording.both(validation.get('max'))}."
     n_used = int(states.used.sum())
     if n_used > MOST_POINTS:
-        caption += f" About {wording.digits(MOST_POINTS)} of {wording.count(n_used, 'state')} are drawn, the farthest among them."
-    return Section(_TITLE, (Picture(partial(draw_measured_against_predicted, states), caption),), new_page=True)
+        drawn = f"{wording.digits(MOST_POINTS)} of {wording.count(n_used, 'state')}"
+        caption += f" About {drawn} are drawn, the farthest among them."
+    return Section(_TITLE, (Picture(partial(draw_measured_against_predicted, states), caption),))

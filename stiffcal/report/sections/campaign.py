@@ -50,11 +50,18 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
 
 def _instruments(content: ReportContent) -> Table:
     columns = (
-        Column("source", align="left"), Column("measures", align="left", width=1.2), Column("how", align="left", width=1.4),
-        Column("rate", "1/s"), Column("standard uncertainty", align="left", width=1.0),
+        Column("source", align="left"), Column("measures", align="left", width=1.2),
+        Column("how", align="left", width=1.4), Column("rate", "1/s"),
+        Column("standard uncertainty", align="left", width=1.0),
     )  # fmt: skip
     rows = tuple(
-        (each.source, each.measures, each.detail, "averaged" if each.rate is None else wording.digits(each.rate), each.sigma or "not given")
+        (
+            each.source,
+            each.measures,
+            each.detail,
+            "averaged" if each.rate is None else wording.digits(each.rate),
+            each.sigma or "not given",
+        )
         for each in content.instruments
     )
     return Table(columns, rows, "Instruments. “Averaged”: the table came with one row per load state.")
@@ -75,7 +82,9 @@ def _runs(content: ReportContent) -> Table:
         if states is not None:
             cells += _run_cells(states, number)
         rows.append(tuple(cells[: len(columns)]))
-    return Table(tuple(columns), tuple(rows), "Runs: joint angles as logged (mean over the run), loads and deflections.")
+    return Table(
+        tuple(columns), tuple(rows), "Runs: joint angles as logged (mean over the run), loads and deflections."
+    )
 
 
 def _run_cells(states: ReportStates, number: int) -> list[str]:
@@ -92,9 +101,16 @@ def _run_cells(states: ReportStates, number: int) -> list[str]:
 
 
 def _set_aside(content: ReportContent) -> Table:
-    columns = (Column("run", align="left"), Column("rows", align="left", width=0.6), Column("why", align="left", width=1.4))
-    rows = tuple(
-        (each.run or "all", wording.listing([str(row) for row in each.rows], 20), each.why) for each in content.set_aside
+    columns = (
+        Column("run", align="left"),
+        Column("rows", align="left", width=0.6),
+        Column("why", align="left", width=1.4),
     )
-    caption = "Readings that were not used. They were set aside before any model was fitted, never by the model’s own error."
+    rows = tuple(
+        (each.run or "all", wording.listing([str(row) for row in each.rows], 20), each.why)
+        for each in content.set_aside
+    )
+    caption = (
+        "Readings that were not used. They were set aside before any model was fitted, never by the model’s own error."
+    )
     return Table(columns, rows, caption)

@@ -20,7 +20,9 @@ def section(content: ReportContent) -> Section | LeftOut:
     if not fits:
         return LeftOut(_TITLE, "the history holds no fit yet")
     zero = (content.validate or {}).get("zero_model")
-    noise = (content.validate or {}).get("noise") or next((fit["noise"] for fit in reversed(fits) if fit.get("noise")), None)
+    noise = (content.validate or {}).get("noise") or next(
+        (fit["noise"] for fit in reversed(fits) if fit.get("noise")), None
+    )
     shown = fits[-_MOST_STEPS:]
     blocks: list[Block] = [Picture(partial(draw_ladder, shown, zero, noise), _caption(shown, zero, noise))]
     if any(wording.part(fit.get("heldout_rms"), "rotation") is not None for fit in shown):
@@ -32,11 +34,14 @@ def section(content: ReportContent) -> Section | LeftOut:
 
 def _caption(fits: list[Document], zero: Document | None, noise: Document | None) -> str:
     text = "Error in unseen poses, fit by fit"
-    last = next((fit for fit in reversed(fits) if wording.part(fit.get("heldout_rms"), "translation") is not None), None)
+    last = next(
+        (fit for fit in reversed(fits) if wording.part(fit.get("heldout_rms"), "translation") is not None), None
+    )
     floor, start = wording.part(noise, "translation"), wording.part(zero, "translation")
     if last is not None:
         reached = wording.part(last["heldout_rms"], "translation")
-        text += f": {'from ' + wording.length(start) + ' with no model ' if start else ''}down to {wording.length(reached)} with fit {last['id']}"
+        origin = f"from {wording.length(start)} with no model " if start else ""
+        text += f": {origin}down to {wording.length(reached)} with fit {last['id']}"
         if floor and reached:
             text += f", {wording.digits(reached / floor)} times the noise of {wording.length(floor)}"
     return text + ("." if floor else ". No noise floor is drawn: noise cannot be judged.")
@@ -47,9 +52,11 @@ def _table(fits: list[Document]) -> Table:
         Column("fit", align="left"), Column("time", align="left"), Column("model", align="left", width=1.0),
         Column("unseen, rms", align="right"), Column("fit, rms", align="right"),
     )  # fmt: skip
-    rows = tuple(
-        (str(fit["id"]), str(fit.get("time", "")).replace("T", " ").removesuffix("Z"), wording.model_words(fit.get("model")),
-         wording.both(fit.get("heldout_rms")), wording.both(fit.get("fit_rms")) if fit.get("fit_rms") else "not fitted yet")
-        for fit in fits
-    )  # fmt: skip
+    rows = tuple(_row(fit) for fit in fits)
     return Table(columns, rows, "All fits of this campaign, oldest first (times in UTC).")
+
+
+def _row(fit: Document) -> tuple[str, ...]:
+    time = str(fit.get("time", "")).replace("T", " ").removesuffix("Z")
+    fitted = wording.both(fit["fit_rms"]) if fit.get("fit_rms") else "not fitted yet"
+    return str(fit["id"]), time, wording.model_words(fit.get("model")), wording.both(fit.get("heldout_rms")), fitted

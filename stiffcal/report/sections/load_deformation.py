@@ -16,6 +16,7 @@ ORDER = 50
 _TITLE = "Load and deflection"
 _FEWEST_STATES = 4
 _MOST_SMALL = 40
+_MOST_SINGLES = 50
 
 
 def section(content: ReportContent) -> Section | LeftOut:
@@ -31,7 +32,7 @@ def section(content: ReportContent) -> Section | LeftOut:
     singles = [number for number in range(len(content.runs)) if 0 < counts[number] < _FEWEST_STATES]
     if singles:
         blocks.extend(_singles(content, states, singles))
-    return Section(_TITLE, tuple(blocks), new_page=True)
+    return Section(_TITLE, tuple(blocks))
 
 
 def _run_rms(content: ReportContent) -> dict[str, float]:
@@ -57,16 +58,19 @@ def telling_runs(content: ReportContent, states: ReportStates, candidates: list[
     largest = max(candidates, key=lambda number: float(np.max(size[states.used & (states.run == number)])))
     chosen.setdefault(largest, "the largest deflection")
     if known:
-        chosen.setdefault(by_error[len(by_error) // 2], "an ordinary run: half of the runs show smaller errors, half larger")
+        chosen.setdefault(
+            by_error[len(by_error) // 2], "an ordinary run: half of the runs show smaller errors, half larger"
+        )
     return chosen
 
 
 def _curves(content: ReportContent, states: ReportStates, curves: list[int]) -> list[Block]:
     chosen = telling_runs(content, states, curves) if len(curves) > 3 else dict.fromkeys(curves, "")
     text = (
-        "Deflection of the target along each base axis against the force along the same axis, both counted from the run’s "
-        "unloaded reference. Filled marks: loading; hollow: unloading; lines: the fitted model. A gap between loading and "
-        "unloading would be friction or play; a bend in the marks that the line lacks, a stiffness that changes with load."
+        "Deflection of the target along each base axis against the force along the same axis, both counted from the "
+        "run’s unloaded reference. Filled marks: loading; hollow: unloading; lines: the fitted model. A gap between "
+        "loading and unloading would be friction or play; a bend in the marks that the line lacks, a stiffness that "
+        "changes with load."
     )
     blocks: list[Block] = [Paragraph(text)]
     for number, why in chosen.items():
@@ -74,15 +78,16 @@ def _curves(content: ReportContent, states: ReportStates, curves: list[int]) -> 
         picture = partial(drawing.draw_load_deformation, states, number, name)
         blocks.append(Picture(picture, _caption(content, states, number, why)))
     rest = [number for number in curves if number not in chosen]
-    shown = rest if len(rest) <= _MOST_SMALL else [rest[i] for i in np.linspace(0, len(rest) - 1, _MOST_SMALL).astype(int)]
+    shown = (
+        rest if len(rest) <= _MOST_SMALL else [rest[i] for i in np.linspace(0, len(rest) - 1, _MOST_SMALL).astype(int)]
+    )
     if shown:
         blocks.append(Subheading("The other runs"))
-    for start in range(0, len(shown), drawing.ROWS_PER_SHEET):
-        sheet = shown[start : start + drawing.ROWS_PER_SHEET]
+    for sheet in map(list, wording.in_sheets(shown, drawing.ROWS_PER_SHEET)):
         names = [content.runs[number].name for number in sheet]
         caption = f"Deflection against force in {wording.listing(names)}, all to one scale per axis."
-        if len(shown) < len(rest) and start + drawing.ROWS_PER_SHEET >= len(shown):
-            caption += f" {len(rest) - len(shown)} further runs are not drawn; every {len(rest) // len(shown)}th or so was taken."
+        if len(shown) < len(rest):
+            caption += f" Of {len(rest)} such runs {len(shown)}, evenly spread, are drawn."
         blocks.append(Picture(partial(drawing.draw_load_deformation_sheet, states, sheet, names), caption))
     return blocks
 
@@ -95,14 +100,18 @@ def _caption(content: ReportContent, states: ReportStates, number: int, why: str
     text = f"Run {name}" + (f" ({why})" if why else "")
     text += (
         f": under up to {wording.digits(float(states.load[inside].max()))} N the target gives way by up to "
-        f"{wording.length(float(size.max()))}; the fitted model is nowhere more than {wording.length(float(off.max()))} off."
+        f"{wording.length(float(size.max()))}; the fitted model is nowhere more than "
+        f"{wording.length(float(off.max()))} off."
     )
     unseen = _run_rms(content).get(name)
     if unseen:
         text += f" Fitted without this pose, it leaves {wording.length(unseen)} rms here."
     against = _against_the_force(states, number)
     if against:
-        text += f" Against the force moves the target {wording.listing(against, 3)}: apparent negative stiffness, from force in the other axes."
+        text += (
+            f" The target moves against the force {wording.listing(against, 3)}: apparent negative stiffness, caused "
+            "by the force along the other axes."
+        )
     return text
 
 
@@ -115,17 +124,23 @@ def _against_the_force(states: ReportStates, number: int) -> list[str]:
         top = int(members[np.argmax(states.load[members])])
         force, deflection = states.force[top], states.measured[top, :3]
         for axis, letter in enumerate(AXES_NAMES):
-            telling = abs(force[axis]) > 0.1 * states.load[top] and abs(deflection[axis]) > 0.1 * np.linalg.norm(deflection)
+            telling = abs(force[axis]) > 0.1 * states.load[top] and abs(deflection[axis]) > 0.1 * np.linalg.norm(
+                deflection
+            )
             if telling and force[axis] * deflection[axis] < 0:
                 found.append(f"along {letter} in direction {label} ({wording.length(float(abs(deflection[axis])))})")
     return found
 
 
 def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -> list[Block]:
-    few = "one load state each" if int(states.used.sum()) <= len(content.runs) else f"fewer than {_FEWEST_STATES} load states each"
+    few = (
+        "one load state each"
+        if int(states.used.sum()) <= len(content.runs)
+        else f"fewer than {_FEWEST_STATES} load states each"
+    )
     text = (
-        f"{wording.count(len(singles), 'run')} hold {few}, so no curve against force can be drawn for them. Each run’s measured and "
-        "predicted deflection stand above one another instead; the line between them is the residual."
+        f"{wording.count(len(singles), 'run')} hold {few}, so no curve against force can be drawn for them. Each run’s "
+        "measured and predicted deflection stand above one another instead; the line between them is the residual."
     )
     names = [run.name for run in content.runs]
     blocks: list[Block] = [Paragraph(text)]
@@ -137,9 +152,7 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -
         f"Deflection in each run, measured and predicted{unseen}. Farthest apart: {names[int(states.run[worst])]}, "
         f"{wording.length(float(off[worst]))} under {wording.digits(float(states.load[worst]))} N."
     )
-    per_picture = 50
-    for start in range(0, len(singles), per_picture):
-        group = singles[start : start + per_picture]
+    for group in map(list, wording.in_sheets(singles, _MOST_SINGLES)):
         picture = partial(drawing.draw_deflection_by_run, states, names, group)
         blocks.append(Picture(picture, caption))
     return blocks

@@ -25,7 +25,10 @@ def section(content: ReportContent) -> Section | LeftOut:
     if not named and not open_ones:
         return Section(_TITLE, (Paragraph("Every parameter of the model can be told from these poses and loads."),))
     blocks: list[Block] = [
-        Paragraph("The following cannot be told from these poses and loads. No number is given for it, rather than a wrong one."),
+        Paragraph(
+            "The following cannot be told from these poses and loads. No number is given for it, rather than a "
+            "wrong one."
+        ),
         Items(tuple(named + open_ones)),
     ]
     return Section(_TITLE, tuple(blocks))

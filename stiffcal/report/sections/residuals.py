@@ -15,6 +15,11 @@ from stiffcal.report.sections.summary import noise_sentence
 ORDER = 70
 _TITLE = "Where the model fails"
 _GROUPS = (("by_direction", "direction of force"), ("by_load", "size of load"), ("by_branch", "branch"))
+_WORST_COLUMNS = {
+    "residual_m": (Column("residual", "mm"), 1e3),
+    "load": (Column("load", "N"), 1.0),
+    "row": (Column("row"), 1.0),
+}
 _DRIVERS_PER_PICTURE = 6
 _MOST_RUNS_PER_PICTURE = 60
 
@@ -32,15 +37,16 @@ def section(content: ReportContent) -> Section | LeftOut:
         blocks.extend(_against(content, content.states))
     if not blocks:
         return LeftOut(_TITLE, "the model has not been validated yet: run “stiffcal validate”")
-    return Section(_TITLE, tuple(blocks), new_page=True)
+    return Section(_TITLE, tuple(blocks))
 
 
 def _lead(validation: Document) -> str:
     scheme = validation.get("scheme")
     scheme_words = f" ({scheme})" if isinstance(scheme, str) else ""
     return (
-        f"Residual: measured minus predicted, in poses the fit had not seen{scheme_words}; rms of its length. Over all states: "
-        f"{wording.both(validation.get('rms'))} rms, {wording.both(validation.get('max'))} at most. {noise_sentence(validation)}"
+        f"Residual: measured minus predicted, in poses the fit had not seen{scheme_words}; rms of its length. Over all "
+        f"states: {wording.both(validation.get('rms'))} rms, {wording.both(validation.get('max'))} at most. "
+        f"{noise_sentence(validation)}"
     )
 
 
@@ -49,20 +55,24 @@ def _translation(entry: dict[str, Any]) -> float:
 
 
 def _extremes(entries: list[dict[str, Any]]) -> str:
-    """Name the entries with the largest and the smallest residual."""
+    """Name the entries with the largest and the smallest residual, or say that all are alike."""
     low, high = min(entries, key=_translation), max(entries, key=_translation)
-    if len(entries) < 2 or _translation(low) <= 0:
-        return f"{high['label']}: {wording.both(high.get('rms'))} rms."
-    ratio = _translation(high) / _translation(low)
+    least, most = _translation(low), _translation(high)
+    if len(entries) < 2 or least <= 0:
+        return f"{high['label']} {wording.both(high.get('rms'))} rms."
+    if most < 1.15 * least:
+        return f"much the same everywhere, {wording.length(least)} to {wording.length(most)} rms."
     return (
-        f"Largest in {high['label']} ({wording.length(_translation(high))} rms), smallest in {low['label']} "
-        f"({wording.length(_translation(low))}), a factor of {wording.digits(ratio, 2)}."
+        f"largest in {high['label']} ({wording.length(most)} rms), smallest in {low['label']} "
+        f"({wording.length(least)}), a factor of {wording.digits(most / least, 2)}."
     )
 
 
 def _noise_words(validation: Document) -> str:
     noise = validation.get("noise")
-    return f" The dashed line is the noise, {wording.both(noise)}." if noise else " No noise line: noise cannot be judged."
+    return (
+        f" The dashed line is the noise, {wording.both(noise)}." if noise else " No noise line: noise cannot be judged."
+    )
 
 
 def _by_run(validation: Document) -> list[Block]:
@@ -72,7 +82,7 @@ def _by_run(validation: Document) -> list[Block]:
     blocks: list[Block] = []
     for start in range(0, len(entries), _MOST_RUNS_PER_PICTURE):
         group = entries[start : start + _MOST_RUNS_PER_PICTURE]
-        caption = f"Residual by run. {_extremes(group)}{_noise_words(validation)}"
+        caption = f"Residual by run: {_extremes(group)}{_noise_words(validation)}"
         blocks.append(Picture(partial(draw_residuals_by_run, group, validation.get("noise")), caption))
     return blocks
 
@@ -89,7 +99,7 @@ def _by_groups(validation: Document) -> list[Block]:
         blocks.append(Picture(partial(draw_residuals_by, groups, validation.get("noise")), caption))
     angles = validation.get("by_joint_angle") or []
     if len(angles) > 1:
-        caption = f"Residual by joint angle. {_extremes(angles)}{_noise_words(validation)}"
+        caption = f"Residual by joint angle: {_extremes(angles)}{_noise_words(validation)}"
         for start in range(0, len(angles), 30):
             part = [("joint angle", angles[start : start + 30])]
             blocks.append(Picture(partial(draw_residuals_by, part, validation.get("noise")), caption))
@@ -101,24 +111,17 @@ def _worst(validation: Document) -> list[Block]:
     worst = [entry for entry in validation.get("worst") or [] if isinstance(entry, dict)]
     if not worst:
         return []
-    blocks: list[Block] = [Subheading("The worst states")]
-    keys = [key for key in worst[0] if key not in ("residual", "rms", "deflection", "force") and not isinstance(worst[0][key], dict | list)]
-    columns = [Column(key.replace("_", " "), align="left") for key in keys]
-    with_residual = [isinstance(entry.get("residual"), list) and len(entry["residual"]) >= 3 for entry in worst]
-    if all(with_residual):
-        columns += [Column(f"residual {letter}", "mm") for letter in "xyz"]
-    rows = []
-    for entry in worst[:10]:
-        cells = [_cell(entry.get(key)) for key in keys]
-        if all(with_residual):
-            cells += [wording.digits(float(value) * 1e3) for value in entry["residual"][:3]]
-        rows.append(tuple(cells))
-    blocks.append(Table(tuple(columns), tuple(rows), "The states with the largest residuals; look at these readings first."))
-    return blocks
+    keys = [key for key in worst[0] if not isinstance(worst[0][key], dict | list)]
+    columns = tuple(_WORST_COLUMNS.get(key, (Column(key.replace("_", " "), align="left"), 1.0))[0] for key in keys)
+    rows = tuple(
+        tuple(_cell(entry.get(key), _WORST_COLUMNS.get(key, (None, 1.0))[1]) for key in keys) for entry in worst[:10]
+    )
+    caption = "The states with the largest residuals; look at these readings first."
+    return [Subheading("The worst states"), Table(columns, rows, caption)]
 
 
-def _cell(value: Any) -> str:
-    return wording.digits(value) if isinstance(value, float) else wording.DASH if value is None else str(value)
+def _cell(value: Any, scale: float) -> str:
+    return wording.digits(value * scale) if isinstance(value, float) else wording.DASH if value is None else str(value)
 
 
 def _against(content: ReportContent, states: ReportStates) -> list[Block]:
@@ -128,10 +131,12 @@ def _against(content: ReportContent, states: ReportStates) -> list[Block]:
         caption += " Grey band: two standard deviations of the noise to either side."
     n_used = int(states.used.sum())
     if n_used > MOST_POINTS:
-        caption += f" About {MOST_POINTS} of {wording.count(n_used, 'state')} are drawn, the largest residuals among them."
+        caption += (
+            f" About {MOST_POINTS} of {wording.count(n_used, 'state')} are drawn, the largest residuals among them."
+        )
     blocks: list[Block] = [Subheading("What the residual might follow")]
-    for start in range(0, len(content.drivers), _DRIVERS_PER_PICTURE):
-        group = content.drivers[start : start + _DRIVERS_PER_PICTURE]
+    for sheet in wording.in_sheets(range(len(content.drivers)), _DRIVERS_PER_PICTURE):
+        group = [content.drivers[number] for number in sheet]
         text = caption.format(wording.listing([driver.name for driver in group]))
         blocks.append(Picture(partial(draw_residual_against, states, group, noise), text))
     return blocks

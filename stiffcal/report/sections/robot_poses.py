@@ -25,22 +25,27 @@ def section(content: ReportContent) -> Section | LeftOut:
     scale = drawing.arrow_scale(content.runs, states) if states is not None else 1.0
     arrows = " No arrows: no model has been fitted."
     if states is not None:
-        longest = max(float(np.linalg.norm(drawing.residual_arrows(states, n)[1], axis=1).max(initial=0.0)) for n in numbers)
+        longest = max(
+            float(np.linalg.norm(drawing.residual_arrows(states, n)[1], axis=1).max(initial=0.0)) for n in numbers
+        )
         arrows = (
-            f" Arrows: residual (measured minus predicted) at the largest load of each direction, drawn {wording.digits(scale)} times "
-            f"their length; the longest is {wording.length(longest)}."
+            " Arrows: residual (measured minus predicted) at the largest load of each direction, drawn "
+            f"{wording.digits(scale)} times their length; the longest is {wording.length(longest)}."
         )
     overview = partial(drawing.draw_robot_poses, content.runs, states, scale)
-    caption = f"All {wording.count(len(numbers), 'pose')} from three sides, base axes; circles are joints.{arrows}"
+    caption = f"All {wording.count(len(numbers), 'pose')} from three sides, base axes.{arrows}"
     blocks: list[Block] = [Picture(overview, caption)]
-    shown = numbers if len(numbers) <= _MOST_POSES else [numbers[i] for i in np.linspace(0, len(numbers) - 1, _MOST_POSES).astype(int)]
-    for start in range(0, len(shown), drawing.PER_SHEET):
-        sheet = shown[start : start + drawing.PER_SHEET]
-        caption = (
-            f"Poses {content.runs[sheet[0]].name} to {content.runs[sheet[-1]].name}, seen from aside and above; grey: the shadow on the "
-            f"floor. The bar in the last picture gives both scales."
-        )
+    shown = (
+        numbers
+        if len(numbers) <= _MOST_POSES
+        else [numbers[i] for i in np.linspace(0, len(numbers) - 1, _MOST_POSES).astype(int)]
+    )
+    columns = 4 if len(shown) <= 12 else 5
+    for sheet in wording.in_sheets(shown, drawing.PER_SHEET, multiple=columns):
+        names = f"{content.runs[sheet[0]].name} to {content.runs[sheet[-1]].name}"
+        caption = f"Poses {names}, seen from aside and above; circles: joints, grey: the shadow on the floor."
+        caption += " The bar in the last picture gives the scales." if states is not None else ""
         if len(shown) < len(numbers):
             caption += f" {len(shown)} of {len(numbers)} poses are drawn."
-        blocks.append(Picture(partial(drawing.draw_pose_sheet, content.runs, sheet, states, scale), caption))
-    return Section(_TITLE, tuple(blocks), new_page=True)
+        blocks.append(Picture(partial(drawing.draw_pose_sheet, content.runs, sheet, states, scale, columns), caption))
+    return Section(_TITLE, tuple(blocks))

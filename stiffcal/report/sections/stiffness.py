@@ -10,8 +10,8 @@ from stiffcal.report.content import Document, ReportContent
 
 ORDER = 30
 _TITLE = "Stiffness"
-# Above this share the half-width of the 95 % interval makes a value of little use by itself.
-_POORLY_KNOWN = 0.5
+# Above this share of the value the half-width of its 95 % interval leaves little; used where the document does not say.
+_POORLY_KNOWN = 0.6
 _STIFFNESS_UNITS = {"rad/(N*m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
 _PRINTED_UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "rad/(N*m)": ("µrad/(N·m)", 1e6), "m/N": ("µm/kN", 1e9)}
 
@@ -33,14 +33,18 @@ def section(content: ReportContent) -> Section | LeftOut:
     if others:
         blocks.append(Subheading("Other parameters"))
         blocks.append(_other_table(others, content.joint_names))
-    return Section(_TITLE, tuple(blocks), new_page=True)
+    return Section(_TITLE, tuple(blocks))
 
 
 def _lead(fit: Document) -> str:
     chi2, condition = fit.get("reduced_chi2"), fit.get("condition")
-    text = "Values with half of their 95 % interval; the interval stands beside where it is not symmetric."
+    text = "Values with ± 95 %; the interval itself, which need not be symmetric, stands beside."
     if chi2 is not None:
-        text += f" The residuals are {wording.digits(chi2**0.5)} times what the stated noise explains (root of reduced χ²)."
+        text += (
+            f" The residuals are {wording.digits(chi2**0.5)} times what the stated noise explains (root of reduced χ²)."
+        )
+    if fit.get("std_scaled_by_reduced_chi2"):
+        text += " The uncertainties are scaled by the reduced χ² of the fit, the noise not being known."
     if condition is not None:
         text += f" Condition number of the fit: {wording.digits(condition)}."
     return text
@@ -61,56 +65,76 @@ def where_words(where: dict[str, Any], joint_names: tuple[str, ...]) -> str:
     return wording.place(where)
 
 
-def _half_width(interval: list[float | None] | None, std: float | None) -> float | None:
-    if interval and interval[0] is not None and interval[1] is not None:
+def _half_width(value: float | None, std: float | None, interval: list[float | None] | None) -> float | None:
+    """Half of the 95 % interval where it is symmetric, else 1.96 standard uncertainties."""
+    if value is None or std is None:
+        return None
+    if interval and interval[0] is not None and interval[1] is not None and not _lopsided(value, interval):
         return (interval[1] - interval[0]) / 2.0
-    return None if interval or std is None else 1.96 * std
+    return 1.96 * std
 
 
-def _interval_words(interval: list[float | None] | None, scale: float) -> str:
+def _lopsided(value: float, interval: list[float | None]) -> bool:
+    low, high = interval
+    return low is None or high is None or not 0.8 < (high - value) / max(value - low, 1e-300) < 1.25
+
+
+def _interval_words(interval: list[float | None] | None) -> str:
     if not interval:
         return wording.DASH
-    low, high = ("" if end is None else wording.digits(end * scale) for end in interval)
+    low, high = ("" if end is None else wording.digits(end) for end in interval)
     return f"{low} … {high}" if low and high else f"above {low}" if low else f"below {high}" if high else "unbounded"
 
 
-def _verdict(parameter: Document, relative: float | None) -> str:
+def _verdict(parameter: Document) -> str:
     if parameter.get("fixed"):
         return "given, not fitted"
-    if not parameter.get("identifiable", True):
-        return "not identifiable from these data"
-    if relative is None:
-        return "no upper bound" if parameter.get("stiffness_interval") else ""
-    return "poorly known" if relative > _POORLY_KNOWN else ""
+    if not parameter.get("identifiable", True) or parameter.get("value") is None:
+        return "cannot be told from these data"
+    if parameter.get("at_bound"):
+        return "at the edge of what is possible"
+    interval: list[float | None] | None = parameter.get("stiffness_interval")
+    value, std = parameter["value"], parameter.get("std")
+    poorly = parameter.get("poorly_known", bool(std and value and 1.96 * std > _POORLY_KNOWN * abs(value)))
+    open_ended = interval is not None and interval[1] is None
+    return "poorly known" + (", no upper bound" if open_ended else "") if poorly or open_ended else ""
 
 
 def _stiffness_table(members: list[Document], unit: str, scale: float, joint_names: tuple[str, ...]) -> Table:
     columns = (
         Column("place", align="left"), Column("effect", align="left"), Column("stiffness", unit),
-        Column("± 95 %", unit), Column("± 95 %", "%"), Column("95 % interval", unit, align="left"),
+        Column("± 95 %", unit), Column("standard uncertainty", "%"), Column("95 % interval", unit, align="left"),
         Column("remark", align="left", width=1.0),
     )  # fmt: skip
-    rows = []
-    poorly = []
+    rows: list[tuple[str, ...]] = []
+    poorly: list[str] = []
     for each in members:
-        value, interval = each.get("stiffness"), each.get("stiffness_interval")
-        half = None if each.get("fixed") or value is None else _half_width(interval, each.get("stiffness_std"))
-        relative = half / value if half is not None and value else None
-        verdict = _verdict(each, relative)
+        value, std = (None if each.get(key) is None else each[key] * scale for key in ("stiffness", "stiffness_std"))
+        ends = each.get("stiffness_interval")
+        interval = [None if end is None else end * scale for end in ends] if ends else None
+        half = None if each.get("fixed") else _half_width(value, std, interval)
+        verdict = _verdict(each)
         place = where_words(each.get("where", {}), joint_names)
-        if verdict in ("poorly known", "no upper bound"):
+        if verdict.startswith("poorly"):
             poorly.append(place)
         symbol = str(each["name"]).rsplit(".", 1)[-1]
         effect = str(each.get("effect", "")) + ("" if symbol == "c" else f" {symbol}")
-        printed = [None if number is None else number * scale for number in (value, half)]
         rows.append(
-            (place, effect, wording.digits(printed[0]), "± " + wording.digits(printed[1]) if half else wording.DASH,
-             wording.DASH if relative is None else wording.digits(100 * relative, 2), _interval_words(interval, scale), verdict)
+            (place, effect, wording.digits(value),
+             "± " + wording.digits(half) if half else wording.DASH,
+             wording.digits(100 * std / value, 2) if std and value else wording.DASH, _interval_words(interval),
+             verdict)
         )  # fmt: skip
     caption = f"Stiffness in {unit}, with 95 % uncertainty."
     if poorly:
-        caption += f" Poorly known: {wording.listing(poorly)}; these loads hardly turned it."
-    return Table(columns, tuple(rows), caption)
+        caption += f" Poorly known: {wording.listing(poorly)}; in these poses the loads hardly turn it."
+    return _without_empty_remarks(columns, rows, caption)
+
+
+def _without_empty_remarks(columns: tuple[Column, ...], rows: list[tuple[str, ...]], caption: str) -> Table:
+    """Leave the last column out where no row has a remark."""
+    last = None if any(row[-1] for row in rows) else -1
+    return Table(columns[:last], tuple(row[:last] for row in rows), caption)
 
 
 def _other_table(members: list[Document], joint_names: tuple[str, ...]) -> Table:
@@ -118,16 +142,15 @@ def _other_table(members: list[Document], joint_names: tuple[str, ...]) -> Table
         Column("parameter", align="left"), Column("place", align="left", width=1.0), Column("value"),
         Column("± 95 %"), Column("unit", align="left"), Column("remark", align="left", width=1.0),
     )  # fmt: skip
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for each in members:
         unit = str(each.get("unit", ""))
         printed, scale = _PRINTED_UNITS.get(unit, (wording.unit_words(unit), 1.0))
         value = each.get("value")
-        half = None if each.get("fixed") else _half_width(each.get("interval"), each.get("std"))
-        relative = abs(half / value) if half is not None and value else None
+        half = None if each.get("fixed") else _half_width(value, each.get("std"), each.get("interval"))
         rows.append(
             (str(each["name"]), where_words(each.get("where", {}), joint_names),
              wording.digits(None if value is None else value * scale),
-             "± " + wording.digits(half * scale) if half else wording.DASH, printed, _verdict(each, relative))
+             "± " + wording.digits(half * scale) if half else wording.DASH, printed, _verdict(each))
         )  # fmt: skip
-    return Table(columns, tuple(rows), "Other parameters of the model, with 95 % uncertainty.")
+    return _without_empty_remarks(columns, rows, "Other parameters of the model, with 95 % uncertainty.")

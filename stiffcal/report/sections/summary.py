@@ -30,8 +30,9 @@ def _fit_sentences(content: ReportContent) -> list[str]:
         return ["No model has been fitted yet; this report shows what was measured."]
     fit = content.identify
     text = (
-        f"The model ({wording.model_words(fit.get('model'))}) was fitted to {wording.count(fit['n_states'], 'load state')} "
-        f"in {wording.count(fit['n_runs'], 'run')} of the {content.provenance.robot}"
+        f"The model ({wording.model_words(fit.get('model'))}) was fitted to "
+        f"{wording.count(fit['n_states'], 'load state')} in {wording.count(fit['n_runs'], 'run')} of the "
+        f"{content.provenance.robot}"
     )
     return [f"{text}; on these data it leaves {wording.both(fit.get('rms'))} rms."]
 
@@ -62,11 +63,11 @@ def share_left(validation: Document) -> float | None:
 
 def noise_sentence(document: Document) -> str:
     """Say what the instruments scatter, or that this cannot be judged."""
-    if document.get("noise"):
+    if wording.part(document.get("noise"), "translation") is not None:
         return f"The instruments and the setting of loads alone scatter {wording.both(document['noise'])} rms."
     return (
-        "How much of this is noise cannot be judged: no load was repeated, and the manifest states no uncertainty of the "
-        "instruments."
+        "How much of this is noise cannot be judged: no load was repeated, and the manifest states no uncertainty of "
+        "the instruments."
     )
 
 
