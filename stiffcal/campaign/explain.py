@@ -46,11 +46,15 @@ def faults_of(error: ValidationError, file: str, model: type[BaseModel], documen
     model : the root type that was read.
     document : the file's contents, to name runs and joints by what the user called them.
     """
+    details: list[dict[str, Any]] = [dict(detail) for detail in error.errors(include_url=False)]
+    unknown: list[Path] = [detail["loc"] for detail in details if detail["type"] == "extra_forbidden"]
+    misspelt = {(*location[:-1], _nearest(location, model)) for location in unknown}
     faults = []
-    for detail in error.errors(include_url=False):
-        location = detail["loc"]
-        reason, mend = _words(dict(detail), model)
-        faults.append(Fault(file, key_path(location, document), reason, mend))
+    for detail in details:
+        if detail["type"] == "missing" and detail["loc"] in misspelt:
+            continue  # the misspelt key is told already
+        reason, mend = _words(detail, model)
+        faults.append(Fault(file, key_path(detail["loc"], document), reason, mend))
     return faults
 
 
@@ -114,14 +118,22 @@ def _shown(value: object) -> str:
 def _unknown_key(location: Path, model: type[BaseModel]) -> tuple[str, str]:
     wrong = str(location[-1])
     table = _table_at(location[:-1], model)
-    known = _keys(table)
     reason = f'unknown key "{wrong}"'
-    look_alikes = table.look_alikes if table is not None and issubclass(table, Table) else {}
-    near = [look_alikes[wrong]] if wrong in look_alikes else get_close_matches(wrong, known, n=1, cutoff=0.5)
-    keys = ", ".join(known)
-    if near:
-        return reason, f'did you mean "{near[0]}"? The keys here are {keys}'
+    near = _nearest(location, model)
+    keys = ", ".join(_keys(table))
+    if near is not None:
+        return reason, f'did you mean "{near}"? The keys here are {keys}'
     return reason, f"remove it; the keys here are {keys}"
+
+
+def _nearest(location: Path, model: type[BaseModel]) -> str | None:
+    """Return the valid key that an unknown one most likely stands for."""
+    wrong = str(location[-1])
+    table = _table_at(location[:-1], model)
+    if table is not None and issubclass(table, Table) and wrong in table.look_alikes:
+        return table.look_alikes[wrong]
+    near = get_close_matches(wrong, _keys(table), n=1, cutoff=0.5)
+    return near[0] if near else None
 
 
 def _missing_mend(location: Path, model: type[BaseModel]) -> str:

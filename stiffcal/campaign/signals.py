@@ -1,20 +1,21 @@
-"""The signals a source can hold, as the manifest writes them: columns, units, frames, stated uncertainty."""
+"""The signals a source can hold, as the manifest writes them: columns, units, frames, stated uncertainty.
+
+Those of what moved are in `stiffcal.campaign.displacement_signals`, and can be had from here too.
+"""
 
 from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, WithJsonSchema, model_validator
 
-from stiffcal.campaign.row_filter import RowCondition, parse_rows
+from stiffcal.campaign.displacement_signals import Deflection, Displacement, Lengths, Marker, Pose
+from stiffcal.campaign.signal import Signal
 from stiffcal.campaign.typed import (
     AngleUnit,
     Columns,
-    Columns3,
-    Columns4,
     CurrentUnit,
     ForceUnit,
-    LengthUnit,
     MassUnit,
     MomentUnit,
     Name,
@@ -27,58 +28,7 @@ from stiffcal.campaign.typed import (
     WrongValueError,
     columns_of_count,
 )
-from stiffcal.quantities import Unit, unit
-
-
-def _check_rows(text: str) -> str:
-    parse_rows(text)
-    return text
-
-
-Rows: TypeAlias = Annotated[str, AfterValidator(_check_rows)]
-"""A condition such as ``test_nr < 100``."""
-
-
-class Signal(Table):
-    """What all signals share.
-
-    Attributes
-    ----------
-    rows : keeps only the rows for which this holds, e.g. ``test_nr < 100``.
-    """
-
-    quantity_of: ClassVar[dict[str, str]] = {}
-    """Key of `units` to the quantity it is about."""
-
-    rows: Rows | None = None
-
-    @property
-    def row_conditions(self) -> tuple[RowCondition, ...]:
-        """Return the conditions of `rows`, all of which must hold; empty where none is written."""
-        return parse_rows(self.rows) if self.rows is not None else ()
-
-    def unit_of(self, key: str) -> Unit:
-        """Return the unit of one of the signal's quantities, as written in `units` or SI.
-
-        Parameters
-        ----------
-        key : a key of `units`: position, rotation, force, moment, …
-
-        Examples
-        --------
-        >>> Deflection(translation=("x", "y", "z"), body="tool").unit_of("translation").factor
-        1.0
-        """
-        units: Table = getattr(self, "units")  # noqa: B009  (every concrete signal has its own units table)
-        return unit(getattr(units, key), self.quantity_of[key])
-
-    def column_names(self) -> tuple[str, ...]:
-        """Return every column the signal reads, in order."""
-        raise NotImplementedError
-
-    def columns_with_units(self) -> dict[str, Unit]:
-        """Return each column and the unit its numbers are in; columns without a unit are left out."""
-        raise NotImplementedError
+from stiffcal.quantities import Unit
 
 
 class JointUnits(Table):
@@ -231,201 +181,6 @@ class Wrench(Signal):
         return {name: force if k < 3 else moment for k, name in enumerate(self.columns)}
 
 
-class PoseUnits(Table):
-    """Units of a pose; `rotation` is for rotvec and rpy."""
-
-    position: LengthUnit = "m"
-    rotation: AngleUnit = "rad"
-
-
-class PoseSigma(Table):
-    """Standard uncertainty of one reading: position in its unit, rotation in its unit (rad beside a quaternion)."""
-
-    position: Positive | None = None
-    rotation: Positive | None = None
-
-
-class Marker(Table):
-    """One of several points on a body.
-
-    Attributes
-    ----------
-    columns : its three coordinates; empty or NaN while it is hidden.
-    at_m : its place on the body, m; left out where a frame of the same name says it.
-    """
-
-    columns: Columns3
-    at_m: Vector3 | None = None
-
-
-def _marker(value: object) -> object:
-    return {"columns": value} if isinstance(value, list | tuple | str) else value
-
-
-MarkerEntry: TypeAlias = Annotated[Marker, BeforeValidator(_marker)]
-
-
-class Pose(Signal):
-    """Position and, where measured, orientation of one body.
-
-    Attributes
-    ----------
-    frame : the instrument's frame. body : the frame or link that is measured.
-    position : three columns. quaternion_wxyz, rotvec or rpy (fixed x, y, z): the orientation's columns.
-    markers : instead of `position`: name to three columns, or to { columns, at_m }.
-    """
-
-    frame: Name = "base"
-    body: Name | None = None
-    position: Columns3 | None = None
-    quaternion_wxyz: Columns4 | None = None
-    rotvec: Columns3 | None = None
-    rpy: Columns3 | None = None
-    markers: dict[str, MarkerEntry] = Field(default_factory=dict)
-    units: PoseUnits = PoseUnits()
-    sigma: PoseSigma | None = None
-
-    quantity_of: ClassVar[dict[str, str]] = {"position": "length", "rotation": "rotation"}
-    look_alikes: ClassVar[dict[str, str]] = {
-        "columns": "position", "quaternion": "quaternion_wxyz", "axes": "frame", "rotation": "rotvec",
-    }  # fmt: skip
-
-    @property
-    def orientation(self) -> tuple[str, tuple[str, ...]] | None:
-        """Return how the orientation is written and its columns, None where it is not measured."""
-        for key in ("quaternion_wxyz", "rotvec", "rpy"):
-            columns = getattr(self, key)
-            if columns is not None:
-                return key, columns
-        return None
-
-    def column_names(self) -> tuple[str, ...]:
-        """Return every column the signal reads, in order."""
-        marked = tuple(name for marker in self.markers.values() for name in marker.columns)
-        return (self.position or marked) + (self.orientation[1] if self.orientation else ())
-
-    def columns_with_units(self) -> dict[str, Unit]:
-        """Return each column and its unit; a quaternion's have none."""
-        length, rotation = self.unit_of("position"), self.unit_of("rotation")
-        marked = tuple(name for marker in self.markers.values() for name in marker.columns)
-        found = dict.fromkeys(self.position or marked, length)
-        if self.orientation is not None and self.orientation[0] != "quaternion_wxyz":
-            found.update(dict.fromkeys(self.orientation[1], rotation))
-        return found
-
-    @model_validator(mode="after")
-    def _one_way(self) -> Pose:
-        written = [key for key in ("quaternion_wxyz", "rotvec", "rpy") if getattr(self, key) is not None]
-        if len(written) > 1:
-            raise WrongValueError(f"the orientation is written twice, as {' and '.join(written)}", "keep one of them")
-        if (self.position is None) == (not self.markers):
-            raise WrongValueError("a pose needs either position or markers", 'write position = ["X", "Y", "Z"]')
-        if self.markers and len(self.markers) < 3:
-            raise WrongValueError(f"{len(self.markers)} markers do not give a pose", "name three or more")
-        if self.markers and written:
-            raise WrongValueError(f"markers give the orientation, and {written[0]} too", "keep one of them")
-        return self
-
-
-class LengthUnits(Table):
-    """Unit of lengths."""
-
-    length: LengthUnit = "m"
-
-
-class LengthSigma(Table):
-    """Standard uncertainty of one reading, in the signal's unit."""
-
-    length: Positive | None = None
-
-
-class Lengths(Signal):
-    """Length changes of integral deformation sensors; each column is a rod under `[ids]`."""
-
-    columns: Columns
-    units: LengthUnits = LengthUnits()
-    sigma: LengthSigma | None = None
-
-    quantity_of: ClassVar[dict[str, str]] = {"length": "length"}
-
-    def column_names(self) -> tuple[str, ...]:
-        """Return every column the signal reads, in order."""
-        return self.columns
-
-    def columns_with_units(self) -> dict[str, Unit]:
-        """Return each column and its unit."""
-        return dict.fromkeys(self.columns, self.unit_of("length"))
-
-
-class DeflectionUnits(Table):
-    """Units of a displacement already taken."""
-
-    translation: LengthUnit = "m"
-    rotation: AngleUnit = "rad"
-
-
-class DeflectionSigma(Table):
-    """Standard uncertainty of one reading, in the signal's units."""
-
-    translation: Positive | None = None
-    rotation: Positive | None = None
-
-
-class Deflection(Signal):
-    """Displacement already taken, loaded minus unloaded.
-
-    Attributes
-    ----------
-    translation : three columns. rotation : three columns of the rotation vector, where measured.
-    body : the frame that moved. axes : the axes the components are in.
-    """
-
-    translation: Columns3
-    rotation: Columns3 | None = None
-    body: Name
-    axes: Name = "base"
-    units: DeflectionUnits = DeflectionUnits()
-    sigma: DeflectionSigma | None = None
-
-    quantity_of: ClassVar[dict[str, str]] = {"translation": "translation", "rotation": "rotation"}
-    look_alikes: ClassVar[dict[str, str]] = {"columns": "translation", "frame": "axes", "position": "translation"}
-
-    def column_names(self) -> tuple[str, ...]:
-        """Return every column the signal reads, in order."""
-        return self.translation + (self.rotation or ())
-
-    def columns_with_units(self) -> dict[str, Unit]:
-        """Return each column and its unit."""
-        found = dict.fromkeys(self.translation, self.unit_of("translation"))
-        return found | dict.fromkeys(self.rotation or (), self.unit_of("rotation"))
-
-
-class Displacement(Signal):
-    """A gauge or load-displacement device: the body's displacement along one direction.
-
-    Attributes
-    ----------
-    column : the reading. body : the frame that is measured. direction : in `axes`, of any length.
-    """
-
-    column: Name
-    body: Name
-    direction: Vector3
-    axes: Name = "base"
-    units: LengthUnits = LengthUnits()
-    sigma: LengthSigma | None = None
-
-    quantity_of: ClassVar[dict[str, str]] = {"length": "length"}
-
-    def column_names(self) -> tuple[str, ...]:
-        """Return every column the signal reads, in order."""
-        return (self.column,)
-
-    def columns_with_units(self) -> dict[str, Unit]:
-        """Return each column and its unit."""
-        return {self.column: self.unit_of("length")}
-
-
 class TemperatureUnits(Table):
     """Unit of temperatures."""
 
@@ -501,3 +256,18 @@ class DeadWeight(Signal):
     def columns_with_units(self) -> dict[str, Unit]:
         """Return each column and its unit."""
         return {self.mass_column: self.unit_of("mass")}
+
+
+__all__ = [
+    "DeadWeight",
+    "Deflection",
+    "Displacement",
+    "Hold",
+    "Joints",
+    "Lengths",
+    "Marker",
+    "Pose",
+    "Signal",
+    "Temperature",
+    "Wrench",
+]

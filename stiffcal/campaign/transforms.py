@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +11,17 @@ from numpy.typing import NDArray
 from stiffcal.campaign.typed import Placement
 
 Floats = NDArray[np.float64]
+Numbers: TypeAlias = Sequence[float] | Floats
 
 
-def translation(xyz: Sequence[float]) -> Floats:
+def translation(xyz: Numbers) -> Floats:
     """Return the (4, 4) transform that moves by `xyz`, m."""
     transform = np.eye(4)
     transform[:3, 3] = xyz
     return transform
 
 
-def rotation_rpy(rpy: Sequence[float]) -> Floats:
+def rotation_rpy(rpy: Numbers) -> Floats:
     """Return the (3, 3) rotation by turns about fixed x, y, z in this order, rad: Rz(yaw) Ry(pitch) Rx(roll).
 
     Examples
@@ -34,7 +36,7 @@ def rotation_rpy(rpy: Sequence[float]) -> Floats:
     return np.asarray(about_z @ about_y @ about_x)
 
 
-def rotation_quaternion(quaternion: Sequence[float]) -> Floats:
+def rotation_quaternion(quaternion: Numbers) -> Floats:
     """Return the (3, 3) rotation of a quaternion w, x, y, z, normalised."""
     w, x, y, z = np.asarray(quaternion, dtype=float) / np.linalg.norm(quaternion)
     return np.array(
@@ -53,7 +55,7 @@ def screw_x(a: float, alpha: float) -> Floats:
     return transform
 
 
-def rotation_taking_z_to(axis: Sequence[float]) -> Floats:
+def rotation_taking_z_to(axis: Numbers) -> Floats:
     """Return the (4, 4) shortest rotation that takes z to `axis`; for −z, half a turn about x.
 
     The quaternion (1 + z·a, z × a), normalised.
@@ -80,7 +82,7 @@ def placement_matrix(placement: Placement) -> Floats:
     if placement.quaternion_wxyz is not None:
         transform[:3, :3] = rotation_quaternion(placement.quaternion_wxyz)
     elif placement.rpy_deg is not None:
-        transform[:3, :3] = rotation_rpy(np.deg2rad(placement.rpy_deg).tolist())
+        transform[:3, :3] = rotation_rpy(np.deg2rad(placement.rpy_deg))
     elif placement.matrix is not None:
         left, _, right = np.linalg.svd(np.array(placement.matrix))
         transform[:3, :3] = left @ right

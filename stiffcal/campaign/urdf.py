@@ -79,7 +79,7 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
     Parameters
     ----------
     path : where it lies. file : how to call it in a fault.
-    base_link, tip_link : ends of the chain; left out: the root, and the only leaf.
+    base_link, tip_link : ends of the chain; left out: the root, and the leaf behind the most turning joints.
 
     Raises
     ------
@@ -180,19 +180,21 @@ def _link(element: ElementTree.Element, file: str) -> UrdfLink:
 
 
 def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:
-    leaves: list[str] = []
+    """Return the leaves behind the most turning joints."""
+    leaves: dict[str, int] = {}
     seen: set[str] = set()
-    waiting = [base]
+    waiting = [(base, 0)]
     while waiting:
-        here = waiting.pop()
+        here, turning = waiting.pop()
         if here in seen:
             continue
         seen.add(here)
-        below = [joint.child for joint in children.get(here, ())]
-        waiting.extend(below)
+        below = children.get(here, ())
+        waiting.extend((joint.child, turning + (joint.kind != "fixed")) for joint in below)
         if not below:
-            leaves.append(here)
-    return sorted(leaves)
+            leaves[here] = turning
+    most = max(leaves.values(), default=0)
+    return sorted(name for name, turning in leaves.items() if turning == most)
 
 
 def _end(wanted: str | None, found: list[str], links: dict[str, UrdfLink], file: str, key: str) -> str:

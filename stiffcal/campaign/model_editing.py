@@ -1,0 +1,221 @@
+"""Adding effects to model.toml and removing them, with the user's comments kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import tomlkit
+from tomlkit.items import AoT, Comment, Table, Whitespace
+
+from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile, default_model_path, place_names
+from stiffcal.campaign.toml_reading import read_toml, validate
+from stiffcal.errors import InputError
+
+Places: TypeAlias = dict[str, list[Any]]
+"""``joints``, ``links`` and ``pairs``, as far as they are not empty."""
+
+
+def add_effect(
+    folder: Path,
+    effect: str,
+    *,
+    joints: Sequence[int] = (),
+    links: Sequence[str] = (),
+    pairs: Sequence[tuple[int, int]] = (),
+    n_joints: int,
+) -> tuple[str, ...]:
+    """Add an effect to a campaign's model file, or places to an effect that it holds.
+
+    Parameters
+    ----------
+    folder : the campaign folder; a model file is written from the default model where there is none.
+    effect : its name. That the catalogue knows it, and where it can sit, is for the caller to see.
+    joints, links, pairs : the places; none for a set-up effect.
+    n_joints : J, for ``joints = "all"``.
+
+    Returns
+    -------
+    tuple of str
+        The places that are new (``j2``, ``swing``, ``j5-j6``, ``setup``); empty where the model held all of them.
+
+    Raises
+    ------
+    InputError
+        The model file is faulty.
+    """
+    document = _document(folder, n_joints)
+    wanted = _places(joints, links, pairs)
+    same = [entry for entry in document.get("effects", []) if entry.get("type") == effect]
+    held = {name for entry in same for name in _entry_places(entry, n_joints)}
+    new = tuple(name for name in place_names(joints, links, pairs) if name not in held)
+    if not new:
+        return ()
+    target = next((entry for entry in same if wanted and set(wanted) <= set(entry)), None)
+    if target is None:
+        _append(document, effect, _only(wanted, new))
+    else:
+        for key, values in _only(wanted, new).items():
+            for value in values:
+                target[key].append(value)
+    _save(folder, document)
+    return new
+
+
+def remove_effect(
+    folder: Path,
+    effect: str,
+    *,
+    joints: Sequence[int] = (),
+    links: Sequence[str] = (),
+    pairs: Sequence[tuple[int, int]] = (),
+    n_joints: int,
+) -> tuple[str, ...]:
+    """Remove an effect from a campaign's model file, or some of its places.
+
+    Parameters
+    ----------
+    folder : the campaign folder. effect : its name.
+    joints, links, pairs : the places to remove; none of them: the whole effect.
+    n_joints : J, for ``joints = "all"``.
+
+    Returns
+    -------
+    tuple of str
+        The places that were removed.
+
+    Raises
+    ------
+    InputError
+        The model does not hold the effect, or not at any of these places.
+    """
+    document = _document(folder, n_joints)
+    unwanted = place_names(joints, links, pairs) if (joints or links or pairs) else None
+    removed: list[str] = []
+    entries = document.get("effects", [])
+    for index in reversed(range(len(entries))):
+        entry = entries[index]
+        if entry.get("type") != effect:
+            continue
+        places = _entry_places(entry, n_joints)
+        going = [name for name in places if unwanted is None or name in unwanted]
+        removed = going + removed
+        if len(going) == len(places):
+            _drop(document, index)
+        elif going:
+            _thin(entry, set(going), n_joints)
+    if not removed:
+        held = ", ".join(dict.fromkeys(str(entry.get("type")) for entry in entries)) or "nothing"
+        where = "" if unwanted is None else f" at {', '.join(unwanted)}"
+        raise InputError.at(MODEL_FILE, "effects", f"the model holds no {effect}{where}", f"it holds {held}")
+    _save(folder, document)
+    return tuple(removed)
+
+
+def _document(folder: Path, n_joints: int) -> tomlkit.TOMLDocument:
+    """Read the model file for editing; where there is none, start from the default model."""
+    path = folder / MODEL_FILE
+    if path.exists():
+        validate(read_toml(path, MODEL_FILE), MODEL_FILE, ModelFile)
+        return tomlkit.parse(path.read_bytes().decode("utf-8-sig"))
+    document = tomlkit.parse(default_model_path().read_text(encoding="utf-8"))
+    for entry in document["effects"]:
+        if entry.get("joints") == "all":
+            entry["joints"] = list(range(1, n_joints + 1))
+    return document
+
+
+def _places(joints: Sequence[int], links: Sequence[str], pairs: Sequence[tuple[int, int]]) -> Places:
+    found: Places = {"joints": list(joints), "links": list(links), "pairs": [list(pair) for pair in pairs]}
+    return {key: values for key, values in found.items() if values}
+
+
+def _only(places: Places, names: Sequence[str]) -> Places:
+    """Keep the places that are in `names`."""
+    kept = {key: [value for value in values if _name(key, value) in names] for key, values in places.items()}
+    return {key: values for key, values in kept.items() if values}
+
+
+def _name(key: str, value: Any) -> str:
+    if key == "joints":
+        return f"j{value}"
+    return str(value) if key == "links" else f"j{value[0]}-j{value[1]}"
+
+
+def _entry_places(entry: Any, n_joints: int) -> tuple[str, ...]:
+    plain = dict(entry.unwrap())
+    if plain.get("joints") == "all":
+        plain["joints"] = list(range(1, n_joints + 1))
+    return EffectEntry.model_validate(plain).places
+
+
+def _append(document: tomlkit.TOMLDocument, effect: str, places: Places) -> None:
+    entry: Any = tomlkit.table()
+    entry["type"] = effect
+    for key, values in places.items():
+        entry[key] = values
+    effects = document.get("effects")
+    if effects is None:
+        effects = tomlkit.aot()
+        document["effects"] = effects
+        effects = document["effects"]
+    if isinstance(effects, AoT):
+        if len(effects):
+            _end_with_blank_line(effects[-1])
+        effects.append(entry)
+    else:
+        inline: Any = tomlkit.inline_table()
+        inline.update({"type": effect, **places})
+        effects.append(inline)  # effects = [{…}, {…}]
+
+
+def _end_with_blank_line(table: Table) -> None:
+    if not table.as_string().endswith("\n\n"):
+        table.add(tomlkit.nl())
+
+
+def _drop(document: tomlkit.TOMLDocument, index: int) -> None:
+    """Remove an entry; comments after its last key stand before the next one and stay."""
+    effects: Any = document["effects"]
+    trailing: list[Any] = []
+    if isinstance(effects, AoT):
+        for _, item in reversed(effects[index].value.body):
+            if not isinstance(item, Comment | Whitespace):
+                break
+            trailing.insert(0, item)
+    del effects[index]
+    if len(effects) == 0:
+        document.remove("effects")
+    elif index > 0:
+        for item in trailing:
+            if isinstance(item, Comment):
+                effects[index - 1].add(tomlkit.comment(item.as_string().strip().lstrip("#").strip()))
+
+
+def _thin(entry: Any, going: set[str], n_joints: int) -> None:
+    """Remove single places from an entry."""
+    if entry.get("joints") == "all":
+        entry["joints"] = list(range(1, n_joints + 1))
+    for key in ("joints", "links", "pairs"):
+        values = entry.get(key)
+        if values is None:
+            continue
+        for index in reversed(range(len(values))):
+            value = values[index]
+            if key == "pairs" and isinstance(value, str):
+                value = value.split("-")
+            if _name(key, value) in going:
+                del values[index]
+        if len(values) == 0:
+            del entry[key]
+
+
+def _save(folder: Path, document: tomlkit.TOMLDocument) -> None:
+    """Write the file whole or not at all; what was written must be a model file."""
+    path = folder / MODEL_FILE
+    text = tomlkit.dumps(document)
+    waiting = path.with_name(f".{MODEL_FILE}.new")
+    waiting.write_text(text, encoding="utf-8", newline="\n")
+    validate(read_toml(waiting, MODEL_FILE), MODEL_FILE, ModelFile)
+    waiting.replace(path)
