@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +93,9 @@ def align_clocks(signals: Sequence[SharedSignal], given: Mapping[str, float] | N
                 reasons.setdefault(signal.source, offset.reason)
                 continue
             base = found[other.source]
-            assert base.value is not None and base.std is not None and offset.std is not None
+            assert base.value is not None
+            assert base.std is not None
+            assert offset.std is not None
             found[signal.source] = ClockOffset(base.value + offset.value, float(np.hypot(base.std, offset.std)))
             break
         else:
@@ -139,7 +142,7 @@ def moves(values: Floats) -> bool:
 
 
 def _coarse_lag(one: SharedSignal, other: SharedSignal) -> float | str:
-    """Return the lag at which a regression of ``other`` on ``one`` leaves least, s, to the grid; or why there is none."""
+    """Return the lag at which a regression of ``other`` on ``one`` leaves least, s, or why there is none."""
     span = max(np.ptp(one.time), np.ptp(other.time))
     step = max(_interval(one.time), _interval(other.time), span / MOST_GRID)
     u = _on_grid(one, step)
@@ -246,7 +249,7 @@ def _windows(one: SharedSignal, holds: Holds) -> list[tuple[float, float, float]
             for a, b, r in zip(holds.left[:-1] - margin, holds.reached[1:] + margin, ramp, strict=True)
         ]
     edges = np.linspace(one.time[0], one.time[-1], 25)
-    return [(float(a), float(b), float(b - a) / 10.0) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [(float(a), float(b), float(b - a) / 10.0) for a, b in pairwise(edges)]
 
 
 class _Integral:

@@ -195,9 +195,9 @@ def _time(source: Source, numbers: Mapping[str, Floats], number: Integers) -> Fl
         return np.full(number.size, np.nan)
     if axis.rate_hz is not None:
         return np.asarray((number - 1) / axis.rate_hz)
-    assert axis.column is not None and axis.unit is not None
-    factor = 1.0 if axis.unit == "iso8601" else unit(axis.unit, "time").factor
-    return np.asarray(numbers[axis.column] * factor)
+    name = axis.unit or "s"
+    factor = 1.0 if name == "iso8601" else unit(name, "time").factor
+    return np.asarray(numbers[axis.column or ""] * factor)
 
 
 def _conditions(source: Source) -> list[RowCondition]:
@@ -206,9 +206,9 @@ def _conditions(source: Source) -> list[RowCondition]:
     return list(dict.fromkeys(found))
 
 
-def reader_options(source: Source, format: str) -> dict[str, object]:
+def reader_options(source: Source, log_format: str) -> dict[str, object]:
     """Return what the manifest says of a format, as the reader wants it."""
-    table = getattr(source, format, None)
+    table = getattr(source, log_format, None)
     if table is None:
         return {}
     if isinstance(table, dict):

@@ -1,0 +1,149 @@
+"""Raw logs and tables → the store: load states, recordings, what was done to them, and from which files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.errors import Progress, no_progress
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.measurements.load_states import LoadStates
+    from stiffcal.store import Provenance
+
+SCHEMA = "stiffcal/ingest/1"
+# Raised when the reduction changes what it makes of the same logs, so that stores are made anew.
+REDUCTION = 1
+STATES = "states"
+INGEST = "ingest"
+PROVENANCE = "provenance"
+RECORDINGS = "recordings/"
+
+
+def ingest_campaign(
+    folder: str | Path, store: str | Path | None = None, progress: Progress = no_progress
+) -> dict[str, Any]:
+    """Turn the logs of a campaign into load states in its store.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    store : where the store is; default ``folder/store``.
+    progress : told what is being read.
+
+    Returns
+    -------
+    The ingest document (interface, section 4): per run ``clock_ahead_s``, ``n_states``, ``dropped``; ``unchanged`` is
+    True where nothing had to be done, and ``changed`` names the sources and settings that made it necessary.
+
+    Raises
+    ------
+    InputError
+        The campaign or one of its files is wrong; the store is then untouched.
+    """
+    from stiffcal.campaign.loading import load_campaign
+    from stiffcal.store import Provenance, Store, changed_settings, changed_sources, hash_sources
+
+    folder = Path(folder)
+    campaign = load_campaign(folder)
+    target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
+    files, settings = source_files(campaign), ingest_settings(campaign)
+    changed = ""
+    if target.exists and INGEST in target.documents:
+        then = Provenance.from_document(target.read_document(PROVENANCE))
+        sources = changed_sources(then, folder, files)
+        keys = changed_settings(then, settings)
+        if not sources and not keys:
+            return target.read_document(INGEST) | {"unchanged": True, "changed": ""}
+        told = [str(sources)] if sources else []
+        changed = "; ".join([*told, *([f"settings: {', '.join(keys)}"] if keys else [])])
+    from stiffcal.measurements.tables import states_table
+    from stiffcal.workflow.reducing import reduce_campaign
+
+    with hash_sources(folder, files) as hashes, target.begin("ingest") as writing:
+        reduced = reduce_campaign(campaign, progress, writing)
+        document = reduced.document | {"unchanged": False, "changed": changed}
+        writing.write_table(STATES, states_table(reduced.states, campaign.chain.joint_names))
+        writing.write_document(INGEST, document)
+        progress("hashing the sources", None)
+        provenance = Provenance.now("ingest", hashes.result(), settings)
+        writing.write_document(PROVENANCE, provenance.as_document())
+        _keep_what_others_wrote(writing, target.tables, target.documents)
+        writing.commit()
+    return document
+
+
+def _keep_what_others_wrote(writing: Any, tables: tuple[str, ...], documents: tuple[str, ...]) -> None:
+    """Carry over history and fits; they say themselves from which states they come."""
+    kept = [name for name in tables if name != STATES and not name.startswith(RECORDINGS)]
+    kept += [name for name in documents if name not in (INGEST, PROVENANCE)]
+    writing.keep(*dict.fromkeys(kept))
+
+
+def is_stale(folder: str | Path, store: str | Path | None = None) -> str:
+    """Return why the store does not hold what the campaign says now, "" where it does."""
+    from stiffcal.campaign.loading import load_campaign
+    from stiffcal.store import Provenance, Store, changed_settings, changed_sources
+
+    folder = Path(folder)
+    target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
+    if not target.exists or INGEST not in target.documents:
+        return "nothing is ingested yet"
+    campaign = load_campaign(folder, check_files=False)
+    then: Provenance = Provenance.from_document(target.read_document(PROVENANCE))
+    sources = changed_sources(then, folder, source_files(campaign))
+    keys = changed_settings(then, ingest_settings(campaign))
+    told = [str(sources)] if sources else []
+    return "; ".join([*told, *([f"settings: {', '.join(keys)}"] if keys else [])])
+
+
+def stored_states(
+    folder: str | Path, store: str | Path | None = None, progress: Progress = no_progress, update: bool = True
+) -> LoadStates:
+    """Return the campaign's load states, ingesting first where they are missing or stale.
+
+    Parameters
+    ----------
+    update : False: refuse instead of ingesting (``--no-update``).
+
+    Raises
+    ------
+    InputError
+        The campaign is wrong, or the store is stale and may not be updated.
+    """
+    from stiffcal.errors import InputError
+    from stiffcal.measurements.tables import states_from_table
+    from stiffcal.store import Store
+
+    folder = Path(folder)
+    reason = is_stale(folder, store)
+    if reason:
+        if not update:
+            raise InputError.at(str(store or folder / "store"), "", f"out of date ({reason})", "run ingest first")
+        ingest_campaign(folder, store, progress)
+    target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
+    try:
+        return states_from_table(target.read_table(STATES))
+    except ValueError as error:
+        raise InputError.at(target.shown, STATES, str(error), "delete the store and run ingest again") from None
+
+
+def source_files(campaign: Campaign) -> list[str]:
+    """Return every data file that the manifest names, as named there, each once."""
+    manifest = campaign.manifest
+    files: list[str] = []
+    for name in manifest.sources:
+        files += manifest.files_of(name).values()
+        for run in manifest.runs:
+            files += [run.files[name]] if name in run.files else []
+    files += [run.states for run in manifest.runs if run.states is not None]
+    return list(dict.fromkeys(files))
+
+
+def ingest_settings(campaign: Campaign) -> dict[str, Any]:
+    """Return what besides the files shapes the load states: manifest without thresholds, robot, the reduction itself."""
+    manifest: Mapping[str, Any] = campaign.manifest.model_dump(mode="json", exclude={"thresholds", "plugins", "name"})
+    robot: Mapping[str, Any] = campaign.robot.model_dump(mode="json")
+    return {"manifest": dict(manifest), "robot": dict(robot), "reduction": REDUCTION}
