@@ -82,7 +82,8 @@ class MujocoRobot:
     Parameters
     ----------
     chain : geometry, masses, gravity; taken over as data.
-    joint_stiffness : (J,) N·m/rad.
+    joint_stiffness : (J,) N·m/rad, of the drives: about the joint, or about the logged axis where the coupling is
+        mechanical (a fixed tendon over the joints it is made of).
     setup : where the load acts and which frames are looked at; tool mass on the flange.
     springs : further springs.
     weights : False leaves all weights out.
@@ -103,7 +104,8 @@ class MujocoRobot:
         hinges = [self.model.joint(f"joint{k}") for k in range(1, self.n_joints + 1)]
         self._angles = np.array([int(hinge.qposadr[0]) for hinge in hinges])
         self._rest = np.array(self.model.qpos_spring)
-        self._stiffness = self._stiffness_of_each_freedom()
+        self._coupled = np.linalg.inv(chain.coupling)[chain.mechanical]
+        self._softness = np.linalg.inv(self._stiffness_of_springs(hinges))
         self._axes = int(self.model.site("wrench_axes").id)
         self._point = int(self.model.site("wrench_point").id)
         self._targets = [int(self.model.site(f"target{b}").id) for b in range(len(setup.targets))]
@@ -143,8 +145,9 @@ class MujocoRobot:
         model, data = self.model, self.data
         self._rest[self._angles] = angles
         model.qpos_spring[:] = self._rest
+        model.tendon_lengthspring[:] = (self._coupled @ angles)[:, None]
         data.qpos[:] = self._rest
-        inverse = np.diag(1.0 / self._stiffness)
+        inverse = self._softness.copy()
         force = self._unbalanced(wrench)
         for evaluation in range(2, 60):
             step = inverse @ force
@@ -163,6 +166,7 @@ class MujocoRobot:
         model, data = self.model, self.data
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
+        mujoco.mj_tendon(model, data)
         weight = np.zeros(model.nv)
         mujoco.mj_rne(model, data, 0, weight)
         mujoco.mj_passive(model, data)
@@ -172,13 +176,18 @@ class MujocoRobot:
         mujoco.mj_applyFT(model, data, axes @ wrench[:3], axes @ wrench[3:], data.site_xpos[self._point], body, load)
         return np.asarray(data.qfrc_passive + load - weight, dtype=np.float64)
 
-    def _stiffness_of_each_freedom(self) -> Floats:
-        """Stiffness (nv,) on the freedoms: three equal ones for a ball."""
-        stiffness = np.empty(self.model.nv)
+    def _stiffness_of_springs(self, hinges: Sequence[Any]) -> Floats:
+        """Stiffness (nv, nv) of the springs alone: three equal ones for a ball, sums over joints for a tendon."""
+        stiffness = np.zeros((self.model.nv, self.model.nv))
         for joint in range(self.model.njnt):
             first = int(self.model.jnt_dofadr[joint])
             count = 3 if self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL else 1
-            stiffness[first : first + count] = self.model.jnt_stiffness[joint]
+            freedoms = range(first, first + count)
+            stiffness[freedoms, freedoms] = self.model.jnt_stiffness[joint]
+        for tendon, row in enumerate(self._coupled):
+            over = np.zeros(self.model.nv)
+            over[[int(hinge.dofadr[0]) for hinge in hinges]] = row
+            stiffness += float(self.model.tendon_stiffness[tendon]) * np.outer(over, over)
         return stiffness
 
 
@@ -189,7 +198,8 @@ def _mjcf(chain: Chain, stiffness: Floats, setup: MeasurementSetup, springs: Seq
     tool = _inertia(setup.tool_mass, setup.tool_com)
     inner = _body("flange", chain.flange, _extra(springs, n + 1), tool, sites, n + 1)
     for k in range(n, 0, -1):
-        hinge = f'<joint name="joint{k}" type="hinge" axis="0 0 1" stiffness="{float(stiffness[k - 1])!r}"/>'
+        own = 0.0 if chain.mechanical[k - 1] else float(stiffness[k - 1])
+        hinge = f'<joint name="joint{k}" type="hinge" axis="0 0 1" stiffness="{own!r}"/>'
         mass = _inertia(float(chain.link_mass[k - 1]), chain.link_com[k - 1])
         inner = _body(f"link{k}", chain.fixed[k - 1], hinge + _extra(springs, k), mass, sites, k, inner)
     base = _body("base", np.eye(4), _extra(springs, 0), _inertia(0.0, np.zeros(3)), {}, 0, inner)
@@ -198,8 +208,18 @@ def _mjcf(chain: Chain, stiffness: Floats, setup: MeasurementSetup, springs: Seq
         # Armature (rotor inertia) changes nothing at rest; it keeps MuJoCo's inertia matrix regular where two springs
         # share an axis, which it would otherwise warn of.
         f'<mujoco><compiler angle="radian"/><option gravity="{gravity}"/><default><joint armature="1"/></default>'
-        f"<worldbody>{sites.get(0, '')}{base}</worldbody></mujoco>"
+        f"<worldbody>{sites.get(0, '')}{base}</worldbody><tendon>{_tendons(chain, stiffness)}</tendon></mujoco>"
     )
+
+
+def _tendons(chain: Chain, stiffness: Floats) -> str:
+    """Write the drives that sit on logged axes: logged angle = inverse of the coupling times the joints' angles."""
+    text = ""
+    for k in np.flatnonzero(chain.mechanical):
+        row = np.linalg.inv(chain.coupling)[k]
+        parts = [f'<joint joint="joint{j + 1}" coef="{float(row[j])!r}"/>' for j in np.flatnonzero(row)]
+        text += f'<fixed name="drive{k + 1}" stiffness="{float(stiffness[k])!r}">{"".join(parts)}</fixed>'
+    return text
 
 
 def _body(

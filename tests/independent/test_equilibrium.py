@@ -14,6 +14,7 @@ import pytest
 
 from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values
 from stiffcal.model.equilibrium import Balance, solve_balance
@@ -127,6 +128,23 @@ def test_force_in_base_axes_at_a_point_without_moments() -> None:
     joints, wrench = chain.model_angles(six_axis_joints(rng, 50)), random_wrenches(rng, 50, 700.0, 0.0)
     ours = solve_balance(robot_with(chain, SIX_STIFFNESS), joints, wrench, setup)
     assert_same(ours, MujocoRobot(chain, SIX_STIFFNESS, setup).settle(joints, wrench))
+
+
+def test_drive_on_a_combined_axis() -> None:
+    """A parallel rod: drive 3 holds the sum of joints 2 and 3, so its spring acts on that sum, in both engines."""
+    rng = np.random.default_rng(8)
+    coupling = np.eye(6)
+    coupling[2, 1] = -1.0
+    chain = replace(six_axes(), coupling=coupling, mechanical=np.arange(6) == 2)
+    setup = force_sensor_setup(chain, 10.0)
+    effect = find_effects()["joint-compliance"]
+    values = 1.0 / SIX_STIFFNESS
+    placed = tuple(PlacedEffect(effect, Place("joints", (k + 1,)), {"c": float(values[k])}) for k in range(6))
+    joints, wrench = chain.model_angles(six_axis_joints(rng, 50)), random_wrenches(rng, 50, 500.0, 80.0)
+    ours = solve_balance(CompliantRobot(chain, placed), joints, wrench, setup)
+    assert_same(ours, MujocoRobot(chain, SIX_STIFFNESS, setup).settle(joints, wrench))
+    plain = solve_balance(robot_with(chain, SIX_STIFFNESS), joints, wrench, setup)
+    assert np.abs(ours.target_position - plain.target_position).max() > 1e-3  # where the spring sits matters
 
 
 @pytest.mark.parametrize("turn", [3e6, np.inf])
