@@ -1,0 +1,152 @@
+"""Add effects to model.toml and take them out."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from stiffcal.campaign.loading import Campaign, load_campaign
+from stiffcal.errors import InputError
+from stiffcal.workflow.history import model_of
+from stiffcal.workflow.steps import Document, plugin_files
+
+
+def edit_model(
+    folder: Path,
+    action: Literal["add", "remove"],
+    effect: str,
+    *,
+    where: Mapping[str, str | None] | None = None,
+    everywhere: bool = False,
+) -> Document:
+    """Add an effect to model.toml, or remove it; the user's comments stay.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    action : "add" or "remove".
+    effect : its name.
+    where : ``joints``, ``links`` and ``pairs`` as words: "2,3", "swing,arm", "5-6".
+    everywhere : at every place the effect can have (or, removing, has).
+
+    Returns
+    -------
+    dict
+        ``changes`` (lines in words) and ``model`` (what it holds now).
+
+    Raises
+    ------
+    InputError : no such effect or place; or no place given, with the places that there are.
+    """
+    from stiffcal.campaign.model_editing import add_effect, remove_effect
+    from stiffcal.model.catalogue import find_effects
+
+    campaign = load_campaign(Path(folder), check_files=False)
+    catalogue = find_effects(plugin_files(campaign))
+    if effect not in catalogue:
+        near = difflib.get_close_matches(effect, catalogue, n=1)
+        mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
+        raise InputError.at("command line", "EFFECT", f"no effect is called {effect}", mend)
+    kind = catalogue[effect].place_kind
+    possible = [place.label for place in catalogue[effect].places(campaign.chain)]
+    given = _places(where or {}, kind, campaign)
+    if everywhere and action == "add":
+        given = _every_place(catalogue[effect].places(campaign.chain), kind)
+    if kind != "setup" and not any(given.values()) and not everywhere:
+        option = f"--{kind}"
+        mend = f"say {option}, or --all; possible: {', '.join(possible) or 'none on this robot'}"
+        raise InputError.at("command line", option, f"{effect} sits at {kind}, and none is given", mend)
+    _check_possible(effect, given, possible)
+    n_joints = campaign.chain.n_joints
+    changes = []
+    if action == "add":
+        changes += _replaced(campaign, catalogue[effect], given)
+        new = add_effect(campaign.folder, effect, **given, n_joints=n_joints)
+        changes.append(f"added {effect}: {', '.join(new)}" if new else f"{effect} was there already: nothing changed")
+    else:
+        gone = remove_effect(campaign.folder, effect, **given, n_joints=n_joints)
+        changes.append(f"removed {effect}: {', '.join(gone)}")
+    model = load_campaign(campaign.folder, check_files=False).model
+    return {"schema": "stiffcal/edit/1", "warnings": [], "changes": changes, "model": model_of(model)}
+
+
+def _places(where: Mapping[str, str | None], kind: str, campaign: Campaign) -> dict[str, Sequence[Any]]:
+    found: dict[str, Sequence[Any]] = {"joints": (), "links": (), "pairs": ()}
+    for name, text in where.items():
+        if text is None:
+            continue
+        if name != kind:
+            raise InputError.at("command line", f"--{name}", f"this effect sits at {kind}", f"say --{kind} instead")
+        words = [word.strip() for word in text.split(",") if word.strip()]
+        if name == "joints":
+            found[name] = [_joint(word, campaign, name) for word in words]
+        elif name == "links":
+            found[name] = words
+        else:
+            found[name] = [_pair(word, campaign) for word in words]
+    return found
+
+
+def _joint(word: str, campaign: Campaign, option: str) -> int:
+    names = campaign.chain.joint_names
+    if word in names:
+        return names.index(word) + 1
+    if word.isdigit() and 1 <= int(word) <= len(names):
+        return int(word)
+    mend = f"number 1 to {len(names)}, or one of {', '.join(names)}"
+    raise InputError.at("command line", f"--{option}", f"no joint is called {word}", mend)
+
+
+def _pair(word: str, campaign: Campaign) -> tuple[int, int]:
+    ends = word.split("-")
+    if len(ends) != 2:
+        raise InputError.at("command line", "--pairs", f"{word} is not a pair", "write it like 5-6")
+    a, b = sorted(_joint(end.strip(), campaign, "pairs") for end in ends)
+    return a, b
+
+
+def _every_place(places: Sequence[Any], kind: str) -> dict[str, Sequence[Any]]:
+    found: dict[str, Sequence[Any]] = {"joints": (), "links": (), "pairs": ()}
+    if kind == "joints":
+        found[kind] = [place.joints[0] for place in places]
+    elif kind == "pairs":
+        found[kind] = [place.joints for place in places]
+    elif kind == "links":
+        found[kind] = [place.link for place in places]
+    return found
+
+
+def _check_possible(effect: str, given: Mapping[str, Sequence[Any]], possible: Sequence[str]) -> None:
+    from stiffcal.campaign.model_file import place_names
+
+    if not any(given.values()):
+        return
+    for label in place_names(given["joints"], given["links"], given["pairs"]):
+        if label not in possible:
+            mend = f"possible: {', '.join(possible) or 'none on this robot'}"
+            raise InputError.at("command line", "EFFECT", f"{effect} cannot sit at {label}", mend)
+
+
+def _replaced(campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]) -> list[str]:
+    """Take out what the new effect includes or excludes at the same places, and say so."""
+    from stiffcal.campaign.model_editing import remove_effect
+    from stiffcal.campaign.model_file import place_names
+
+    changes = []
+    wanted = set(place_names(given["joints"], given["links"], given["pairs"]))
+    for entry in campaign.model.effects:
+        if entry.type not in (*effect.includes, *effect.excludes):
+            continue
+        shared: dict[str, Sequence[Any]] = {
+            "joints": [joint for joint in entry.joints or () if f"j{joint}" in wanted],
+            "links": [link for link in entry.links or () if link in wanted],
+            "pairs": [],
+        }
+        if not any(shared.values()):
+            continue
+        gone = remove_effect(campaign.folder, entry.type, **shared, n_joints=campaign.chain.n_joints)
+        verb = "includes" if entry.type in effect.includes else "excludes"
+        changes.append(f"removed {entry.type}: {', '.join(gone)} ({effect.name} {verb} it)")
+    return changes

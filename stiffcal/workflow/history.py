@@ -1,0 +1,86 @@
+"""Every fit of a campaign, and the way back to an earlier model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
+from stiffcal.errors import InputError
+from stiffcal.workflow.identify import NO_HISTORY
+from stiffcal.workflow.steps import HISTORY, Document, Means, open_store, stored_document
+
+PUBLIC = ("id", "time", "model", "heldout_rms", "fit_rms", "noise", "loss")
+
+
+def read_history(folder: Path, means: Means | None = None) -> Document:
+    """Return every fit, its model, its error in unseen poses and the noise floor.
+
+    Returns
+    -------
+    dict
+        The `history` document (interface, section 4). ``not_fitted_yet`` holds the present model where that is not the
+        last one fitted.
+
+    Raises
+    ------
+    InputError : the folder holds no campaign.
+    """
+    means = means or Means()
+    campaign = load_campaign(Path(folder), check_files=False)
+    stored = stored_document(open_store(campaign.folder, means), HISTORY) or NO_HISTORY
+    fits = [{name: entry.get(name) for name in PUBLIC} for entry in stored["fits"]]
+    document: Document = {"schema": stored["schema"], "warnings": [], "fits": fits}
+    present = model_of(campaign.model)
+    if fits and not same_model(present, fits[-1]["model"]):
+        document["warnings"].append("the model in model.toml is not fitted yet")
+        document["not_fitted_yet"] = present
+    return document
+
+
+def restore_model(folder: Path, means: Means, identifier: str) -> str:
+    """Write the model of an earlier fit back to model.toml, with the comments it had; return what was done, in words.
+
+    Raises
+    ------
+    InputError : there is no such fit.
+    """
+    campaign = load_campaign(Path(folder), check_files=False)
+    stored = stored_document(open_store(campaign.folder, means), HISTORY) or NO_HISTORY
+    for entry in stored["fits"]:
+        if entry["id"] == identifier:
+            break
+    else:
+        known = ", ".join(entry["id"] for entry in stored["fits"]) or "none"
+        raise InputError.at("command line", "--restore", f"no fit has the id {identifier}", f"known: {known}")
+    path = campaign.folder / MODEL_FILE
+    if entry["model_text"]:
+        path.write_text(entry["model_text"], encoding="utf-8")
+    else:
+        path.unlink(missing_ok=True)
+    return f"model.toml is that of fit {identifier} again"
+
+
+def model_of(model: ModelFile) -> Document:
+    """Return the model file as the history writes models: balance and effects with places."""
+    effects: dict[str, Document] = {}
+    for entry in model.effects:
+        one = effects.setdefault(entry.type, {"type": entry.type})
+        for kind, places in (("joints", entry.joints), ("links", entry.links), ("pairs", entry.pairs)):
+            if places:
+                items = [list(place) if isinstance(place, tuple) else place for place in places]
+                one.setdefault(kind, []).extend(items)
+    return {"balance": model.balance, "effects": list(effects.values())}
+
+
+def same_model(one: Document, other: Document) -> bool:
+    """Tell whether two models hold the same effects at the same places, in whatever order."""
+    return _sorted(one) == _sorted(other)
+
+
+def _sorted(model: Document) -> object:
+    effects = [
+        (effect["type"], [(kind, sorted(map(str, effect.get(kind, [])))) for kind in ("joints", "links", "pairs")])
+        for effect in model["effects"]
+    ]
+    return model["balance"], sorted(effects)

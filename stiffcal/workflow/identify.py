@@ -1,0 +1,131 @@
+"""Fit the model to the load states, and write the fit into the store and the history."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.steps import (
+    FIT_STATES,
+    HISTORY,
+    IDENTIFY,
+    Document,
+    Ingested,
+    Means,
+    announce,
+    ingested,
+    key_of_fit,
+    model_text,
+    placed_robot,
+    stored_document,
+)
+
+if TYPE_CHECKING:
+    from stiffcal.identification.fit import Fit
+
+LOSSES = ("linear", "huber")
+NO_HISTORY: Document = {"schema": "stiffcal/history/1", "warnings": [], "fits": []}
+
+
+def identify_campaign(folder: Path, means: Means | None = None, loss: str = "linear") -> Document:
+    """Fit model.toml to the campaign's load states.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    means : store, progress and so on.
+    loss : "linear" (least squares) or "huber" (outliers count less).
+
+    Returns
+    -------
+    dict
+        The `identify` document (interface, section 4). Where nothing has changed since the last fit, that one's.
+
+    Raises
+    ------
+    InputError : the input is wrong, or nothing can be fitted.
+    """
+    means = means or Means()
+    if loss not in LOSSES:
+        raise InputError.at("command line", "--loss", f"no loss is called {loss}", f"choose {' or '.join(LOSSES)}")
+    data = ingested(folder, means)
+    current = current_fit(data, loss)
+    if current is not None:
+        means.say(f"nothing has changed since fit {current['fit_id']}")
+        return current
+    return store_fit(data, fit_now(data, loss, means), loss)
+
+
+def fitted(data: Ingested, means: Means) -> Document:
+    """Return the `identify` document of the present model, fitting first where it is missing or stale."""
+    stored = stored_document(data.store, IDENTIFY)
+    # A fit with the robust loss counts as present too: the user asked for it.
+    loss = str(stored.get("loss", "linear")) if stored else "linear"
+    current = current_fit(data, loss)
+    if current is not None:
+        return current
+    reason = (
+        "nothing is fitted yet" if stored is None else "the model or the load states have changed since the last fit"
+    )
+    announce("identify", reason, data.campaign.folder, means)
+    return store_fit(data, fit_now(data, loss, means), loss)
+
+
+def current_fit(data: Ingested, loss: str) -> Document | None:
+    """Return the stored fit where its key is the present one."""
+    stored = stored_document(data.store, IDENTIFY)
+    if stored is None or stored.get("key") != key_of_fit(data, loss):
+        return None
+    return stored
+
+
+def fit_now(data: Ingested, loss: str, means: Means) -> Fit:
+    """Fit, without looking at the store.
+
+    Raises
+    ------
+    InputError : no load state can be used, or the model holds nothing to fit.
+    """
+    from stiffcal.identification.identify import Settings, identify_parameters
+    from stiffcal.model.assembly import fixed_parameters
+
+    campaign = data.campaign
+    robot = placed_robot(campaign)
+    if not robot.placed:
+        raise InputError.at(
+            "model.toml", "effects", "the model holds no effect", "add one: stiffcal add DIR EFFECT --all"
+        )
+    if not data.states.used.any():
+        raise InputError.at(
+            "campaign.toml", "runs", "no load state can be used", "stiffcal check says why each was set aside"
+        )
+    settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
+    return identify_parameters(data.states, robot, settings, means.progress)
+
+
+def store_fit(data: Ingested, fit: Fit, loss: str) -> Document:
+    """Write a fit into the store, append it to the history, and return its document."""
+    from stiffcal.identification.document import fit_document
+    from stiffcal.workflow.state_tables import observed_table
+
+    history = stored_document(data.store, HISTORY) or dict(NO_HISTORY)
+    identifier = str(1 + max((int(entry["id"]) for entry in history["fits"]), default=0))
+    document = fit_document(fit, data.states)
+    document |= {"loss": loss, "fit_id": identifier, "key": key_of_fit(data, loss)}
+    entry = {
+        "id": identifier,
+        "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+        "model": document["model"],
+        "heldout_rms": None,
+        "fit_rms": document["rms"],
+        "noise": document["noise"],
+        "loss": loss,
+        "key": document["key"],
+        "model_text": model_text(data.campaign),
+    }
+    history["fits"] = [*history["fits"], entry]
+    table = observed_table(data.states, fit.data, fit.predicted, fit.residual)
+    data.store.commit({FIT_STATES: table}, {IDENTIFY: document, HISTORY: history}, command="identify")
+    return document

@@ -1,0 +1,194 @@
+"""The chain of steps behind every command: what is there, what is missing or stale, what has to run first.
+
+ingest → identify → validate. A step's result lies in the store with a key: a hash of all that went into it. A result
+whose key is not the present one is stale. Why hashes and not times: a copied or restored campaign keeps its results.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from stiffcal import __version__
+from stiffcal.campaign.loading import Campaign, load_campaign
+from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.errors import InputError, Progress, no_progress
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from stiffcal.measurements.load_states import LoadStates
+    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.store import Store
+
+Document: TypeAlias = dict[str, Any]
+
+STATES, FIT_STATES, UNSEEN_STATES = "states", "fit", "unseen"
+IDENTIFY, VALIDATE, HISTORY, INGEST, LOAD_PATHS = "identify", "validate", "history", "ingest", "load_paths"
+
+
+def say_nothing(text: str) -> None:
+    """Let a note pass; the default of `Means.say`."""
+
+
+@dataclass(frozen=True)
+class Means:
+    """What a workflow function works with.
+
+    Attributes
+    ----------
+    store : where the store is; None: DIR/store.
+    update : False: refuse where an earlier step is missing or stale, instead of running it.
+    progress : told what is being done.
+    say : told one line when an earlier step is run first.
+    """
+
+    store: str | None = None
+    update: bool = True
+    progress: Progress = no_progress
+    say: Callable[[str], None] = say_nothing
+
+
+@dataclass(frozen=True)
+class Ingested:
+    """A campaign with its load states.
+
+    Attributes
+    ----------
+    campaign : the folder's three files.
+    store : the opened store.
+    table : the states as they lie in the store.
+    states : the same as arrays.
+    """
+
+    campaign: Campaign
+    store: Store
+    table: pa.Table
+    states: LoadStates
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The names of the logged joints, L of them."""
+        return self.campaign.chain.joint_names
+
+
+def open_store(folder: Path, means: Means) -> Store:
+    """Return the campaign's store; it need not exist yet."""
+    from stiffcal.store import Store
+
+    return Store(means.store or Path(folder) / "store", shown=means.store or "store")
+
+
+def stored_document(store: Store, name: str) -> Document | None:
+    """Return a document of the store, or None where there is none."""
+    return store.read_document(name) if name in store.documents else None
+
+
+def ingested(folder: Path, means: Means) -> Ingested:
+    """Return the campaign's load states, ingesting first where they are missing or stale.
+
+    Raises
+    ------
+    InputError : the input is wrong, or a step is missing and ``means.update`` is False.
+    """
+    from stiffcal.measurements.tables import states_from_table
+    from stiffcal.workflow.ingest import ingest_campaign, is_stale
+
+    campaign = load_campaign(Path(folder))
+    store = open_store(campaign.folder, means)
+    reason = is_stale(campaign.folder, means.store)
+    if reason:
+        announce("ingest", reason, campaign.folder, means)
+        ingest_campaign(campaign.folder, store=means.store, progress=means.progress)
+    table = store.read_table(STATES)
+    try:
+        states = states_from_table(table)
+    except ValueError as error:
+        mend = "delete the store and run ingest again"
+        raise InputError.at(store.shown, STATES, str(error), mend) from error
+    return Ingested(campaign, store, table, states)
+
+
+def announce(step: str, reason: str, folder: Path, means: Means) -> None:
+    """Say that an earlier step is run first, or refuse.
+
+    Raises
+    ------
+    InputError : ``means.update`` is False.
+    """
+    if not means.update:
+        mend = f"run stiffcal {step} {folder}, or leave --no-update out"
+        raise InputError.at(str(folder), step, reason, mend)
+    means.say(f"{step} first: {reason}")
+
+
+def key_of(*parts: Any) -> str:
+    """Return a hash of JSON values, and of the version that computes with them.
+
+    Examples
+    --------
+    >>> key_of({"a": 1, "b": 2}) == key_of({"b": 2, "a": 1}), key_of("a") == key_of("b")
+    (True, False)
+    """
+    text = json.dumps([__version__, *parts], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def key_of_table(table: pa.Table) -> str:
+    """Return a hash of a table's values and of what is written beside them."""
+    import pyarrow as pa
+
+    sink = pa.BufferOutputStream()
+    # One batch: how the rows were cut into pieces says nothing about them.
+    whole = table.combine_chunks()
+    with pa.ipc.new_stream(sink, whole.schema) as writer:
+        writer.write_table(whole)
+    return hashlib.sha256(sink.getvalue()).hexdigest()
+
+
+def key_of_fit(data: Ingested, loss: str) -> str:
+    """Return the key under which a fit of these states with the present model lies in the store."""
+    campaign = data.campaign
+    documents = [campaign.model.model_dump(mode="json"), campaign.robot.model_dump(mode="json")]
+    plugins = [hashlib.sha256(file.read_bytes()).hexdigest() for file in plugin_files(campaign)]
+    return key_of(key_of_table(data.table), documents, plugins, loss)
+
+
+def plugin_files(campaign: Campaign) -> list[Path]:
+    """Return the user's own files of effects."""
+    return [campaign.folder / name for name in campaign.manifest.plugins]
+
+
+def placed_robot(campaign: Campaign) -> CompliantRobot:
+    """Return the campaign's robot with the effects of its model file, valued where that gives values.
+
+    Raises
+    ------
+    InputError : the model file names an effect, a place or a parameter that does not exist.
+    """
+    from stiffcal.model.assembly import compliant_robot
+    from stiffcal.model.catalogue import find_effects
+
+    return compliant_robot(campaign.chain, campaign.model, find_effects(plugin_files(campaign)))
+
+
+def free_names(campaign: Campaign, robot: CompliantRobot) -> tuple[list[str], list[str]]:
+    """Return the names of the model's parameters: (those that have no value, all)."""
+    names = [one.parameter_name(spec.symbol) for one in robot.placed for spec in one.effect.parameters]
+    valued = robot.values()
+    return [name for name in names if name not in valued], names
+
+
+def model_text(campaign: Campaign) -> str:
+    """Return model.toml as it stands, "" where there is none and the default model holds."""
+    path = campaign.folder / MODEL_FILE
+    return path.read_text(encoding="utf-8") if path.exists() else ""
+
+
+def without_update(means: Means) -> Means:
+    """Return the same means, refusing to run earlier steps."""
+    return replace(means, update=False)

@@ -1,0 +1,158 @@
+"""Hold the model against poses that the fit has not seen, and complete the history with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.identify import fit_now, fitted
+from stiffcal.workflow.steps import (
+    HISTORY,
+    IDENTIFY,
+    UNSEEN_STATES,
+    VALIDATE,
+    Document,
+    Ingested,
+    Means,
+    announce,
+    ingested,
+    key_of,
+    open_store,
+    placed_robot,
+    stored_document,
+)
+
+if TYPE_CHECKING:
+    from stiffcal.identification.fit import Fit
+    from stiffcal.validation.validate import Validation
+
+
+def validate_campaign(folder: Path, means: Means | None = None, model: Path | None = None) -> Document:
+    """Judge the present model in poses that the fit has not seen.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    means : store, progress and so on.
+    model : another campaign's folder, whose fitted model is judged on this campaign's data instead.
+
+    Returns
+    -------
+    dict
+        The `validate` document (interface, section 4).
+
+    Raises
+    ------
+    InputError : the input is wrong.
+    """
+    means = means or Means()
+    data = ingested(folder, means)
+    if model is not None:
+        return _judge_other(data, Path(model), means)
+    identified = fitted(data, means)
+    current = current_validation(data, identified)
+    return current if current is not None else validate_now(data, identified, means)
+
+
+def validated(data: Ingested, identified: Document, means: Means) -> Document:
+    """Return the `validate` document of the present fit, judging first where it is missing or stale."""
+    current = current_validation(data, identified)
+    if current is not None:
+        return current
+    announce("validate", "the present fit is not validated yet", data.campaign.folder, means)
+    return validate_now(data, identified, means)
+
+
+def current_validation(data: Ingested, identified: Document) -> Document | None:
+    """Return the stored validation where it belongs to the present fit and thresholds."""
+    stored = stored_document(data.store, VALIDATE)
+    return stored if stored is not None and stored.get("key") == _key(data, identified) else None
+
+
+def _key(data: Ingested, identified: Document) -> str:
+    return key_of(identified["key"], data.campaign.manifest.thresholds.model_dump(mode="json"))
+
+
+def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | None = None) -> Document:
+    """Judge the present fit, write the result into the store and complete the history's entry.
+
+    Parameters
+    ----------
+    identified : the fit's document.
+    fit : the fit itself where it is at hand; it is made again otherwise.
+    """
+    from stiffcal.validation.validate import validate_fit
+    from stiffcal.workflow.state_tables import observed_table
+
+    fit = fit or fit_now(data, str(identified["loss"]), means)
+    means.progress("leaving poses out", None)
+    validation = validate_fit(data.states, fit)
+    document = _document(data, validation, identified)
+    document |= {"fit_id": identified["fit_id"], "key": _key(data, identified)}
+    unseen = validation.unseen
+    table = observed_table(data.states, unseen.data, unseen.displacement - unseen.residual, unseen.residual)
+    history = stored_document(data.store, HISTORY)
+    documents = {VALIDATE: document}
+    if history is not None:
+        entries = [
+            entry | ({"heldout_rms": document["rms"]} if entry["id"] == identified["fit_id"] else {})
+            for entry in history["fits"]
+        ]
+        documents[HISTORY] = history | {"fits": entries}
+    data.store.commit({UNSEEN_STATES: table}, documents, command="validate")
+    return document
+
+
+def _document(data: Ingested, validation: Validation, identified: Document) -> Document:
+    from stiffcal.validation.document import validation_document
+    from stiffcal.validation.validate import thresholds_hold
+
+    thresholds = data.campaign.manifest.thresholds
+    limits: dict[str, Any] = thresholds.model_dump(mode="json", exclude_none=True)
+    numbers = {name: value for name, value in limits.items() if isinstance(value, int | float)}
+    failed = [*thresholds_hold(validation, numbers), *_too_soft(data, identified, thresholds.min_stiffness)]
+    document = validation_document(data.states, validation, failed)
+    document["thresholds"] = {name: value for name, value in limits.items() if value}
+    return document
+
+
+def _too_soft(data: Ingested, identified: Document, least: dict[str, float]) -> list[str]:
+    """Return what does not hold of ``min_stiffness``, N·m/rad, one number for all joints ("all") or by joint name."""
+    failed = []
+    names = data.joint_names
+    for parameter in identified["parameters"]:
+        joints = parameter["where"].get("joints", [])
+        stiffness = parameter.get("stiffness")
+        if len(joints) != 1 or stiffness is None or parameter["unit"] != "rad/(N·m)":
+            continue
+        name = names[joints[0] - 1]
+        limit = least.get(name, least.get("all"))
+        if limit is not None and stiffness < limit:
+            failed.append(f"stiffness of {name} {stiffness:.3g} N·m/rad is below min_stiffness = {limit:.3g} N·m/rad")
+    return failed
+
+
+def _judge_other(data: Ingested, other: Path, means: Means) -> Document:
+    """Judge another campaign's fitted model on these data; nothing is stored."""
+    from stiffcal.campaign.loading import load_campaign
+    from stiffcal.identification.document import model_document, values_of
+    from stiffcal.validation.unseen import residuals_of_model
+    from stiffcal.validation.validate import validate_fit
+
+    campaign = load_campaign(other, check_files=False)
+    stored = stored_document(open_store(other, Means()), IDENTIFY)
+    if stored is None:
+        raise InputError.at(str(other), "store", "no model is fitted there", f"run stiffcal identify {other}")
+    if campaign.chain.n_joints != data.campaign.chain.n_joints:
+        reason = f"its robot has {campaign.chain.n_joints} joints, this one {data.campaign.chain.n_joints}"
+        raise InputError.at(str(other), "robot", reason, "name a campaign of the same robot")
+    robot = replace(placed_robot(campaign), chain=data.campaign.chain).with_values(values_of(stored))
+    if model_document(robot) != stored["model"]:
+        reason = "its model.toml has changed since the last fit"
+        raise InputError.at(str(other), "model.toml", reason, f"run stiffcal identify {other}")
+    fit = replace(fit_now(data, "linear", means), robot=robot)
+    validation = validate_fit(data.states, fit, residuals_of_model(data.states, fit))
+    document = _document(data, validation, stored)
+    return document | {"model_of": str(other), "model": stored["model"]}
