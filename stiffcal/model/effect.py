@@ -66,6 +66,8 @@ class ParameterSpec:
     inverse : True where the amplitude in the law is 1 / value (a stiffness or flexural rigidity is reported, and its
         inverse is estimated, because the displacement is linear in that).
     compliance : True where ``1 / value`` is a stiffness that people want to read.
+    discrete : True where only some values make sense (an order, the number of a state): such a parameter is tried value
+        by value (`Effect.shape_grid`), never by a derivative.
     """
 
     symbol: str
@@ -78,6 +80,7 @@ class ParameterSpec:
     sort: Sort = Sort.AMPLITUDE
     inverse: bool = False
     compliance: bool = False
+    discrete: bool = False
 
 
 @dataclass(frozen=True)
@@ -141,6 +144,7 @@ class StateOrder:
     motor : (J, n) model-joint motion of the motors since the run's reference, rad; zero where not logged.
     temperature : (n,) first temperature channel minus its value at the run's reference; NaN where not logged.
     since_reference : (n,) s since the run's reference state.
+    number : (n,) the state's number in the campaign, from 1; empty where the states stand in no campaign.
     """
 
     run: NDArray[np.int64]
@@ -149,9 +153,10 @@ class StateOrder:
     motor: Floats
     temperature: Floats
     since_reference: Floats
+    number: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
-    def block(self, part: slice) -> StateOrder:
-        """Return the states of a slice."""
+    def block(self, part: slice | NDArray[np.bool_] | NDArray[np.int64]) -> StateOrder:
+        """Return some of the states."""
         return StateOrder(
             self.run[part],
             self.time[part],
@@ -159,6 +164,7 @@ class StateOrder:
             self.motor[:, part],
             self.temperature[part],
             self.since_reference[part],
+            self.number[part] if self.number.size else self.number,
         )
 
 
@@ -189,11 +195,13 @@ class Inputs:
     angles : (J, n) model joint angles, rad.
     wrench : (6, n) as read, sensor axes.
     setup : where the instruments sit.
+    loaded : False for the weight-only state, where no sensor is read.
     """
 
     angles: Floats
     wrench: Floats
     setup: MeasurementSetup
+    loaded: bool = True
 
 
 @dataclass(frozen=True)
@@ -287,6 +295,36 @@ class Effect(ABC):
     def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
         """Return amplitude symbol to (B, 6, n): what a unit of it adds to the displacement."""
         return {}
+
+    def observation_shift(self, place: Place, observed: Observed, values: Values) -> Floats | None:
+        """Return (B, 6, n) the finite shift of the observation, or None where it is the sum of amplitude × column.
+
+        For observation laws that bend: `observation_columns` is then the slope, called with the displacement as seen.
+        """
+        return None
+
+    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+        """Return values of the shape parameters to start or profile from, by symbol, in the light of the data.
+
+        Parameters
+        ----------
+        place : where.
+        chain : the robot.
+        loads : what the nodes carry in the campaign's states.
+
+        Returns
+        -------
+        Symbol to increasing values within the bounds; a law that no load in these data brings out gives an empty array.
+        """
+        return {
+            spec.symbol: np.clip(spec.typical * np.array([0.1, 0.3, 1.0, 3.0, 10.0]), spec.lower, spec.upper)
+            for spec in self.parameters
+            if spec.sort is Sort.SHAPE
+        }
+
+    def impossible(self, values: Values) -> str | None:
+        """Return why these values cannot be, where bounds alone do not tell, or None."""
+        return None
 
     def driver(self, place: Place, loads: NodeLoads) -> Driver | None:
         """Return what the residual of this effect follows."""
