@@ -8,7 +8,7 @@ uncertainties. Parameters that the data cannot tell apart are left out of the la
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,8 @@ Booleans = NDArray[np.bool_]
 # A step below this share of the standard uncertainty changes nothing that anyone can see.
 SMALL_STEP = 1e-3
 MAX_STEPS = 12
+# The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
+REWEIGHTED_STEPS = 2
 
 
 @dataclass(frozen=True)
@@ -137,23 +139,24 @@ def fit_observations(
     told = _tell_apart(reduced, robot, columns)
     amplitude = _solve(reduced, robot, columns, told, start=np.zeros(len(columns)))
     step = _weigh(problem, _valued(robot, columns, amplitude), settings)
-    iterations = 0
+    iterations, last = 0, np.inf
     while True:
-        progress("balanced robot", min(0.9, 0.3 + 0.15 * iterations))
+        progress("balanced robot", min(0.9, 0.3 + 0.2 * iterations))
         weights = _huber(step, data) if settings.loss == "huber" else step.whitening
         reduced = reduce_blocks(evaluate(step.robot, data, columns), data, weights)
         told = _tell_apart(reduced, step.robot, columns)
         updated = _solve(reduced, step.robot, columns, told, start=amplitude)
-        change = reduced.factor @ (updated - amplitude)
+        # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations.
+        change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)))
         amplitude, iterations = updated, iterations + 1
-        moved = _valued(step.robot, columns, amplitude)
-        # |factor @ Δ|² is the step measured in standard uncertainties, whatever their correlations.
-        done = float(np.max(np.abs(change), initial=0.0)) < SMALL_STEP or not robot.deformed
-        step = _weigh(problem, moved, settings) if iterations <= 2 and not done else _Step(
-            moved, step.noise, step.sensitivity, step.whitening
-        )  # fmt: skip
-        if done or iterations >= MAX_STEPS:
+        step = replace(step, robot=_valued(step.robot, columns, amplitude))
+        # Steps contract evenly: the next one is foretold by this one and the ratio to the last.
+        foretold = change * min(1.0, change / last) if iterations > 1 else change
+        if min(change, foretold) < SMALL_STEP or not robot.deformed or iterations >= MAX_STEPS:
             break
+        if iterations <= REWEIGHTED_STEPS:
+            step = _weigh(problem, step.robot, settings)
+        last = change
     return _summarise(problem, step, columns, reduced, told, settings, iterations)
 
 
@@ -221,6 +224,8 @@ def _valued(robot: CompliantRobot, columns: Sequence[Column], amplitude: Floats)
 def _weigh(problem: Problem, robot: CompliantRobot, settings: Settings) -> _Step:
     """Find the noise with the present model, and the weights that follow from it."""
     data = problem.data
+    if settings.noise is not None and settings.noise.force == settings.noise.moment == 0.0:
+        return _Step(robot, settings.noise, None, whiten(settings.noise, data, None))
     pieces = [block.sensitivity for block in evaluate(robot, data, (), with_sensitivity=True, rigid=True)]
     sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)
     noise = settings.noise
@@ -254,7 +259,11 @@ def predict_observations(robot: CompliantRobot, data: Observations) -> Floats:
 
 def offset_free_residual(robot: CompliantRobot, data: Observations, whitening: Whitening) -> Floats:
     """Return (m, n) measured minus predicted, each run's weighted mean taken out where runs carry offsets."""
-    residual = np.where(data.seen, data.measured - predict_observations(robot, data), 0.0)
+    return _without_offsets(data, predict_observations(robot, data), whitening)
+
+
+def _without_offsets(data: Observations, predicted: Floats | None, whitening: Whitening) -> Floats:
+    residual = np.where(data.seen, data.measured - (0.0 if predicted is None else predicted), 0.0)
     if data.free_offset:
         residual = np.where(data.seen, take_out_offsets(residual[None], data.run, whitening)[0][0], 0.0)
     return residual
@@ -282,7 +291,9 @@ def _summarise(
     iterations: int,
 ) -> Fit:
     data = problem.data
-    residual = offset_free_residual(step.robot, data, step.whitening)
+    # The last step was a small share of a standard uncertainty: what it moved in the predictions is invisible.
+    predicted = predict_observations(step.robot, data) if not step.robot.deformed else reduced.predicted
+    residual = _without_offsets(data, predicted, step.whitening)
     white = step.whitening.apply(residual)
     free = told.identifiable
     dof = reduced.dof - int(np.count_nonzero(free))

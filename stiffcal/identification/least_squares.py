@@ -30,12 +30,14 @@ class Reduced:
     target : (p,).
     remainder : what no x can lower.
     dof : whitened rows minus the offsets' components; the parameters are not yet subtracted.
+    predicted : (m, n) the model's displacements that the problem was linearised about, where it was built from blocks.
     """
 
     factor: Floats
     target: Floats
     remainder: float
     dof: int
+    predicted: Floats | None = None
 
     def solve(self) -> Floats:
         """Return the minimum of smallest norm (directions that the data do not see stay at zero)."""
@@ -122,8 +124,10 @@ def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whiteni
     """
     factor: Floats | None = None
     dof = 0
+    predicted = np.zeros_like(data.measured)
     for block in evaluations:
         part = block.part
+        predicted[:, part] = block.predicted
         residual = np.where(data.seen[:, part], data.measured[:, part] - block.predicted, 0.0)
         stack = np.concatenate([block.columns, residual[None]])
         local = whitening.part(part)
@@ -137,4 +141,4 @@ def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whiteni
     if factor is None:
         raise ValueError("no states to fit")
     p = factor.shape[1] - 1
-    return Reduced(factor[:p, :p], factor[:p, p], float(factor[p, p] ** 2), dof)
+    return Reduced(factor[:p, :p], factor[:p, p], float(factor[p, p] ** 2), dof, predicted)

@@ -63,25 +63,24 @@ def _directions(vectors: Floats, loaded: NDArray[np.bool_]) -> tuple[Integers, I
     """Number the signed directions and the axes of one run's loads."""
     direction = np.full(len(vectors), -1, dtype=np.int64)
     size = np.sqrt(np.sum(vectors**2, axis=1))
+    unit = vectors / np.where(size > 0.0, size, 1.0)[:, None]
     known: list[Floats] = []
-    # The largest loads tell their direction best; they found the clusters.
-    for i in np.argsort(-size, kind="stable"):
-        if not loaded[i]:
-            continue
-        unit = vectors[i] / size[i]
-        closeness = [float(unit @ other) for other in known]
-        if closeness and max(closeness) > SAME_DIRECTION:
-            direction[i] = int(np.argmax(closeness))
-        else:
-            direction[i] = len(known)
-            known.append(unit)
-    axis_of = list(range(len(known)))
-    for a in range(len(known)):
-        for b in range(a):
-            if float(known[a] @ known[b]) < -SAME_DIRECTION:
-                axis_of[a] = axis_of[b]
-                break
-    axis = np.array([axis_of[d] if d >= 0 else -1 for d in direction], dtype=np.int64)
+    waiting = loaded.copy()
+    while waiting.any():
+        # The largest load tells its direction best; it founds the next cluster.
+        founder = unit[int(np.argmax(np.where(waiting, size, -1.0)))]
+        near = waiting & (unit @ founder > SAME_DIRECTION)
+        direction[near] = len(known)
+        waiting &= ~near
+        known.append(founder)
+    axis_of = np.arange(len(known))
+    if known:
+        opposite = np.stack(known) @ np.stack(known).T < -SAME_DIRECTION
+        for number in range(len(known)):
+            earlier = np.flatnonzero(opposite[number, :number])
+            if len(earlier):
+                axis_of[number] = axis_of[earlier[0]]
+    axis = np.where(direction >= 0, np.append(axis_of, -1)[direction], -1).astype(np.int64)
     return direction, axis
 
 
@@ -110,6 +109,11 @@ def _branches(direction: Integers, magnitude: Floats, step: float) -> Integers:
     return branch
 
 
+def run_members(run: Integers) -> list[Integers]:
+    """Return each run's indices; states of a run are contiguous."""
+    return list(np.split(np.arange(len(run)), np.flatnonzero(np.diff(run)) + 1)) if len(run) else []
+
+
 def find_load_cycles(states: LoadStates) -> LoadCycles:
     """Label every state by what the load did.
 
@@ -122,8 +126,7 @@ def find_load_cycles(states: LoadStates) -> LoadCycles:
     direction, axis, left = (np.full(n, -1, dtype=np.int64) for _ in range(3))
     branch, cycle = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
     first = np.zeros(n, dtype=np.bool_)
-    for number in np.unique(states.run):
-        members = np.flatnonzero(states.run == number)
+    for members in run_members(states.run):
         vectors = load_vector(states.wrench[members])
         size = np.sqrt(np.sum(vectors**2, axis=1))
         largest = float(np.max(size, initial=0.0))
@@ -173,17 +176,20 @@ def repeat_groups(states: LoadStates, cycles: LoadCycles) -> list[Integers]:
     if not usable.any():
         return groups
     largest = np.zeros(len(states))
-    for number in np.unique(states.run):
-        members = states.run == number
+    for members in run_members(states.run):
         largest[members] = np.max(cycles.magnitude[members])
-    keys = np.stack([states.run, cycles.left, cycles.branch], axis=1)
-    for key in np.unique(keys[usable], axis=0):
-        members = np.flatnonzero(usable & np.all(keys == key, axis=1))
-        members = members[np.argsort(cycles.magnitude[members], kind="stable")]
-        gaps = np.diff(cycles.magnitude[members]) > SAME_LEVEL_SHARE * largest[members[1:]]
-        for part in np.split(members, np.flatnonzero(gaps) + 1):
-            spread = float(np.ptp(cycles.magnitude[part]))
-            distinct = len(np.unique(cycles.cycle[part])) == len(part)
-            if len(part) > 1 and distinct and spread <= 2.0 * SAME_LEVEL_SHARE * largest[part[0]]:
-                groups.append(np.sort(part))
+    picked = np.flatnonzero(usable)
+    # Sorted by run, direction, branch and then magnitude, repeats stand side by side.
+    keys = (states.run[picked], cycles.left[picked], cycles.branch[picked])
+    order = np.lexsort((cycles.magnitude[picked], *reversed(keys)))
+    picked = picked[order]
+    new_kind = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)
+    gap = np.diff(cycles.magnitude[picked]) > SAME_LEVEL_SHARE * largest[picked[1:]]
+    for part in np.split(picked, np.flatnonzero(new_kind | gap) + 1):
+        if len(part) < 2:
+            continue
+        spread = float(np.ptp(cycles.magnitude[part]))
+        distinct = len(np.unique(cycles.cycle[part])) == len(part)
+        if distinct and spread <= 2.0 * SAME_LEVEL_SHARE * largest[part[0]]:
+            groups.append(np.sort(part))
     return groups
