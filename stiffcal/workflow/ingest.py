@@ -143,7 +143,7 @@ def source_files(campaign: Campaign) -> list[str]:
 
 
 def ingest_settings(campaign: Campaign) -> dict[str, Any]:
-    """Return what besides the files shapes the load states: manifest without thresholds, robot, the reduction itself."""
+    """Return what besides the files shapes the load states: manifest, robot, the reduction itself."""
     manifest: Mapping[str, Any] = campaign.manifest.model_dump(mode="json", exclude={"thresholds", "plugins", "name"})
     robot: Mapping[str, Any] = campaign.robot.model_dump(mode="json")
     return {"manifest": dict(manifest), "robot": dict(robot), "reduction": REDUCTION}

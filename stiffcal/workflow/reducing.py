@@ -19,6 +19,7 @@ from stiffcal.reduction.blocks import BlockAverager, Blocks
 from stiffcal.reduction.holds import Holds, given_holds
 from stiffcal.reduction.logs import Rows, read_batches, read_rows
 from stiffcal.reduction.recordings import ReducedRun, reduce_run
+from stiffcal.reduction.screening import set_bumped_aside
 from stiffcal.reduction.states import Gathered, load_states, stacked, tabled_states
 from stiffcal.store import TableStream, Writing
 
@@ -87,7 +88,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     progress("making load states", None)
     chain = campaign.chain
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
-    states = load_states(gathered, manifest, chain, setup)
+    states = set_bumped_aside(load_states(gathered, manifest, chain, setup))
     return ReducedCampaign(states, _document(states, runs))
 
 
@@ -171,7 +172,7 @@ def _read_log(campaign: Campaign, run: Run, name: str, writing: Writing | None) 
 
 
 def recording_columns(source: Source, rows: Rows) -> list[str]:
-    """Return the names of a recording's columns: time_s, then component and SI unit, as in ``Fx_N`` or ``target_x_m``."""
+    """Return a recording's column names: time_s, then component and SI unit, as in ``Fx_N`` or ``target_x_m``."""
     names = ["time_s"]
     for signal, values in rows.signals.items():
         names += _column_names(source, signal, values.shape[0])
@@ -219,7 +220,8 @@ def _tabled_holds(campaign: Campaign, run: Run, first: str) -> Holds | None:
     if bad.size:
         k = int(bad[0])
         raise InputError.at(
-            run.states, f"data row {k + 1}", f"the hold ends ({holds.end[k]:g} s) before it starts ({holds.start[k]:g} s)",
+            run.states, f"data row {k + 1}",
+            f"the hold ends ({holds.end[k]:g} s) before it starts ({holds.start[k]:g} s)",
             f"give start and end in seconds of the clock of {first} ({source.format or 'its log'})",
         )  # fmt: skip
     return holds

@@ -1,0 +1,291 @@
+"""Bumped readings, set aside once, before any model and the same for all models.
+
+Why not by a model's residual: backlash crossings look like outliers to a model without backlash. A reading is set
+aside only when nothing explains it: not the smooth course of its own direction and branch, not a repeat at like load,
+not the readings just before and after it (a slip shifts all that follow), and where its neighbours jump themselves,
+not a place between them. The worst goes first, then the rest is looked at again without it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.reduction.load_cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+# Natural log of the false alarms: e^-16 is 1e-7 per state for one explanation alone, and several have to fail.
+ALARM_EXPONENT = 16.0
+LIKE_LOAD = 0.08  # of the run's largest load, as in load_cycles
+MOST_SET_ASIDE = 0.25  # of one direction's readings: more is no accident but an effect
+NOT_SMOOTH = 2.5  # times the noise, left by a line with a jump: then it is not that
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Readings of one run, direction and branch: indices (m,) into the states, load (m,) as a share of the largest."""
+
+    members: Integers
+    load: Floats
+    loaded: bool
+    direction: int
+
+
+def set_bumped_aside(states: LoadStates) -> LoadStates:
+    """Return the states with bumped readings set aside, each with its reason.
+
+    Examples
+    --------
+    See ``tests/reduction/test_screening.py``.
+    """
+    reasons = bumped_readings(states)
+    if not reasons:
+        return states
+    width = max(max(len(reason) for reason in reasons.values()), 1)
+    told = states.set_aside.astype(f"<U{max(width, states.set_aside.dtype.itemsize // 4)}")
+    for k, reason in reasons.items():
+        told[k] = reason
+    return replace(states, set_aside=told)
+
+
+def bumped_readings(states: LoadStates) -> dict[int, str]:
+    """Return the indices of readings that contradict their neighbours and repeats, and why in words."""
+    readings, unit = _readings(states)
+    cycles = find_load_cycles(states)
+    groups = _groups(states, cycles)
+    noise = _noise(readings, groups)
+    if noise is None:
+        return {}
+    white = readings / noise
+    n_components = white.shape[1]
+    bound = np.sqrt(n_components + 2.0 * np.sqrt(ALARM_EXPONENT * n_components) + 2.0 * ALARM_EXPONENT)
+    found: dict[int, str] = {}
+    kept = states.used & np.isfinite(white).all(axis=1)
+    for number in np.unique(states.run[kept]):
+        own = [group for group in groups if group.members.size and states.run[group.members[0]] == number]
+        for k, distance in _RunReadings(white, own, kept, bound).bumped():
+            size = 1e3 * distance * float(np.sqrt(np.mean(noise[:3] ** 2)))
+            found[k] = (
+                f"bumped: off by {distance:.0f} times the noise"
+                + (f" ({size:.2f} mm)" if unit == "m" else "")
+                + " from its neighbours and repeats"
+            )
+    return found
+
+
+def _readings(states: LoadStates) -> tuple[Floats, str]:
+    """Return (n, k): translation and, where measured throughout, rotation of every target, base axes, in m and rad."""
+    n = len(states)
+    if states.deflection_given:
+        flat = states.deflection.reshape(n, -1)
+        return np.asarray(flat[:, np.isfinite(flat).any(axis=0)]), "m"
+    parts = [states.position.reshape(n, -1)]
+    for b in range(states.rotation.shape[1]):
+        if np.isfinite(states.rotation[:, b]).all():
+            turned = np.zeros((n, 3))
+            for number in np.unique(states.run):
+                members = np.flatnonzero(states.run == number)
+                first = states.rotation[members[0], b]
+                turned[members] = vector_from_rotation(states.rotation[members, b] @ first.T)
+            parts.append(turned)
+    return np.concatenate(parts, axis=1), "m"
+
+
+def _groups(states: LoadStates, cycles: LoadCycles) -> list[_Group]:
+    """Gather the readings of one run, direction and branch; peaks belong to loading."""
+    branch = np.where(cycles.branch == UNLOADED, 0, np.where(cycles.branch == UNLOADING, 2, 1))
+    key = np.where(branch == 0, -1, cycles.direction)
+    groups: list[_Group] = []
+    for number in np.unique(states.run):
+        members = np.flatnonzero(states.run == number)
+        largest = max(float(cycles.magnitude[members].max()), np.finfo(float).tiny)
+        pairs = np.stack([key[members], branch[members]], axis=1)
+        for pair in np.unique(pairs, axis=0):
+            own = members[(pairs == pair).all(axis=1)]
+            groups.append(_Group(own, cycles.magnitude[own] / largest, bool(pair[1] != 0), int(pair[0])))
+    return groups
+
+
+def _noise(readings: Floats, groups: list[_Group]) -> Floats | None:
+    """Return (k,) the scatter between like readings: robust, from what smooth courses leave; None where too few."""
+    left: list[Floats] = []
+    for group in groups:
+        whole = group.members[np.isfinite(readings[group.members]).all(axis=1)]
+        course = _course(group, np.isin(group.members, whole))
+        if course is None:
+            continue
+        hat = course @ np.linalg.pinv(course)
+        residual = readings[whole] - hat @ readings[whole]
+        left.append(residual / np.sqrt(np.maximum(1.0 - np.diag(hat), 0.1))[:, None])
+    if not left:
+        return None
+    stacked = np.abs(np.concatenate(left))
+    noise = np.median(stacked, axis=0) / 0.6745
+    floor = 1e-3 * float(np.median(noise[noise > 0.0])) if (noise > 0.0).any() else 0.0
+    if len(stacked) < 12 or floor == 0.0:
+        return None
+    return np.asarray(np.maximum(noise, floor))
+
+
+def _course(group: _Group, kept: Booleans) -> Floats | None:
+    """Return the design (m, p) of a smooth course over load: constant, line or parabola by the readings there are."""
+    load = group.load[kept]
+    if not group.loaded:
+        return np.ones((load.size, 1)) if load.size >= 3 else None
+    order = 2 if load.size >= 6 else 1
+    levels = 1 + int((np.diff(np.sort(load)) > LIKE_LOAD).sum())
+    if load.size < 4 or levels < 2:
+        return None
+    return np.vander(load, min(order, levels - 1) + 1)
+
+
+class _RunReadings:
+    """The readings of one run while bumped ones are taken out: white (n, k) over the noise, groups, what is kept."""
+
+    def __init__(self, white: Floats, groups: list[_Group], kept: Booleans, bound: float) -> None:
+        self.white, self.groups, self.kept, self.bound = white, groups, kept.copy(), bound
+        self.group_of = {int(k): group for group in groups for k in group.members}
+        self.load = {int(k): float(x) for group in groups for k, x in zip(group.members, group.load, strict=True)}
+        self.counts = {id(group): 0 for group in groups}
+
+    def bumped(self) -> list[tuple[int, float]]:
+        """Take out the worst unexplained reading, look again, until all are explained."""
+        found: list[tuple[int, float]] = []
+        while True:
+            lengths = self._course_residuals()
+            suspects = sorted((k for k in lengths if lengths[k] > self.bound), key=lambda k: -lengths[k])
+            worst = next((k for k in suspects if self._may_go(k) and self._unexplained(k)), None)
+            if worst is None:
+                return found
+            self.kept[worst] = False
+            self.counts[id(self.group_of[worst])] += 1
+            found.append((worst, lengths[worst]))
+
+    def _may_go(self, k: int) -> bool:
+        group = self.group_of[k]
+        return self.counts[id(group)] + 1 <= max(MOST_SET_ASIDE * group.members.size, 1.0)
+
+    def _course_residuals(self) -> dict[int, float]:
+        """Return how far each reading is from its group's smooth course, in standard deviations."""
+        lengths: dict[int, float] = {}
+        for group in self.groups:
+            mask = self.kept[group.members]
+            course = _course(group, mask)
+            if course is None:
+                continue
+            members = group.members[mask]
+            hat = course @ np.linalg.pinv(course)
+            residual = self.white[members] - hat @ self.white[members]
+            length = np.linalg.norm(residual, axis=1) / np.sqrt(np.maximum(1.0 - np.diag(hat), 0.05))
+            lengths |= {int(k): float(length[i]) for i, k in enumerate(members)}
+        return lengths
+
+    def _others(self, k: int) -> Integers:
+        members = self.group_of[k].members
+        return np.asarray(members[self.kept[members] & (members != k)])
+
+    def _unexplained(self, k: int) -> bool:
+        """Tell whether neither repeats, nor neighbours in time, nor a jump between neighbours explain a reading."""
+        group, others = self.group_of[k], self._others(k)
+        if not group.loaded:
+            return self._far(self.white[k], self.white[others]) and not self._slipped(k)
+        off = self._off_repeats(k)
+        if off:
+            if min(np.linalg.norm(away) for away in off.values()) <= np.sqrt(2.0) * self.bound:
+                return False
+        elif self._other_branch_agrees(k):
+            return False
+        return not self._slipped(k) and not self._at_a_jump(k)
+
+    def _far(self, reading: Floats, others: Floats) -> bool:
+        return len(others) == 0 or bool((np.linalg.norm(others - reading, axis=1) > self.bound).all())
+
+    def _off_repeats(self, k: int) -> dict[int, Floats]:
+        """Return what a reading differs by from each repeat at like load, brought to its own load."""
+        others = self._others(k)
+        if not self.group_of[k].loaded:
+            return {int(j): self.white[k] - self.white[j] for j in others}
+        slope = self._slope(others)
+        like = [int(j) for j in others if abs(self.load[int(j)] - self.load[k]) <= LIKE_LOAD]
+        return {j: self.white[k] - self.white[j] - slope * (self.load[k] - self.load[j]) for j in like}
+
+    def _slope(self, others: Integers) -> Floats:
+        """Return (k,) the readings' change per load: median over pairs that lie well apart (Theil and Sen)."""
+        at = np.array([self.load[int(j)] for j in others])
+        one, two = np.triu_indices(at.size, 1)
+        apart = np.abs(at[one] - at[two]) > 2.0 * LIKE_LOAD
+        if not apart.any():
+            return np.zeros(self.white.shape[1])
+        one, two = one[apart], two[apart]
+        change = (self.white[others[one]] - self.white[others[two]]) / (at[one] - at[two])[:, None]
+        return np.asarray(np.median(change, axis=0))
+
+    def _slipped(self, k: int) -> bool:
+        """Tell whether the reading before or after is off its own repeats alike: a slip or a drift, not a bump."""
+        off = self._off_repeats(k)
+        for beside in (k - 1, k + 1):
+            if beside not in self.group_of or not self.kept[beside]:
+                continue
+            for j, away in off.items():
+                for i, alike in self._off_repeats(beside).items():
+                    # repeats of one and the same other cycle
+                    if abs(i - j) <= 1 and np.linalg.norm(away - alike) < min(
+                        2.0 * self.bound, 0.5 * float(np.linalg.norm(away))
+                    ):
+                        return True
+        return False
+
+    def _other_branch_agrees(self, k: int) -> bool:
+        """Without repeats: tell whether the other branch shows the same at like load, as nearly as branches do here."""
+        gaps: list[float] = []
+        own: list[float] = []
+        for group in self.groups:
+            if not group.loaded:
+                continue
+            for other in self.groups:
+                if other.direction != group.direction or other is group or not other.loaded:
+                    continue
+                slope = self._slope(np.concatenate([group.members, other.members]))
+                for i in group.members[self.kept[group.members]]:
+                    for j in other.members[self.kept[other.members]]:
+                        apart = self.load[int(i)] - self.load[int(j)]
+                        if abs(apart) > LIKE_LOAD:
+                            continue
+                        gap = float(np.linalg.norm(self.white[i] - self.white[j] - slope * apart))
+                        (own if int(i) == k else gaps).append(gap)
+        if not own:
+            return True  # nothing to compare with: no verdict
+        return min(own) <= max(2.0 * self.bound, 3.0 * float(np.median(gaps)) if gaps else 0.0)
+
+    def _at_a_jump(self, k: int) -> bool:
+        """Tell whether the other readings jump at this load, and this one lies on one side or within the jump."""
+        others = self._others(k)
+        at = np.array([self.load[int(j)] for j in others])
+        values = self.white[others]
+        cuts = np.unique(np.sort(at))
+        for low, high in pairwise(cuts):
+            if not low - LIKE_LOAD <= self.load[k] <= high + LIKE_LOAD:
+                continue
+            design = np.stack([np.ones_like(at), at, (at > 0.5 * (low + high)).astype(np.float64)], axis=1)
+            if design.shape[0] <= design.shape[1]:
+                continue
+            fit = np.linalg.lstsq(design, values, rcond=None)[0]
+            free = (design.shape[0] - design.shape[1]) * values.shape[1]
+            if np.sqrt(np.sum((values - design @ fit) ** 2) / free) > NOT_SMOOTH:
+                continue
+            away, step = self.white[k] - fit[0] - fit[1] * self.load[k], fit[2]
+            share = float(np.clip(away @ step / max(float(step @ step), 1e-300), 0.0, 1.0))
+            if np.linalg.norm(away - share * step) < np.sqrt(2.0) * self.bound:
+                return True
+        return False
+
+
+__all__ = ["bumped_readings", "set_bumped_aside"]
