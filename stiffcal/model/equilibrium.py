@@ -243,7 +243,8 @@ def find_rest(
         inputs = one.effect.adjusted(one.place, inputs, one.values)
     chain = robot.chain
     n = inputs.angles.shape[1]
-    small = start
+    # The papers' linear form takes every wrench on the rigid chain: a start would sag it under its weight.
+    small = start if robot.deformed else None
     previous = np.inf
     for sweep in range(1, MAX_SWEEPS + 1):
         shape = chain_shape(chain, inputs.angles, small)
