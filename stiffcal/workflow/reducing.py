@@ -19,6 +19,7 @@ from stiffcal.reduction.blocks import BlockAverager, Blocks
 from stiffcal.reduction.holds import Holds, given_holds
 from stiffcal.reduction.logs import Rows, read_batches, read_rows
 from stiffcal.reduction.recordings import ReducedRun, reduce_run
+from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
 from stiffcal.reduction.screening import set_bumped_aside
 from stiffcal.reduction.states import Gathered, load_states, stacked, tabled_states
 from stiffcal.store import TableStream, Writing
@@ -86,10 +87,24 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
         )
     gathered = stacked(parts)
     progress("making load states", None)
-    chain = campaign.chain
-    setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
-    states = set_bumped_aside(load_states(gathered, manifest, chain, setup))
-    return ReducedCampaign(states, _document(states, runs))
+    states, registration = _placed_states(campaign, gathered)
+    states = set_bumped_aside(states)
+    document = _document(states, runs)
+    if registration is not None:
+        document["registration"] = registration.as_document()
+    return ReducedCampaign(states, document)
+
+
+def _placed_states(campaign: Campaign, gathered: Gathered) -> tuple[LoadStates, Registration | None]:
+    """Return load states in base axes; frames to be estimated are found first, from the references."""
+    manifest, chain = campaign.manifest, campaign.chain
+    states = load_states(gathered, manifest, chain, measurement_setup(manifest, chain, resolve_frames(manifest, chain)))
+    names = frames_to_estimate(manifest)
+    if not names:
+        return states, None
+    found = register_frames(in_instrument_axes(states), manifest, chain, names)
+    setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain, found.frames))
+    return load_states(gathered, manifest, chain, setup), found
 
 
 def _document(states: LoadStates, runs: Sequence[ReducedRun]) -> dict[str, Any]:
@@ -225,6 +240,3 @@ def _tabled_holds(campaign: Campaign, run: Run, first: str) -> Holds | None:
             f"give start and end in seconds of the clock of {first} ({source.format or 'its log'})",
         )  # fmt: skip
     return holds
-
-
-__all__ = ["ReducedCampaign", "frames_to_estimate", "reduce_campaign"]

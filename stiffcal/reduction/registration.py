@@ -1,0 +1,245 @@
+"""Frames that the manifest leaves to be found: tracker and target, from unloaded poses and joint angles.
+
+Why a general least squares: position only or full pose, tracker, target or both, frames that hang on others: all are
+one problem, readings = f(placements), with a start from a closed form (Umeyama 1991) and Gauss–Newton steps after it.
+What the poses do not tell (a target's orientation from positions, two poses for a tracker) is refused, not guessed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.transforms import placement_matrix
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+
+# A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
+WORST_POSITION_M = 0.02
+WORST_ROTATION_RAD = 0.02
+STEP = 1e-6  # of numerical derivatives, m and rad
+
+
+@dataclass(frozen=True)
+class Registration:
+    """Frames found.
+
+    Attributes
+    ----------
+    frames : name to (4, 4) parent_from_frame, m.
+    uncertainty : name to (6,) standard uncertainty: translation m, rotation rad; NaN where it was not looked for.
+    rms_m, rms_rad : what is left between kinematics and readings; rms_rad is NaN for positions only.
+    n_poses : different poses used.
+    """
+
+    frames: dict[str, Floats]
+    uncertainty: dict[str, Floats]
+    rms_m: float
+    rms_rad: float
+    n_poses: int
+
+    def as_document(self) -> dict[str, object]:
+        """Return what the ingest document says of the frames."""
+        return {
+            "frames": {
+                name: {
+                    "parent_from_frame": frame.tolist(),
+                    "std": [None if np.isnan(x) else float(x) for x in self.uncertainty[name]],
+                }
+                for name, frame in self.frames.items()
+            },
+            "rms_m": self.rms_m,
+            "rms_rad": None if np.isnan(self.rms_rad) else self.rms_rad,
+            "n_poses": self.n_poses,
+        }
+
+
+def register_frames(
+    readings: LoadStates, manifest: Manifest, chain: Chain, names: tuple[str, ...], chosen: Booleans | None = None
+) -> Registration:
+    """Find the frames `names` from the unloaded states.
+
+    Parameters
+    ----------
+    readings : load states whose positions are in the instrument's own axes (base_from_tracker taken as identity).
+    names : frames marked ``estimate = true``.
+    chosen : (n,) states to go by; default: each run's reference.
+
+    Raises
+    ------
+    InputError
+        A frame is none that poses tell of, or the poses are too few or too much alike.
+    """
+    setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
+    tracker = _tracker_frame(manifest)
+    for name in names:
+        if name != tracker and name not in _carriers(manifest, setup.target_names):
+            raise InputError.at(
+                "campaign.toml", f"frames.{name}.estimate", "unloaded poses tell nothing of this frame",
+                "only the instrument's frame and the target's can be estimated; give this one",
+            )  # fmt: skip
+    mask = readings.reference if chosen is None else chosen
+    states = readings.select(mask & readings.used & np.isfinite(readings.position).all(axis=(1, 2)))
+    problem = _Problem(manifest, chain, states, names, tracker)
+    n_poses = _different_poses(states.joints)
+    least = 3 if problem.full_pose or len(names) == 1 else 4
+    if n_poses < least:
+        raise InputError.at(
+            "campaign.toml", f"frames.{names[0]}.estimate", f"{n_poses} different unloaded poses are too few",
+            f"measure {least} or more poses that differ in position and orientation, or give the frame",
+        )  # fmt: skip
+    return problem.solve(n_poses)
+
+
+def _tracker_frame(manifest: Manifest) -> str | None:
+    for source in manifest.sources.values():
+        for pose in source.body_poses().values():
+            return pose.frame
+    return None
+
+
+def _carriers(manifest: Manifest, targets: tuple[str, ...]) -> set[str]:
+    """Return the frames on which the targets hang."""
+    found: set[str] = set()
+    for target in targets:
+        here = target
+        while here in manifest.frames and here not in found:
+            found.add(here)
+            here = manifest.frames[here].parent
+    return found
+
+
+def _different_poses(joints: Floats) -> int:
+    """Count configurations that differ by more than a degree."""
+    kept: list[Floats] = []
+    for q in joints:
+        if all(np.abs(q - other).max() > np.radians(1.0) for other in kept):
+            kept.append(q)
+    return len(kept)
+
+
+class _Problem:
+    """Residuals of readings against kinematics as a function of small changes of the frames."""
+
+    def __init__(
+        self, manifest: Manifest, chain: Chain, states: LoadStates, names: tuple[str, ...], tracker: str | None
+    ) -> None:
+        self.manifest, self.chain, self.states, self.names = manifest, chain, states, names
+        self.angles = chain.model_angles(states.joints)
+        self.full_pose = bool(np.isfinite(states.rotation).all())
+        self.frames = {name: placement_matrix(manifest.frames[name]) for name in names}
+        if tracker in self.frames:
+            self.frames[tracker] = self._started(tracker)
+        # a target's orientation cannot be seen from its position
+        self.free = [
+            (name, k) for name in names for k in range(6) if self.full_pose or name == tracker or k < 3
+        ]  # fmt: skip
+
+    def _started(self, tracker: str) -> Floats:
+        """Return a start for the tracker: the rigid motion that brings readings and kinematics together."""
+        setup = measurement_setup(self.manifest, self.chain, resolve_frames(self.manifest, self.chain, self.frames))
+        there, _ = attached_poses(self.chain, self.angles, setup.targets[0])
+        seen = self.states.position[:, 0]
+        left, _, right = np.linalg.svd((there - there.mean(axis=0)).T @ (seen - seen.mean(axis=0)))
+        turn = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
+        base_from_tracker = transform(turn, there.mean(axis=0) - turn @ seen.mean(axis=0))
+        # what the manifest hangs between base and this frame stays
+        base_from_now = setup.base_from_tracker
+        base_from_parent = base_from_now @ inverse_transform(self.frames[tracker])
+        return np.asarray(inverse_transform(base_from_parent) @ base_from_tracker)
+
+    def residuals(self, frames: Mapping[str, Floats]) -> tuple[Floats, Floats]:
+        """Return position residuals (n, B, 3) m and rotation residuals (n, B, 3) rad (empty for positions only)."""
+        setup = measurement_setup(self.manifest, self.chain, resolve_frames(self.manifest, self.chain, frames))
+        turn, shift = setup.base_from_tracker[:3, :3], setup.base_from_tracker[:3, 3]
+        places, turns = [], []
+        for b, target in enumerate(setup.targets):
+            place, rotation = attached_poses(self.chain, self.angles, target)
+            places.append(self.states.position[:, b] @ turn.T + shift - place)
+            if self.full_pose:
+                seen = turn @ self.states.rotation[:, b]
+                turns.append(vector_from_rotation(seen @ np.swapaxes(rotation, -1, -2)))
+        return np.stack(places, axis=1), np.stack(turns, axis=1) if turns else np.zeros((len(self.states), 0, 3))
+
+    def _moved(self, step: Floats) -> dict[str, Floats]:
+        """Return the frames moved by step (p,), in their own axes."""
+        frames = dict(self.frames)
+        for name in self.names:
+            small = np.zeros(6)
+            for (free_name, k), value in zip(self.free, step, strict=True):
+                if free_name == name:
+                    small[k] = value
+            frames[name] = frames[name] @ transform(rotation_from_vector(small[3:]), small[:3])
+        return frames
+
+    def _flat(self, frames: Mapping[str, Floats], weight: float) -> Floats:
+        place, turn = self.residuals(frames)
+        return np.concatenate([place.ravel(), weight * turn.ravel()])
+
+    def solve(self, n_poses: int) -> Registration:
+        """Iterate, weigh rotation against position by what each leaves, and tell what is known how well."""
+        weight = 1.0  # m per rad, at first: a milliradian beside a millimetre
+        covariance = np.zeros((len(self.free), len(self.free)))
+        for rounds in range(30):
+            now = self._flat(self.frames, weight)
+            columns = []
+            for k in range(len(self.free)):
+                step = np.zeros(len(self.free))
+                step[k] = STEP
+                ahead, back = self._flat(self._moved(step), weight), self._flat(self._moved(-step), weight)
+                columns.append((ahead - back) / (2.0 * STEP))
+            jacobian = np.stack(columns, axis=1)
+            left, singular, right = np.linalg.svd(jacobian, full_matrices=False)
+            if singular[-1] < 1e-6 * singular[0]:
+                self._refuse("leave a direction open")
+            step = -right.T @ ((left.T @ now) / singular)
+            self.frames = self._moved(step)
+            place, turn = self.residuals(self.frames)
+            variance = float(now @ now) / max(now.size - len(self.free), 1)
+            covariance = variance * (right.T / singular**2) @ right
+            if rounds in (3, 6) and self.full_pose:
+                weight = float(np.sqrt(np.mean(place**2) / max(float(np.mean(turn**2)), 1e-18)))
+            elif rounds > 6 and np.abs(step).max() < 1e-9:
+                break
+        return self._told(covariance, n_poses)
+
+    def _told(self, covariance: Floats, n_poses: int) -> Registration:
+        spread = np.sqrt(np.diag(covariance))
+        uncertainty = {name: np.full(6, np.nan) for name in self.names}
+        for (name, k), value in zip(self.free, spread, strict=True):
+            uncertainty[name][k] = value
+            if value > (WORST_POSITION_M if k < 3 else WORST_ROTATION_RAD):
+                what = f"{1e3 * value:.0f} mm" if k < 3 else f"{1e3 * value:.0f} mrad"
+                self._refuse(f"leave frame {name} uncertain by {what}")
+        place, turn = self.residuals(self.frames)
+        rms_rad = float(np.sqrt(np.mean(np.sum(turn**2, axis=-1)))) if turn.size else float("nan")
+        rms_m = float(np.sqrt(np.mean(np.sum(place**2, axis=-1))))
+        return Registration(self.frames, uncertainty, rms_m, rms_rad, n_poses)
+
+    def _refuse(self, reason: str) -> None:
+        raise InputError.at(
+            "campaign.toml", f"frames.{self.names[0]}.estimate", f"the unloaded poses {reason}",
+            "measure more poses that differ in position and orientation, or give the frame",
+        )  # fmt: skip
+
+
+def in_instrument_axes(states: LoadStates) -> LoadStates:
+    """Return the states with positions and rotations back in the instrument's own axes."""
+    back = inverse_transform(states.setup.base_from_tracker)
+    return replace(
+        states,
+        position=states.position @ back[:3, :3].T + back[:3, 3],
+        rotation=np.asarray(back[:3, :3] @ states.rotation),
+        setup=replace(states.setup, base_from_tracker=np.eye(4)),
+    )
