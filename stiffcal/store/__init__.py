@@ -1,0 +1,49 @@
+"""The store: what was read and what was found, as Parquet tables and JSON documents, switched over at one instant.
+
+Layout of a store folder::
+
+    store/
+      current -> generations/20261121T113400-3f9a1c    the generation that holds now
+      generations/20261121T113400-3f9a1c/
+        generation.json      what lies here: tables with rows and bytes, documents, who wrote it and when
+        states.parquet       a table; a name with slashes is a path below: recordings/pose01/ft.parquet
+        provenance.json      a document
+      lock                   held by the one process that writes
+
+Outside readers need one line: ``pandas.read_parquet("store/current/states.parquet")``, the same path in polars, in
+DuckDB ``select * from 'store/current/states.parquet'``.
+
+Why generations: a reader must see the old store or the new one, whenever the writer is killed. A writer fills a new
+folder, flushes it to the disk, and then replaces the link `current`, which is one atomic step of the file system; only
+then is the old folder removed. What a killed writer left behind is removed by the next one. A reader inside stiffcal
+holds a shared lock on its generation, so that it is not removed beneath it.
+
+Where links cannot be replaced atomically (Windows, some network folders) a file ``current.id`` with the generation's
+name is the switch; ``current`` is then a directory junction, renewed right after it.
+"""
+
+from stiffcal.store.provenance import (
+    Provenance,
+    SourceChanges,
+    SourceFile,
+    changed_settings,
+    changed_sources,
+    hash_sources,
+    versions,
+)
+from stiffcal.store.reading import Snapshot, Store
+from stiffcal.store.writing import TableStream, Writing
+
+__all__ = [
+    "Provenance",
+    "Snapshot",
+    "SourceChanges",
+    "SourceFile",
+    "Store",
+    "TableStream",
+    "Writing",
+    "changed_settings",
+    "changed_sources",
+    "hash_sources",
+    "versions",
+]

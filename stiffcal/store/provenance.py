@@ -1,0 +1,277 @@
+"""Where results come from: the hash of every source, the settings, the versions of what computed them."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from stiffcal.errors import InputError
+
+SCHEMA = "stiffcal/provenance/1"
+CHUNK = 1 << 20
+PACKAGES = ("numpy", "scipy", "pyarrow", "h5py", "pandas", "pydantic")
+# A file changed within this time of being hashed may carry the same time of change: clocks of file systems are coarse.
+RACY_NS = 3_000_000_000
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """A source as it was when it was read.
+
+    Attributes
+    ----------
+    file : path relative to the campaign folder, with forward slashes, as in the manifest.
+    bytes : size.
+    modified_ns : time of the last change, ns since 1970.
+    sha256 : hexadecimal.
+    """
+
+    file: str
+    bytes: int
+    modified_ns: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What a generation was made from.
+
+    Attributes
+    ----------
+    created : UTC, ISO 8601.
+    command : the command that made it.
+    sources : every file that was read.
+    settings : manifest, robot and whatever else shaped the result, as JSON values.
+    versions : of Python, stiffcal and the packages that compute.
+    """
+
+    created: str
+    command: str
+    sources: tuple[SourceFile, ...]
+    settings: dict[str, Any]
+    versions: dict[str, str]
+
+    @classmethod
+    def now(cls, command: str, sources: Sequence[SourceFile], settings: Mapping[str, Any]) -> Provenance:
+        """Return a record of this moment and these versions."""
+        created = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+        return cls(created, command, tuple(sources), dict(settings), versions())
+
+    def as_document(self) -> dict[str, Any]:
+        """Return the record as the store's document ``provenance``."""
+        return {"schema": SCHEMA, "warnings": [], **asdict(self), "sources": [asdict(file) for file in self.sources]}
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> Provenance:
+        """Return the record that `as_document` made."""
+        return cls(
+            created=str(document["created"]),
+            command=str(document["command"]),
+            sources=tuple(SourceFile(**source) for source in document["sources"]),
+            settings=dict(document["settings"]),
+            versions=dict(document["versions"]),
+        )
+
+
+@dataclass(frozen=True)
+class SourceChanges:
+    """How the sources differ from those that were read.
+
+    Attributes
+    ----------
+    changed : other content than then.
+    missing : in the manifest, not on the disk.
+    new : in the manifest, not read then.
+    dropped : read then, no longer in the manifest.
+    """
+
+    changed: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+    new: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        return bool(self.changed or self.missing or self.new or self.dropped)
+
+    def __str__(self) -> str:
+        words = {"changed": "changed", "missing": "missing", "new": "new", "dropped": "no longer named"}
+        parts = [f"{word}: {', '.join(getattr(self, kind))}" for kind, word in words.items() if getattr(self, kind)]
+        return "; ".join(parts) or "no source changed"
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python, stiffcal and the packages that compute, without importing them.
+
+    Examples
+    --------
+    >>> sorted(versions())[:2]
+    ['h5py', 'numpy']
+    """
+    from stiffcal import __version__
+
+    found = {"python": sys.version.split()[0], "stiffcal": __version__}
+    for package in PACKAGES:
+        try:
+            found[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+class SourceHashes:
+    """The hashes of files, taken in a thread of their own. Made by `hash_sources`."""
+
+    def __init__(self, folder: Path, files: Sequence[str]) -> None:
+        self._folder = folder
+        self._files = tuple(dict.fromkeys(files))
+        self._found: list[SourceFile] = []
+        self._error: BaseException | None = None
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="hash sources", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        try:
+            for file in self._files:
+                if self._stop.is_set():
+                    return
+                self._found.append(_hash_file(self._folder, file, self._stop))
+        except BaseException as error:  # it belongs to the thread that waits for the result
+            self._error = error
+
+    def stop(self) -> None:
+        """Give up."""
+        self._stop.set()
+        self._thread.join()
+
+    def result(self) -> tuple[SourceFile, ...]:
+        """Wait for the hashes.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be read, or was changed meanwhile.
+        """
+        self._thread.join()
+        if self._error is not None:
+            raise self._error
+        for source in self._found:
+            state = _state(self._folder, source.file)
+            if state != (source.bytes, source.modified_ns):
+                raise _changed_meanwhile(source.file)
+        return tuple(self._found)
+
+
+@contextmanager
+def hash_sources(folder: Path, files: Sequence[str]) -> Iterator[SourceHashes]:
+    """Hash files beside what is done inside the block; ``result()`` gives the hashes.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    files : paths relative to it, as in the manifest.
+    """
+    hashes = SourceHashes(folder, files)
+    try:
+        yield hashes
+    finally:
+        hashes.stop()
+
+
+def changed_sources(
+    provenance: Provenance, folder: Path, files: Sequence[str] | None = None, thorough: bool = False
+) -> SourceChanges:
+    """Compare the sources on the disk with those that were read.
+
+    Parameters
+    ----------
+    provenance : the record of what was read.
+    folder : the campaign folder.
+    files : what the manifest names now; None: the same as then.
+    thorough : hash every file; otherwise those of unchanged size and time of change are taken as unchanged, unless
+        they were changed so shortly before they were read that the time cannot tell.
+    """
+    known = {source.file: source for source in provenance.sources}
+    named = list(dict.fromkeys(files)) if files is not None else list(known)
+    missing = [file for file in named if not (folder / file).is_file()]
+    new = [file for file in named if file not in known and file not in missing]
+    dropped = [file for file in known if file not in named]
+    read_ns = int(_seconds_of(provenance.created) * 1e9)
+    changed = []
+    for file in named:
+        if file in missing or file not in known:
+            continue
+        source = known[file]
+        size, modified_ns = _state(folder, file)
+        if size != source.bytes:
+            changed.append(file)
+            continue
+        settled = modified_ns == source.modified_ns and modified_ns + RACY_NS < read_ns
+        if (thorough or not settled) and _hash_file(folder, file).sha256 != source.sha256:
+            changed.append(file)
+    return SourceChanges(tuple(changed), tuple(missing), tuple(new), tuple(dropped))
+
+
+def changed_settings(provenance: Provenance, settings: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the settings that differ from those of then, as dotted keys.
+
+    Examples
+    --------
+    >>> then = Provenance("2026-11-21T08:00:00Z", "ingest", (), {"robot": {"a": 1, "b": [2]}}, {})
+    >>> changed_settings(then, {"robot": {"a": 1, "b": [3]}, "name": "x"})
+    ('robot.b', 'name')
+    """
+    return tuple(_differences(provenance.settings, settings, ""))
+
+
+def _differences(then: Mapping[str, Any], now: Mapping[str, Any], prefix: str) -> Iterator[str]:
+    for key in dict.fromkeys((*then, *now)):
+        old, new = then.get(key), now.get(key)
+        if isinstance(old, Mapping) and isinstance(new, Mapping):
+            yield from _differences(old, new, f"{prefix}{key}.")
+        elif old != new or (key in then) != (key in now):
+            yield f"{prefix}{key}"
+
+
+def _hash_file(folder: Path, file: str, stop: threading.Event | None = None) -> SourceFile:
+    before = _state(folder, file)
+    digest = hashlib.sha256()
+    try:
+        with (folder / file).open("rb", buffering=0) as stream:
+            while (chunk := stream.read(CHUNK)) and not (stop is not None and stop.is_set()):
+                digest.update(chunk)
+    except OSError as error:
+        raise _unreadable(file, error) from None
+    if _state(folder, file) != before:
+        raise _changed_meanwhile(file)
+    return SourceFile(file, *before, digest.hexdigest())
+
+
+def _state(folder: Path, file: str) -> tuple[int, int]:
+    try:
+        status = (folder / file).stat()
+    except OSError as error:
+        raise _unreadable(file, error) from None
+    return status.st_size, status.st_mtime_ns
+
+
+def _unreadable(file: str, error: OSError) -> InputError:
+    return InputError.at(file, "", f"cannot be read: {error.strerror}", "correct the file's name or its rights")
+
+
+def _changed_meanwhile(file: str) -> InputError:
+    return InputError.at(file, "", "the file changed while it was read", "wait until the log is closed, then ingest")
+
+
+def _seconds_of(created: str) -> float:
+    from datetime import datetime
+
+    return datetime.fromisoformat(created).timestamp()

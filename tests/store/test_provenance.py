@@ -1,0 +1,79 @@
+"""Provenance: which sources changed since they were read."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.store import Provenance, Store, changed_sources, hash_sources, versions
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "raw").mkdir()
+    for name in "abc":
+        (tmp_path / "raw" / f"{name}.csv").write_text(f"{name}\n1.5\n")
+    return tmp_path
+
+
+FILES = ("raw/a.csv", "raw/b.csv", "raw/c.csv")
+
+
+def record(folder: Path) -> Provenance:
+    with hash_sources(folder, FILES) as hashes:
+        return Provenance.now("ingest", hashes.result(), {"sources": {"ft": {"unit": "N"}}})
+
+
+def test_hashes_and_versions_come_back_from_the_store(folder: Path) -> None:
+    provenance = record(folder)
+    assert provenance.sources[0].sha256 == hashlib.sha256(b"a\n1.5\n").hexdigest()
+    store = Store(folder / "store")
+    store.commit(documents={"provenance": provenance.as_document()})
+    assert Provenance.from_document(store.read_document("provenance")) == provenance
+    assert {"stiffcal", "numpy", "scipy", "pyarrow", "python"} <= set(versions())
+
+
+@pytest.mark.parametrize("thorough", [False, True])
+def test_changes_are_named(folder: Path, thorough: bool) -> None:
+    provenance = record(folder)
+    assert not changed_sources(provenance, folder, FILES, thorough)
+    status = (folder / "raw/a.csv").stat()
+    (folder / "raw/a.csv").write_text("a\n1.6\n")
+    # Same size, same time: shortly after reading, only the content tells.
+    os.utime(folder / "raw/a.csv", ns=(status.st_atime_ns, status.st_mtime_ns))
+    (folder / "raw/b.csv").unlink()
+    (folder / "raw/d.csv").write_text("d\n1\n")
+    changes = changed_sources(provenance, folder, ("raw/a.csv", "raw/b.csv", "raw/d.csv"), thorough)
+    assert changes.changed == ("raw/a.csv",)
+    assert changes.missing == ("raw/b.csv",)
+    assert changes.new == ("raw/d.csv",)
+    assert changes.dropped == ("raw/c.csv",)
+    text = "changed: raw/a.csv; missing: raw/b.csv; new: raw/d.csv; no longer named: raw/c.csv"
+    assert str(changes) == text
+
+
+def test_a_touched_file_of_the_same_content_is_unchanged(folder: Path) -> None:
+    provenance = record(folder)
+    os.utime(folder / "raw/a.csv", (time.time() - 3600, time.time() - 3600))
+    assert not changed_sources(provenance, folder)
+
+
+def test_a_log_still_being_written_is_refused(folder: Path) -> None:
+    with hash_sources(folder, FILES) as hashes:
+        hashes._thread.join()
+        (folder / "raw/b.csv").write_text("b\n1.5\n2.5\n")
+        with pytest.raises(InputError, match=r"raw/b\.csv: the file changed while it was read"):
+            hashes.result()
+
+
+def test_a_missing_file_is_named(folder: Path) -> None:
+    with (
+        hash_sources(folder, ("raw/x.csv",)) as hashes,
+        pytest.raises(InputError, match=r"raw/x\.csv: cannot be read: No such file"),
+    ):
+        hashes.result()
