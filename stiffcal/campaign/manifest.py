@@ -143,24 +143,24 @@ class RunOfRows(Table):
 
 
 class CsvOptions(Table):
-    """How a text file is written; what is left out is recognised.
+    """How a text file is written.
 
     Attributes
     ----------
-    delimiter, decimal : single characters. encoding : Python's name of it.
-    skip_rows : lines before the header. header : False where there is none (columns are then "1", "2", …).
-    units_row : True where the line after the header holds units. comment : lines that begin with it are skipped.
+    delimiter : a single character or "tab"; recognised where left out. decimal : "." where left out.
+    encoding : Python's name of it; UTF-8 where left out. skip_rows : lines before the header.
+    unit_row : True where the line after the header holds units; recognised where left out.
     """
 
-    delimiter: Annotated[str, Field(min_length=1, max_length=1)] | None = None
+    delimiter: Name | None = None
     decimal: Literal[".", ","] | None = None
     encoding: Name | None = None
     skip_rows: Annotated[int, Field(ge=0)] | None = None
-    header: bool = True
-    units_row: bool | None = None
-    comment: Name | None = None
+    unit_row: bool | None = None
 
-    look_alikes: ClassVar[dict[str, str]] = {"sep": "delimiter", "separator": "delimiter", "skiprows": "skip_rows"}
+    look_alikes: ClassVar[dict[str, str]] = {
+        "sep": "delimiter", "separator": "delimiter", "skiprows": "skip_rows", "units_row": "unit_row",
+    }  # fmt: skip
 
 
 class Hdf5Options(Table):

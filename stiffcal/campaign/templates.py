@@ -1,0 +1,110 @@
+"""The folders that `init` writes: commented manifests to fill in, and the bundled robots."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal, TypeAlias, get_args
+
+from stiffcal.campaign.checks import MANIFEST_FILE
+from stiffcal.errors import InputError
+
+Kind: TypeAlias = Literal["load", "clamped", "ids", "friction"]
+
+_HERE = Path(__file__).parent
+_RAW_NOTE = "Logs go here. stiffcal reads them and never changes them.\n"
+
+
+def template_text(kind: Kind) -> str:
+    """Return the commented campaign.toml of one kind of campaign.
+
+    Examples
+    --------
+    >>> "A load campaign" in template_text("load")
+    True
+    """
+    return (_HERE / "template_files" / f"{kind}.toml").read_text(encoding="utf-8")
+
+
+def robot_template() -> str:
+    """Return the commented robot.toml of a six-axis robot."""
+    return (_HERE / "template_files" / "robot.toml").read_text(encoding="utf-8")
+
+
+def bundled_robots() -> tuple[str, ...]:
+    """Return the names of the robots that come with stiffcal.
+
+    Examples
+    --------
+    >>> {"irb4400", "kr125"} <= set(bundled_robots())
+    True
+    """
+    return tuple(sorted(path.stem for path in (_HERE / "robots").glob("*.toml")))
+
+
+def bundled_robot(name: str) -> str:
+    """Return the robot.toml of a bundled robot.
+
+    Raises
+    ------
+    InputError
+        There is no such robot.
+    """
+    if name not in bundled_robots():
+        known = ", ".join(bundled_robots())
+        mend = f"use one of {known}, or give a URDF: --urdf FILE"
+        raise InputError.at("", "--robot", f'no robot "{name}" comes with stiffcal', mend)
+    return (_HERE / "robots" / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def write_template(folder: Path, kind: str) -> list[Path]:
+    """Write a commented campaign folder to fill in.
+
+    Parameters
+    ----------
+    folder : made where it does not exist. kind : load, clamped, ids or friction.
+
+    Returns
+    -------
+    list of Path
+        The files that were written.
+
+    Raises
+    ------
+    InputError
+        The kind is unknown, or the folder holds a campaign already: nothing is overwritten.
+    """
+    for known in get_args(Kind):
+        if kind == known:
+            return write_folder(folder, {MANIFEST_FILE: template_text(known), "robot.toml": robot_template()})
+    raise InputError.at("", "--kind", f'there is no kind "{kind}"', "use one of " + ", ".join(get_args(Kind)))
+
+
+def write_folder(folder: Path, texts: dict[str, str]) -> list[Path]:
+    """Write the files of a new campaign folder and its `raw/`.
+
+    Parameters
+    ----------
+    folder : the campaign folder. texts : file name to contents.
+
+    Raises
+    ------
+    InputError
+        One of the files is there already; then nothing is written.
+    """
+    for name in texts:
+        if (folder / name).exists():
+            mend = "name another folder, or move that file away"
+            raise InputError.at(str(folder / name), "", "the file is there already", mend)
+    if folder.exists() and not folder.is_dir():
+        raise InputError.at(str(folder), "", "this is a file, not a folder", "name another folder")
+    written = []
+    (folder / "raw").mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        path = folder / name
+        path.write_text(text, encoding="utf-8", newline="\n")
+        written.append(path)
+    if not any((folder / "raw").iterdir()):
+        note = folder / "raw" / "README.txt"
+        note.write_text(_RAW_NOTE, encoding="utf-8", newline="\n")
+        written.append(note)
+    return written

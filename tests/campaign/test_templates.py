@@ -1,0 +1,86 @@
+"""`init --kind`: the folders load once their logs exist; the bundled robots reach where they should."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.loading import load_campaign, load_robot
+from stiffcal.campaign.robot_file import chain_of
+from stiffcal.campaign.templates import bundled_robot, bundled_robots, write_template
+from stiffcal.errors import InputError
+from stiffcal.mechanics.chain import Chain
+
+
+@pytest.mark.parametrize("kind", ["load", "clamped", "ids", "friction"])
+def test_template_loads_once_its_logs_exist(tmp_path: Path, kind: str) -> None:
+    written = write_template(tmp_path / "cell", kind)
+    assert {path.name for path in written} == {"campaign.toml", "robot.toml", "README.txt"}
+    with pytest.raises(InputError) as caught:
+        load_campaign(tmp_path / "cell")
+    for fault in caught.value.faults:
+        assert fault.reason.startswith("no such file: raw/")
+        (tmp_path / "cell" / fault.reason.removeprefix("no such file: ")).write_text("")
+    campaign = load_campaign(tmp_path / "cell")
+    setup = measurement_setup(campaign.manifest, campaign.chain, resolve_frames(campaign.manifest, campaign.chain))
+    assert setup.moments_measured == (kind != "friction")
+
+
+def test_table_proposed_in_the_load_template_is_understood(tmp_path: Path) -> None:
+    write_template(tmp_path / "cell", "load")
+    text = (tmp_path / "cell" / "campaign.toml").read_text(encoding="utf-8")
+    head, rest = text.split("# ---- Sources", 1)
+    table = rest[rest.index("# [sources.table]") : rest.index("# exclude")].replace("\n# ", "\n")[2:]
+    (tmp_path / "cell" / "campaign.toml").write_text(head + table, encoding="utf-8")
+    (tmp_path / "cell" / "raw" / "table.csv").write_text("")
+    assert load_campaign(tmp_path / "cell").manifest.sources["table"].is_states
+
+
+def test_nothing_is_overwritten(tmp_path: Path) -> None:
+    write_template(tmp_path, "load")
+    before = (tmp_path / "campaign.toml").read_text(encoding="utf-8")
+    with pytest.raises(InputError, match="there already"):
+        write_template(tmp_path, "clamped")
+    assert (tmp_path / "campaign.toml").read_text(encoding="utf-8") == before
+    with pytest.raises(InputError, match='no kind "weight"'):
+        write_template(tmp_path / "other", "weight")
+    assert not (tmp_path / "other").exists()
+
+
+def flange(chain: Chain, logged_deg: list[float]) -> NDArray[np.float64]:
+    here = np.eye(4)
+    for fixed, angle in zip(chain.fixed, chain.model_angles(np.deg2rad([logged_deg]))[0], strict=True):
+        turn = np.eye(4)
+        turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+        here = here @ fixed @ turn
+    return np.asarray(here @ chain.flange)
+
+
+@pytest.mark.parametrize("name", bundled_robots())
+def test_bundled_robot_loads(tmp_path: Path, name: str) -> None:
+    (tmp_path / "robot.toml").write_text(bundled_robot(name), encoding="utf-8")
+    chain = chain_of(load_robot(tmp_path / "robot.toml"), tmp_path)
+    assert chain.n_joints == 6
+    assert {"swing", "arm"} <= set(chain.beams)
+
+
+def test_bundled_robots_stand_as_their_data_sheets_draw_them(tmp_path: Path) -> None:
+    """Lower arm upright, forearm level: reach and height add up from the drawings' lengths."""
+    for name, logged, place in (
+        ("irb4400", [0, 0, 0, 0, 0, 0], [0.20 + 0.88 + 0.14, 0, 0.68 + 0.89 + 0.15]),
+        ("kr125", [0, -90, 90, 0, 0, 0], [0.41 + 1.0 + 0.21, 0, 0.865 + 1.0 + 0.045]),
+        ("r2000ic", [0, 0, 0, 0, 0, 0], [0.312 + 1.28 + 0.215, 0, 0.67 + 1.075 + 0.225]),
+    ):
+        (tmp_path / "robot.toml").write_text(bundled_robot(name), encoding="utf-8")
+        found = flange(chain_of(load_robot(tmp_path / "robot.toml"), tmp_path), [float(angle) for angle in logged])
+        np.testing.assert_allclose(found[:3, 3], place, atol=1e-12, err_msg=name)
+        np.testing.assert_allclose(found[:3, 2], [1, 0, 0], atol=1e-12, err_msg=f"{name}: the flange looks forward")
+
+
+def test_unknown_robot() -> None:
+    with pytest.raises(InputError, match="use one of irb4400, kr125"):
+        bundled_robot("irb44")
