@@ -47,7 +47,9 @@ class Answer:
             return
         from rich.console import Console
 
-        console = Console(highlight=False, emoji=False, markup=False)
+        # Without a terminal there is no width to keep to: a file or a pipe takes whole lines.
+        width = None if sys.stdout.isatty() else 120
+        console = Console(highlight=False, emoji=False, markup=False, width=width)
         show(console, document)
         for warning in document.get("warnings", ()):
             self.say(f"warning: {warning}")

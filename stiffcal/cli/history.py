@@ -55,7 +55,14 @@ def show_history(console: Console, document: Document) -> None:
     for fit in document["fits"]:
         unseen = deviation(fit["heldout_rms"]) if fit["heldout_rms"] else "not validated"
         noise = deviation(fit["noise"]) if fit["noise"] else NOT_KNOWN
-        table.add_row(fit["id"], fit["time"], model_in_words(fit["model"]), unseen, deviation(fit["fit_rms"]), noise)
+        table.add_row(
+            fit["id"],
+            fit["time"].replace("T", " ")[:16],
+            model_in_words(fit["model"]),
+            unseen,
+            deviation(fit["fit_rms"]),
+            noise,
+        )
     if document.get("not_fitted_yet"):
         table.add_row("now", "", model_in_words(document["not_fitted_yet"]), "not fitted yet", "", "")
     console.print(table)

@@ -51,17 +51,19 @@ def show_fit(console: Console, document: Document) -> None:
     )
     if document.get("rejected"):
         console.print(f"{len(document['rejected'])} states set aside before the fit (bumped or excluded)")
-    for sentence in document["not_identifiable"]:
-        console.print(f"cannot be told: {sentence_of(sentence)}")
+    for ambiguity in document["not_identifiable"]:
+        console.print(f"cannot be told: {ambiguity_in_words(ambiguity)}")
     if document.get("expected_error"):
-        console.print(sentence_of(document["expected_error"]))
+        console.print(document["expected_error"])
 
 
-def sentence_of(item: object) -> str:
-    """Return a finding as words, whether it is a plain sentence or an object that holds one."""
-    if isinstance(item, dict):
-        for key in ("sentence", "why", "text"):
-            if item.get(key):
-                return str(item[key])
-        return ", ".join(f"{key}: {value}" for key, value in item.items())
-    return str(item)
+def ambiguity_in_words(ambiguity: Document) -> str:
+    """Return what cannot be told apart, why, and what is known of it.
+
+    Examples
+    --------
+    >>> ambiguity_in_words({"parameters": ["a", "b"], "reason": "they move the target alike", "known": "a + b"})
+    'a, b: they move the target alike; known: a + b'
+    """
+    words = f"{', '.join(ambiguity['parameters'])}: {ambiguity['reason']}"
+    return words + (f"; known: {ambiguity['known']}" if ambiguity.get("known") else "")

@@ -32,6 +32,8 @@ def ingest(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None
 
 def show_ingest(console: Console, document: Document) -> None:
     """Draw the ingest document: states and clocks of each run."""
+    if document.get("unchanged"):
+        console.print("nothing has changed since the last time: the store stays as it is")
     table = plain_table("run", "states>", "dropped", "clocks ahead of the first source's")
     for run in document["runs"]:
         dropped = run["dropped"]
@@ -39,10 +41,12 @@ def show_ingest(console: Console, document: Document) -> None:
     console.print(table)
 
 
-def _dropped(dropped: object) -> str:
-    if isinstance(dropped, list):
-        return "; ".join(str(item.get("why", item)) if isinstance(item, dict) else str(item) for item in dropped[:3])
-    return str(dropped) if dropped else ""
+def _dropped(dropped: list[Document]) -> str:
+    """Return each reason once, with how often it came."""
+    count: dict[str, int] = {}
+    for item in dropped:
+        count[item["why"]] = count.get(item["why"], 0) + int(item.get("pieces", 1))
+    return "; ".join(f"{n} × {why}" for why, n in count.items())
 
 
 def _clocks(run: Document) -> str:

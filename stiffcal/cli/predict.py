@@ -32,7 +32,7 @@ def predict(
         typer.Option(
             "--load-path",
             metavar="F;F;…",
-            help="Forces in N (base axes) that are passed through, e.g. '-100,200,-300;0,0,0;100,-200,100', at --at.",
+            help="Forces in N (base axes) that are passed through at --at; or a CSV file. The report shows the path.",
             show_default=False,
         ),
     ] = None,
@@ -43,6 +43,7 @@ def predict(
         ),
     ] = None,
     points: Annotated[int, typer.Option(help="Points on each leg of the load path.")] = 20,
+    note: Annotated[str, typer.Option(metavar="WORDS", help="What the report says beside the load path.")] = "",
     output: Output = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
@@ -55,11 +56,11 @@ def predict(
     Example: stiffcal predict campaigns/irb4400 --load-path "-100,200,-300;0,0,0;100,-200,100" --at 0,10,20,0,30,0
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.predict import predict_campaign
+        from stiffcal.workflow.predict import LoadPathWish, predict_campaign
         from stiffcal.workflow.steps import Means
 
         means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        path = (load_path, at, points) if load_path is not None else None
+        path = LoadPathWish(load_path, at, points, note) if load_path is not None else None
         document = predict_campaign(folder, means, poses=poses, load_path=path, output=output)
         answer.give(document, show_prediction, command_line("export", folder, "-o", "model.json", store=store))
     return OK

@@ -23,7 +23,10 @@ def simulate(
             "--from", metavar="DIR", help="Campaign with robot, model (every parameter valued), simulate.toml."
         ),
     ],
-    seed: Annotated[int, typer.Option(metavar="N", help="The same seed gives the same bytes.")] = 0,
+    seed: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="The same seed gives the same bytes; else simulate.toml's.", show_default=False),
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Simulate a campaign: raw logs of a known robot.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from stiffcal.cli.wording import interval, places, significant
+from stiffcal.cli.wording import interval, places
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,7 +20,7 @@ def plain_table(*columns: str) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for column in columns:
         right = column.endswith(">")
-        table.add_column(column.removesuffix(">"), justify="right" if right else "left", overflow="fold")
+        table.add_column(column.removesuffix(">"), justify="right" if right else "left", overflow="fold", no_wrap=right)
     return table
 
 
@@ -35,25 +35,19 @@ def show_parameters(console: Console, parameters: Sequence[dict[str, Any]]) -> N
     compliances = [p for p in parameters if "stiffness" in p]
     others = [p for p in parameters if "stiffness" not in p]
     if compliances:
-        table = plain_table("effect", "place", "stiffness, ± 95 %>", "unit", "compliance>", "unit")
+        table = plain_table("effect", "place", "stiffness, ± 95 %>", "")
         for p in compliances:
             low, high = _ends(p.get("stiffness_interval"))
             known = p["value"] is not None
-            table.add_row(
-                p["effect"],
-                places(p["where"]),
-                interval(p["stiffness"], low, high) if known else "cannot be told",
-                _stiffness_unit(p["unit"]),
-                significant(p["value"]),
-                p["unit"],
-            )
+            words = interval(p["stiffness"], low, high) if known else "cannot be told"
+            table.add_row(p["effect"], places(p["where"]), words, _stiffness_unit(p["unit"]))
         console.print(table)
     if others:
-        table = plain_table("parameter", "place", "value, ± 95 %>", "unit")
+        table = plain_table("parameter", "place", "value, ± 95 %>", "")
         for p in others:
             low, high = _ends(p.get("interval"))
-            value = interval(p["value"], low, high) if p["value"] is not None else "cannot be told"
-            table.add_row(p["name"], places(p["where"]), f"{value} (fixed)" if p["fixed"] else value, p["unit"])
+            words = interval(p["value"], low, high) if p["value"] is not None else "cannot be told"
+            table.add_row(p["name"], places(p["where"]), f"{words} (fixed)" if p["fixed"] else words, p["unit"])
         console.print(table)
 
 

@@ -11,7 +11,7 @@ from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import angle, deviation, length, share
+from stiffcal.cli.wording import deviation, length, share
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -58,8 +58,11 @@ def show_validation(console: Console, document: Document) -> None:
         _show_bins(console, title, document.get(key) or [])
     if document.get("worst"):
         console.print(f"worst: {_worst(document['worst'])}")
-    passed = document["passed"]
-    console.print({True: "thresholds held", False: "thresholds NOT held", None: "no thresholds set"}[passed])
+    for line in document["failed"]:
+        console.print(f"NOT held: {line}", soft_wrap=True)
+    if document["passed"]:
+        limits = ", ".join(document.get("thresholds", {}))
+        console.print(f"thresholds held: {limits}" if limits else "no thresholds are set in campaign.toml")
 
 
 def _show_bins(console: Console, title: str, bins: list[dict[str, Any]], most: int = 8) -> None:
@@ -91,16 +94,6 @@ def _shares(relative: Any) -> str:
     return share(relative)
 
 
-def _worst(worst: Any) -> str:
-    items = worst if isinstance(worst, list) else [worst]
-    parts = []
-    for item in items[:3]:
-        if not isinstance(item, dict):
-            parts.append(str(item))
-            continue
-        size = item.get("residual", item.get("translation", item.get("rms")))
-        label = ", ".join(str(item[key]) for key in ("label", "run", "row", "state") if key in item)
-        amount = length(_translation(size)) if size is not None else ""
-        turn = angle(item["rotation"]) if isinstance(item.get("rotation"), float) else ""
-        parts.append(" ".join(word for word in (label, amount, turn) if word))
-    return "; ".join(parts)
+def _worst(worst: list[Document]) -> str:
+    words = [f"run {item['run']}, row {item['row']}: {length(item['residual_m'])}" for item in worst[:3]]
+    return "; ".join(words)

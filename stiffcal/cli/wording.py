@@ -24,7 +24,7 @@ def significant(value: float | None, digits: int = 3) -> str:
         return "0"
     rounded = float(f"{value:.{digits - 1}e}")
     exponent = math.floor(math.log10(abs(rounded)))
-    if -4 <= exponent < 5:
+    if -4 <= exponent < 4:
         return f"{rounded:.{max(digits - 1 - exponent, 0)}f}"
     return f"{rounded / 10.0**exponent:.{digits - 1}f}·10{str(exponent).translate(_SUPERSCRIPT)}"
 
@@ -108,11 +108,10 @@ def interval(value: float | None, low: float | None, high: float | None) -> str:
         return f"{significant(value)} ({ends})"
     half = (high - low) / 2
     exponent = math.floor(math.log10(abs(value))) if value else 0
-    if -4 <= exponent < 5:
+    if -4 <= exponent < 4:
         return f"{significant(value)} ± {significant(half, 2)}"
-    scaled = half / 10.0**exponent
-    decimals = 2 if scaled >= 0.095 else max(1 - math.floor(math.log10(scaled)), 2) if scaled > 0 else 2
-    return f"{significant(value)} ± {scaled:.{decimals}f}·10{str(exponent).translate(_SUPERSCRIPT)}"
+    power = f"·10{str(exponent).translate(_SUPERSCRIPT)}"
+    return f"{value / 10.0**exponent:.2f}{power} ± {significant(half / 10.0**exponent, 2)}{power}"
 
 
 def places(where: Mapping[str, Sequence[Any]]) -> str:

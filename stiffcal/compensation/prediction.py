@@ -1,0 +1,190 @@
+"""What a fitted robot does under given loads: deflection, its uncertainty, and the Cartesian stiffness at the target.
+
+Everything comes from the balance on the deformed chain (`model.equilibrium`); derivatives are central differences of
+it, so that whatever effects the model holds are in them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import StateOrder
+from stiffcal.model.equilibrium import Balance, solve_balance
+
+Floats = NDArray[np.float64]
+
+# Steps of the differences: small beside working loads, far above the solver's rounding.
+FORCE_STEP_N, MOMENT_STEP_NM = 10.0, 2.0
+# A compliance matrix worse conditioned than this (in units scaled by 1 m) has a direction that does not give at all.
+LARGEST_CONDITION = 1e10
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What the model says of n states; base axes.
+
+    Attributes
+    ----------
+    deflection : (n, 6) of the first target, from the unloaded, weight-sagged robot: m, then rotation vector, rad.
+    covariance : (n, 6, 6) that the parameters' uncertainty leaves; zero where the values were given.
+    cartesian_compliance : (n, 6, 6) deflection of the target per wrench at the target, in the loaded state.
+    cartesian_stiffness : n matrices (6, 6), its inverse; None where a direction does not give.
+    """
+
+    deflection: Floats
+    covariance: Floats
+    cartesian_compliance: Floats
+    cartesian_stiffness: tuple[Floats | None, ...]
+
+
+def predict_states(
+    robot: CompliantRobot,
+    joints: Floats,
+    wrench: Floats,
+    setup: MeasurementSetup,
+    covariance: Mapping[str, Mapping[str, float]] | None = None,
+    in_order: bool = False,
+) -> Prediction:
+    """Predict deflection and stiffness of a valued robot.
+
+    Parameters
+    ----------
+    robot : chain and effects, every parameter valued.
+    joints : (n, L) logged joint angles, rad.
+    wrench : (n, 6) N and N·m, base axes, on the robot, about the set-up's wrench point.
+    setup : where load and target are.
+    covariance : of the amplitudes, by full parameter names; None: the values are taken as exact.
+    in_order : the states follow each other in one run (laws with a memory); otherwise each stands alone.
+
+    Raises
+    ------
+    NoBalanceError : a load is more than the springs hold.
+    """
+    loads = replace(setup, wrench_axes=Attachment(0, np.eye(4)), moments_measured=True)
+    angles = robot.chain.model_angles(joints)
+    order = _one_run(robot, len(joints)) if in_order else None
+    balance = solve_balance(robot, angles, wrench, loads, order)
+    compliance = _cartesian_compliance(robot, angles, wrench, loads, balance)
+    return Prediction(
+        deflection=balance.displacement[:, 0],
+        covariance=_covariance(robot, angles, wrench, loads, order, covariance or {}),
+        cartesian_compliance=compliance,
+        cartesian_stiffness=tuple(_inverse(matrix) for matrix in compliance),
+    )
+
+
+def load_path(corners: Sequence[Sequence[float]] | Floats, points: int) -> tuple[Floats, tuple[int, ...]]:
+    """Return the wrenches along straight legs between corners, and where the corners are.
+
+    Parameters
+    ----------
+    corners : forces (3) or wrenches (6), N and N·m.
+    points : steps on each leg.
+
+    Examples
+    --------
+    >>> path, at = load_path([[0.0, 0.0, 0.0], [0.0, 0.0, -100.0]], 2)
+    >>> path[:, 2].tolist(), at
+    ([0.0, -50.0, -100.0], (0, 2))
+    """
+    named = np.zeros((len(corners), 6))
+    given = np.asarray(corners, dtype=np.float64)
+    named[:, : given.shape[1]] = given
+    legs = [named[:1]]
+    for start, end in itertools.pairwise(named):
+        share = np.arange(1, points + 1)[:, None] / points
+        legs.append(start + share * (end - start))
+    return np.concatenate(legs), tuple(range(0, points * (len(named) - 1) + 1, points))
+
+
+def _one_run(robot: CompliantRobot, n: int) -> StateOrder:
+    unknown, none = np.full(n, np.nan), np.zeros(n)
+    motor = np.zeros((robot.chain.n_joints, n))
+    return StateOrder(np.zeros(n, dtype=np.int64), unknown, unknown, motor, unknown, none)
+
+
+def _covariance(
+    robot: CompliantRobot,
+    angles: Floats,
+    wrench: Floats,
+    setup: MeasurementSetup,
+    order: StateOrder | None,
+    covariance: Mapping[str, Mapping[str, float]],
+) -> Floats:
+    names = list(covariance)
+    columns = np.zeros((len(names), len(angles), 6))
+    amplitudes = {
+        one.parameter_name(spec.symbol): (one.amplitude(spec.symbol), spec.inverse)
+        for one in robot.placed
+        for spec in one.effect.parameters
+    }
+    for place, name in enumerate(names):
+        amplitude, inverse = amplitudes[name]
+        std = float(np.sqrt(covariance[name][name]))
+        if std == 0.0:
+            continue
+        # A tenth of a standard uncertainty, and never across zero, where a compliance would turn into a push.
+        step = min(0.1 * std, 0.5 * abs(amplitude)) if amplitude else 0.1 * std
+        ends = []
+        for moved in (amplitude + step, amplitude - step):
+            other = robot.with_values({name: 1.0 / moved if inverse else moved})
+            ends.append(solve_balance(other, angles, wrench, setup, order).displacement[:, 0])
+        columns[place] = (ends[0] - ends[1]) / (2.0 * step)
+    matrix = np.array([[covariance[a][b] for b in names] for a in names]).reshape(len(names), len(names))
+    return np.asarray(np.einsum("pni,pq,qnj->nij", columns, matrix, columns))
+
+
+def _cartesian_compliance(
+    robot: CompliantRobot, angles: Floats, wrench: Floats, setup: MeasurementSetup, balance: Balance
+) -> Floats:
+    """Return (n, 6, 6): a small wrench at the target beside the load.
+
+    A wrench at the target is one at the load's point with the lever's moment, as long as both ride on one body; where
+    they do not, the stiffness is that of the unloaded robot.
+    """
+    target = setup.targets[0]
+    together = target.body == setup.wrench_point.body
+    if together:
+        lever = _lever(robot, angles, setup, balance)
+        load = wrench
+    else:
+        setup = replace(setup, wrench_point=target)
+        lever, load = np.zeros((len(angles), 3)), np.zeros_like(wrench)
+    columns = []
+    for axis in range(6):
+        step = FORCE_STEP_N if axis < 3 else MOMENT_STEP_NM
+        small = np.zeros((len(angles), 6))
+        small[:, axis] = step
+        small[:, 3:] += np.cross(lever, small[:, :3])
+        ends = [
+            solve_balance(robot, angles, load + sign * small, setup).displacement[:, 0] / (2.0 * step)
+            for sign in (1.0, -1.0)
+        ]
+        columns.append(ends[0] - ends[1])
+    return np.stack(columns, axis=2)
+
+
+def _lever(robot: CompliantRobot, angles: Floats, setup: MeasurementSetup, balance: Balance) -> Floats:
+    """Return (n, 3) from the load's point to the target in the loaded state, base axes, m."""
+    target, point = setup.targets[0], setup.wrench_point
+    inside = target.transform[:3, :3].T @ (target.transform[:3, 3] - point.transform[:3, 3])
+    if not robot.deformed:
+        _, rotation = attached_poses(robot.chain, angles, target)
+    else:
+        rotation = balance.target_rotation[:, 0]
+    return np.asarray(rotation @ inside)
+
+
+def _inverse(compliance: Floats) -> Floats | None:
+    # Rotations count as the displacement they make at 1 m, so that the condition number means something.
+    if not np.isfinite(compliance).all() or np.linalg.cond(compliance) > LARGEST_CONDITION:
+        return None
+    return np.asarray(np.linalg.inv(compliance))

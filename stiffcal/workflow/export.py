@@ -1,0 +1,143 @@
+"""The numbers for other programs: states as CSV or Parquet, the model as JSON or URDF."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.steps import UNSEEN_STATES, Document, Ingested, Means, ingested
+from stiffcal.workflow.validate import validated
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+TABLES, MODELS = (".csv", ".parquet"), (".json", ".urdf")
+
+
+def export_campaign(folder: Path, means: Means | None = None, output: Path = Path("states.csv")) -> Document:
+    """Write a campaign's states or model to a file, whose ending says which.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    means : store, progress and so on.
+    output : ``*.csv`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit with its
+        model; ``*.urdf``: the robot, with the stiffness of its joints beside it.
+
+    Returns
+    -------
+    dict
+        ``file`` and ``holds`` (what is in it, in words).
+
+    Raises
+    ------
+    InputError : the input is wrong, or the file's ending is none of these.
+    """
+    means = means or Means()
+    ending = output.suffix.lower()
+    if ending not in (*TABLES, *MODELS):
+        mend = f"end the name in one of {', '.join((*TABLES, *MODELS))}"
+        raise InputError.at(str(output), "", f"no export is known for {ending or 'a name without an ending'}", mend)
+    data = ingested(folder, means)
+    identified = fitted(data, means)
+    if ending in TABLES:
+        validated(data, identified, means)
+        table = states_with_residuals(data)
+        write_table(table, output)
+        holds = f"{table.num_rows} load states with measured, predicted and residual (unseen poses)"
+    elif ending == ".json":
+        write_text(json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n", output)
+        holds = f"the model of fit {identified['fit_id']} with uncertainty"
+    else:
+        from stiffcal.workflow.urdf_export import urdf_text
+
+        write_text(urdf_text(data.campaign, identified), output)
+        holds = f"the robot as URDF with the joint stiffness of fit {identified['fit_id']}"
+    return {"schema": "stiffcal/export/1", "warnings": [], "file": str(output), "holds": holds}
+
+
+def states_with_residuals(data: Ingested) -> pa.Table:
+    """Return the store's load states with what was measured, predicted and left over in unseen poses beside them.
+
+    States that were not judged (set aside) have NaN there.
+    """
+    import numpy as np
+    import pyarrow as pa
+
+    table, judged = data.table, data.store.read_table(UNSEEN_STATES)
+    where = judged.column("state").to_numpy()
+    for name in judged.column_names:
+        if name in {"state", "run", "row"}:
+            continue
+        values = np.full(table.num_rows, np.nan)
+        values[where] = judged.column(name).to_numpy()
+        table = table.append_column(name, pa.array(values))
+    return table
+
+
+def write_table(table: pa.Table | Mapping[str, Any], output: Path) -> None:
+    """Write a table as CSV or Parquet, by the file's ending.
+
+    Raises
+    ------
+    InputError : the file cannot be written.
+    """
+    import pyarrow as pa
+
+    whole = table if isinstance(table, pa.Table) else pa.table(dict(table))
+    with _replacing(output) as beside:
+        if output.suffix.lower() == ".parquet":
+            import pyarrow.parquet as parquet
+
+            parquet.write_table(whole, beside)
+        else:
+            from pyarrow import csv
+
+            csv.write_csv(whole, beside, csv.WriteOptions(quoting_style="needed"))
+
+
+def write_text(text: str, output: Path) -> None:
+    """Write a text file in UTF-8; raises `InputError` where that cannot be."""
+    with _replacing(output) as beside:
+        beside.write_text(text, encoding="utf-8")
+
+
+class _replacing:  # noqa: N801  (used as a verb)
+    """Hand out a name beside the goal, and put it in the goal's place when all is written."""
+
+    def __init__(self, output: Path) -> None:
+        self._output = output
+        self._beside = output.with_name(f".{output.name}.{os.getpid()}")
+
+    def __enter__(self) -> Path:
+        if not self._output.parent.is_dir():
+            raise InputError.at(str(self._output), "", "its folder does not exist", "make the folder first")
+        return self._beside
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        try:
+            if kind is None:
+                self._beside.replace(self._output)
+        finally:
+            self._beside.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            mend = "choose a place that can be written"
+            raise InputError.at(str(self._output), "", f"cannot be written ({error.strerror})", mend) from error
+
+
+def _model_document(data: Ingested, identified: Document) -> Document:
+    return {
+        "schema": "stiffcal/model-export/1",
+        "warnings": identified["warnings"],
+        "campaign": data.campaign.name,
+        "robot": data.campaign.robot.model_dump(mode="json", by_alias=True, exclude_none=True),
+        "model": identified["model"],
+        "parameters": identified["parameters"],
+        "free_parameters": identified["free_parameters"],
+        "covariance": identified["covariance"],
+    }

@@ -1,0 +1,54 @@
+"""Make a campaign folder: a commented one to fill in, or one proposed from a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.steps import Document
+
+
+def init_campaign(
+    folder: Path,
+    kind: str | None = None,
+    table: Path | None = None,
+    urdf: Path | None = None,
+    robot: str | None = None,
+) -> Document:
+    """Write a campaign folder.
+
+    Parameters
+    ----------
+    folder : where; it must not hold a campaign yet.
+    kind : "load", "clamped", "ids" or "friction": a commented folder of that kind. None without a table: "load".
+    table : propose the campaign from this table's header and values instead.
+    urdf, robot : with a table: the robot as URDF, or the name of a bundled one.
+
+    Returns
+    -------
+    dict
+        ``files`` (what was written) and ``guessed`` (the lines of campaign.toml to look at).
+
+    Raises
+    ------
+    InputError : the options do not go together, or the folder holds a campaign already.
+    """
+    folder = Path(folder)
+    if table is not None and kind is not None:
+        raise InputError.at(
+            "command line", "--kind", "a table proposes a load campaign", "give either --kind or --from"
+        )
+    if table is None and (urdf is not None or robot is not None):
+        option = "--urdf" if urdf is not None else "--robot"
+        raise InputError.at("command line", option, "it goes with --from only", "give --from TABLE.csv too")
+    if table is None:
+        from stiffcal.campaign.templates import write_template
+
+        written, guessed = write_template(folder, kind or "load"), []
+    else:
+        from stiffcal.campaign.from_table import propose_campaign
+
+        proposal = propose_campaign(folder, Path(table), urdf=urdf, robot=robot)
+        written, guessed = proposal.files, list(proposal.guessed)
+    files = [str(file) for file in written]
+    return {"schema": "stiffcal/init/1", "warnings": [], "files": files, "guessed": guessed}

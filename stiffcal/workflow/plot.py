@@ -1,0 +1,142 @@
+"""One picture: load against deformation, or the residual against anything it might follow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.steps import Document, Ingested, Means, ingested
+from stiffcal.workflow.validate import validated
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stiffcal.report.content import Driver, ReportStates
+
+PICTURES = (".svg", ".png", ".pdf")
+AGAINST = "torque:4, angle:2, force:x, load, time, hold, temperature or state"
+
+
+def plot_campaign(
+    folder: Path,
+    means: Means | None = None,
+    output: Path | None = None,
+    run: str | None = None,
+    against: str | None = None,
+) -> Document:
+    """Draw one picture of a campaign.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    means : store, progress and so on.
+    output : ``*.svg``, ``*.png`` or ``*.pdf``; default plot.svg in the present folder.
+    run : only this run.
+    against : draw the residual in unseen poses against this: ``torque:4``, ``angle:2`` (joint by number or name),
+        ``force:x``, ``load``, ``time``, ``hold``, ``temperature``, ``state``; None: load against deformation.
+
+    Returns
+    -------
+    dict
+        ``file`` and ``drawn`` (what is in it, in words).
+
+    Raises
+    ------
+    InputError : there is no such run, or nothing to draw against.
+    """
+    means = means or Means()
+    file = output or Path("plot.svg")
+    if file.suffix.lower() not in PICTURES:
+        raise InputError.at(str(file), "", "no picture format", f"end the name in one of {', '.join(PICTURES)}")
+    if not file.parent.is_dir():
+        raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
+    data = ingested(folder, means)
+    names = [info.name for info in data.states.runs]
+    if run is not None and run not in names:
+        raise InputError.at("command line", "--run", f"no run is called {run}", f"runs: {', '.join(names)}")
+    identified = fitted(data, means)
+    validation = validated(data, identified, means)
+
+    from stiffcal.report.figures.canvas import save_figure
+    from stiffcal.workflow.report_content import report_states_of
+
+    shown = report_states_of(data)
+    if against is None:
+        figure, drawn = _load_deformation(shown, names, run)
+    else:
+        from stiffcal.report.figures.residual_against import draw_residual_against
+
+        driver = _driver(against, data, identified, shown)
+        if run is not None:
+            shown, driver = _only(shown, driver, names.index(run))
+        noise = (validation["noise"] or {}).get("translation")
+        figure = draw_residual_against(shown, [driver], noise)
+        drawn = f"residual against {driver.name}" + (f" in run {run}" if run else "")
+    save_figure(figure, file)
+    return {"schema": "stiffcal/plot/1", "warnings": [], "file": str(file), "drawn": drawn}
+
+
+def _load_deformation(shown: ReportStates, names: list[str], run: str | None) -> tuple[Figure, str]:
+    from stiffcal.report.figures import load_deformation as figures
+
+    runs = sorted(set(shown.run.tolist()))
+    if run is not None:
+        return figures.draw_load_deformation(shown, names.index(run), run), f"load-deformation of run {run}"
+    if all(np.count_nonzero(shown.used & (shown.run == number)) <= 1 for number in runs):
+        return figures.draw_deflection_by_run(shown, names, runs), "deflection of every run"
+    return figures.draw_load_deformation_sheet(shown, runs, [names[k] for k in runs]), "load-deformation of every run"
+
+
+def _driver(against: str, data: Ingested, identified: Document, shown: ReportStates) -> Driver:
+    from stiffcal.report.content import Driver
+    from stiffcal.workflow.report_content import joint_torques
+
+    what, _, which = against.partition(":")
+    states = data.states
+    simple = {
+        "load": ("load", "N", shown.load),
+        "time": ("time", "s", states.time),
+        "hold": ("time under load", "s", states.hold),
+        "state": ("state in the order measured", "1", np.arange(len(states), dtype=np.float64)),
+    }
+    if states.temperature.shape[1]:
+        simple["temperature"] = ("temperature", "as logged", states.temperature[:, 0])
+    if what in simple and not which:
+        name, unit, values = simple[what]
+        if not np.isfinite(values).any():
+            mend = f"choose {AGAINST}"
+            raise InputError.at("command line", "--against", f"{what} is not logged in this campaign", mend)
+        return Driver(name, unit, np.asarray(values, dtype=np.float64))
+    if what == "force" and which in ("x", "y", "z"):
+        return Driver(f"force along {which}", "N", shown.force[:, "xyz".index(which)])
+    if what in ("torque", "angle"):
+        joint = _joint(which, data.joint_names)
+        if what == "angle":
+            return Driver(f"angle of joint {joint + 1}", "°", np.degrees(states.joints[:, joint]))
+        return Driver(f"torque on joint {joint + 1}", "N·m", joint_torques(data, identified)[:, joint])
+    raise InputError.at("command line", "--against", f"nothing is known of {against}", f"choose {AGAINST}")
+
+
+def _joint(which: str, names: tuple[str, ...]) -> int:
+    if which in names:
+        return names.index(which)
+    if which.isdigit() and 1 <= int(which) <= len(names):
+        return int(which) - 1
+    mend = f"number 1 to {len(names)}, or one of {', '.join(names)}"
+    raise InputError.at("command line", "--against", f"no joint is called {which or '(nothing)'}", mend)
+
+
+def _only(shown: ReportStates, driver: Driver, number: int) -> tuple[ReportStates, Driver]:
+    """Keep one run's states."""
+    from dataclasses import fields, replace
+
+    keep = shown.run == number
+    parts: dict[str, Any] = {}
+    for one in fields(shown):
+        values = getattr(shown, one.name)
+        parts[one.name] = None if values is None else values[keep]
+    return replace(shown, **parts), replace(driver, values=driver.values[keep])

@@ -1,0 +1,256 @@
+"""Predict deflection and stiffness of a fitted robot under given loads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.loading import Campaign, load_campaign
+from stiffcal.errors import InputError
+from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.load_table import AXES, LoadTable, read_load_table
+from stiffcal.workflow.steps import (
+    LOAD_PATHS,
+    Document,
+    Means,
+    free_names,
+    ingested,
+    open_store,
+    placed_robot,
+    stored_document,
+)
+
+if TYPE_CHECKING:
+    from stiffcal.compensation.prediction import Prediction
+    from stiffcal.measurements.load_states import MeasurementSetup
+    from stiffcal.model.composite import CompliantRobot
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LoadPathWish:
+    """A path of loads at one pose.
+
+    Attributes
+    ----------
+    corners : "Fx,Fy,Fz;Fx,Fy,Fz;…" in N, base axes, or the name of a CSV file with columns Fx … Tz.
+    pose : joint angles in degrees, "A1,A2,…", in the order of the robot file; None: the file's joint columns.
+    points : steps on each leg.
+    note : words for the report: what is shown, and how the pose was found.
+    """
+
+    corners: str
+    pose: str | None = None
+    points: int = 20
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class _Valued:
+    """A robot with values, and how well they are known."""
+
+    robot: CompliantRobot
+    setup: MeasurementSetup
+    covariance: dict[str, dict[str, float]]
+    source: str
+
+
+def predict_campaign(
+    folder: Path,
+    means: Means | None = None,
+    poses: Path | None = None,
+    load_path: LoadPathWish | None = None,
+    output: Path | None = None,
+) -> Document:
+    """Predict deflection and Cartesian stiffness at the first measured frame.
+
+    Parameters
+    ----------
+    folder : a campaign folder: one with a fit, or with logs to fit, or with a model file that values every parameter.
+    means : store, progress and so on.
+    poses : CSV with a column per joint (degrees) and Fx … Tz (N, N·m): base axes, on the robot, at the manifest's load
+        point; one state a row.
+    load_path : instead of ``poses``.
+    output : CSV or Parquet to write the result to.
+
+    Returns
+    -------
+    dict
+        The `predict` document (interface, section 4).
+
+    Raises
+    ------
+    InputError : the input is wrong, or a load is more than the robot holds.
+    """
+    from stiffcal.compensation.prediction import predict_states
+    from stiffcal.model.equilibrium import NoBalanceError
+
+    means = means or Means()
+    if (poses is None) == (load_path is None):
+        raise InputError.at(
+            "command line", "--poses", "say what to predict", "give either --poses FILE or --load-path F;F"
+        )
+    campaign = load_campaign(Path(folder), check_files=False)
+    loads, corners = _wanted(campaign, poses, load_path)
+    valued = _valued(campaign, means)
+    means.progress("predicting", None)
+    try:
+        found = predict_states(
+            valued.robot, loads.joints, loads.wrench, valued.setup, valued.covariance, in_order=load_path is not None
+        )
+    except NoBalanceError as error:
+        place = load_path.corners if load_path is not None else str(poses)
+        raise InputError.at(place, "", f"no balance: {error}", "give smaller loads") from error
+    document = _document(loads, found, valued)
+    if load_path is not None:
+        document["load_path"] = _load_path_document(campaign, load_path, loads, found, corners)
+        _keep(campaign, means, document["load_path"])
+    if output is not None:
+        from stiffcal.workflow.export import write_table
+
+        write_table(_table(campaign, loads, found), output)
+        document["file"] = str(output)
+    return document
+
+
+def _wanted(campaign: Campaign, poses: Path | None, wish: LoadPathWish | None) -> tuple[LoadTable, tuple[int, ...]]:
+    """Return the states asked for, and where on a path its corners are."""
+    from stiffcal.compensation.prediction import load_path
+
+    names = campaign.chain.joint_names
+    if poses is not None:
+        return read_load_table(Path(poses), names, joints_needed=True), ()
+    assert wish is not None
+    if Path(wish.corners).is_file():
+        table = read_load_table(Path(wish.corners), names, joints_needed=wish.pose is None)
+        corner_loads, pose = table.wrench, table.joints[0]
+        if wish.pose is None and np.ptp(table.joints, axis=0).max() > 0.0:
+            raise InputError.at(
+                wish.corners, "", "the joints move along the path", "a load path has one pose; see --poses"
+            )
+    else:
+        corner_loads, pose = _corners(wish.corners), np.zeros(len(names))
+    if wish.pose is not None:
+        pose = _pose(wish.pose, names)
+    elif not Path(wish.corners).is_file():
+        raise InputError.at("command line", "--at", "no pose given", f"give {len(names)} joint angles in degrees")
+    if wish.points < 1 or len(corner_loads) < 2:
+        mend = "give two loads or more, and at least one point on each leg"
+        raise InputError.at("command line", "--load-path", "this is no path", mend)
+    wrench, corners = load_path(corner_loads, wish.points)
+    return LoadTable(np.repeat(pose[None], len(wrench), axis=0), wrench), corners
+
+
+def _corners(text: str) -> Floats:
+    rows = [_numbers(part, "--load-path") for part in text.split(";") if part.strip()]
+    if not rows or any(len(row) != len(rows[0]) for row in rows) or len(rows[0]) not in (3, 6):
+        mend = 'write forces like "-100,200,-300;0,0,0;100,-200,100", or name a CSV file'
+        raise InputError.at("command line", "--load-path", f"{text!r} is no list of loads", mend)
+    return np.array(rows)
+
+
+def _pose(text: str, names: Sequence[str]) -> Floats:
+    angles = _numbers(text, "--at")
+    if len(angles) != len(names):
+        reason = f"{len(angles)} angles, the robot has {len(names)} joints"
+        raise InputError.at("command line", "--at", reason, f"give {', '.join(names)} in degrees")
+    return np.radians(angles)
+
+
+def _numbers(text: str, option: str) -> list[float]:
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        mend = "write numbers with a point, separated by commas"
+        raise InputError.at("command line", option, f"{text!r} holds something that is no number", mend) from None
+
+
+def _valued(campaign: Campaign, means: Means) -> _Valued:
+    """Return the fitted robot; where there are no logs, the robot as its model file values it."""
+    from stiffcal.campaign.frames import measurement_setup, resolve_frames
+    from stiffcal.identification.document import values_of
+    from stiffcal.workflow.ingest import source_files
+
+    robot = placed_robot(campaign)
+    missing, _ = free_names(campaign, robot)
+    measured = all((campaign.folder / file).exists() for file in source_files(campaign))
+    if not measured:
+        if missing:
+            reason = f"nothing is measured here, and {missing[0]} has no value"
+            raise InputError.at("model.toml", "parameters", reason, "give it a value, or put the logs in place")
+        chain = campaign.chain
+        setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
+        return _Valued(robot, setup, {}, "model.toml")
+    data = ingested(campaign.folder, means)
+    identified = fitted(data, means)
+    names, matrix = identified["free_parameters"], identified["covariance"]
+    covariance = {a: {b: float(matrix[i][j]) for j, b in enumerate(names)} for i, a in enumerate(names)}
+    valued = robot.with_values(values_of(identified))
+    return _Valued(valued, data.states.setup, covariance, f"fit {identified['fit_id']}")
+
+
+def _document(loads: LoadTable, found: Prediction, valued: _Valued) -> Document:
+    states = []
+    for place in range(len(loads.joints)):
+        stiffness = found.cartesian_stiffness[place]
+        states.append(
+            {
+                "joints": loads.joints[place].tolist(),
+                "wrench": loads.wrench[place].tolist(),
+                "deflection": found.deflection[place].tolist(),
+                "covariance": found.covariance[place].tolist(),
+                "cartesian_compliance": found.cartesian_compliance[place].tolist(),
+                "cartesian_stiffness": None if stiffness is None else stiffness.tolist(),
+            }
+        )
+    warnings = []
+    if valued.source == "model.toml":
+        warnings.append("the values are those of model.toml, taken as exact: no uncertainty is stated")
+    return {
+        "schema": "stiffcal/predict/1",
+        "warnings": warnings,
+        "values_from": valued.source,
+        "target": valued.setup.target_names[0],
+        "states": states,
+    }
+
+
+def _load_path_document(
+    campaign: Campaign, wish: LoadPathWish, loads: LoadTable, found: Prediction, corners: tuple[int, ...]
+) -> Document:
+    angles = ", ".join(f"{angle:.4g}°" for angle in np.degrees(loads.joints[0]))
+    names = campaign.chain.joint_names
+    pose = f"{names[0]} … {names[-1]} = {angles}" + (f"; {wish.note}" if wish.note else "")
+    return {
+        "name": campaign.name,
+        "pose": pose,
+        "force": loads.wrench[:, :3].tolist(),
+        "deflection": found.deflection[:, :3].tolist(),
+        "corners": list(corners),
+    }
+
+
+def _keep(campaign: Campaign, means: Means, path: Document) -> None:
+    """Keep the path in the store, where the report finds it; one of each name and pose."""
+    store = open_store(campaign.folder, means)
+    stored: dict[str, Any] = stored_document(store, LOAD_PATHS) or {"schema": "stiffcal/load-paths/1", "paths": []}
+    others = [one for one in stored["paths"] if (one["name"], one["pose"]) != (path["name"], path["pose"])]
+    store.commit(documents={LOAD_PATHS: stored | {"paths": [*others, path]}}, command="predict")
+
+
+def _table(campaign: Campaign, loads: LoadTable, found: Prediction) -> dict[str, Floats]:
+    """Return the prediction as columns: degrees, N, N·m, mm, mrad, each with its unit."""
+    columns = {f"{name} [deg]": np.degrees(loads.joints[:, k]) for k, name in enumerate(campaign.chain.joint_names)}
+    columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": loads.wrench[:, k] for k, axis in enumerate(AXES)}
+    std = np.sqrt(np.einsum("nii->ni", found.covariance))
+    for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
+        unit = "mm" if k < 3 else "mrad"
+        columns[f"{name} [{unit}]"] = 1e3 * found.deflection[:, k]
+        columns[f"{name} standard uncertainty [{unit}]"] = 1e3 * std[:, k]
+    return columns

@@ -1,0 +1,43 @@
+"""The PDF of a campaign."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stiffcal.workflow.history import read_history
+from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.steps import Document, Means, ingested
+from stiffcal.workflow.validate import validated
+
+
+def report_campaign(folder: Path, means: Means | None = None, output: Path | None = None) -> Document:
+    """Write the report of a campaign.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    means : store, progress and so on.
+    output : where to; default DIR/report.pdf.
+
+    Returns
+    -------
+    dict
+        ``file``, the PDF.
+
+    Raises
+    ------
+    InputError : the input is wrong, or the PDF cannot be written.
+    """
+    means = means or Means()
+    data = ingested(folder, means)
+    identified = fitted(data, means)
+    validation = validated(data, identified, means)
+
+    from stiffcal.report.building import build_report
+    from stiffcal.workflow.report_content import report_content
+
+    file = output or data.campaign.folder / "report.pdf"
+    means.progress("gathering the results", None)
+    content = report_content(data, identified, validation, read_history(folder, means))
+    build_report(content, file, means.progress)
+    return {"schema": "stiffcal/report/1", "warnings": [], "file": str(file)}

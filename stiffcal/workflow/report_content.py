@@ -1,0 +1,290 @@
+"""From what lies in the store to what the report and the plots show."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.mechanics.kinematics import attached_poses, body_poses
+from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
+from stiffcal.report.content import (
+    Driver,
+    Instrument,
+    LoadPath,
+    Provenance,
+    ReportContent,
+    ReportRun,
+    ReportStates,
+    SetAside,
+    SourceFile,
+)
+from stiffcal.workflow.state_tables import component_block
+from stiffcal.workflow.steps import (
+    FIT_STATES,
+    INGEST,
+    LOAD_PATHS,
+    UNSEEN_STATES,
+    Document,
+    Ingested,
+    placed_robot,
+    stored_document,
+)
+
+if TYPE_CHECKING:
+    from stiffcal.measurements.load_states import LoadStates
+    from stiffcal.mechanics.chain import Chain
+
+Floats = NDArray[np.float64]
+
+HOW_MANY_DRIVERS = 3
+MEASURES = {
+    "wrench": "force and moment",
+    "pose": "pose",
+    "joints": "joint angles",
+    "lengths": "rod lengths",
+    "displacement": "displacement along a line",
+    "deflection": "deflection",
+    "temperature": "temperature",
+    "hold": "time under load",
+    "dead_weight": "mass hung on",
+}
+
+
+def report_content(data: Ingested, identified: Document, validation: Document, history: Document) -> ReportContent:
+    """Gather everything that a report shows.
+
+    Parameters
+    ----------
+    data : the campaign with its states.
+    identified, validation, history : documents of the present fit.
+    """
+    states, chain = data.states, data.campaign.chain
+    report_states = report_states_of(data)
+    paths = stored_document(data.store, LOAD_PATHS) or {"paths": []}
+    return ReportContent(
+        provenance=_provenance(data, identified, history),
+        runs=_runs(states, chain),
+        joint_names=data.joint_names,
+        states=report_states,
+        identify=identified,
+        validate=validation,
+        history=history,
+        ingest=stored_document(data.store, INGEST),
+        instruments=tuple(_instruments(data)),
+        set_aside=tuple(_set_aside(states)),
+        drivers=tuple(telling_drivers(data, identified, report_states)),
+        load_paths=tuple(_load_path(path) for path in paths["paths"]),
+    )
+
+
+def report_states_of(data: Ingested) -> ReportStates:
+    """Return the load states as the report draws them: first target, base axes."""
+    states, chain = data.states, data.campaign.chain
+    target = states.setup.target_names[0]
+    n = len(states)
+    fit, unseen = data.store.read_table(FIT_STATES), data.store.read_table(UNSEEN_STATES)
+    measured = component_block(fit, target, "measured", n)
+    predicted = component_block(fit, target, "predicted", n)
+    unseen_measured = component_block(unseen, target, "measured", n)
+    left = component_block(unseen, target, "residual", n)
+    # Runs held out of the fit are in the second table alone.
+    outside = ~np.isfinite(measured).any(axis=1)
+    measured[outside] = unseen_measured[outside]
+    predicted[outside] = component_block(unseen, target, "predicted", n)[outside]
+    measured = _with_states_set_aside(states, measured)
+    rotations = bool(np.isfinite(measured[:, 3:]).any())
+    width = 6 if rotations else 3
+    force, direction, branch = _loads(states, chain)
+    return ReportStates(
+        run=states.run,
+        force=force,
+        load=np.linalg.norm(force, axis=1),
+        direction=direction,
+        branch=branch,
+        measured=measured[:, :width],
+        predicted=predicted[:, :width],
+        predicted_unseen=(measured - left)[:, :width],
+        set_aside=states.set_aside,
+        reference=states.reference & (not states.deflection_given),
+    )
+
+
+def _with_states_set_aside(states: LoadStates, measured: Floats) -> Floats:
+    """Fill in what was read in states that were not judged: displacement on the offset of their run."""
+    if states.deflection_given:
+        raw = states.deflection[:, 0]
+        return np.where(np.isfinite(measured), measured, raw)
+    raw = np.full_like(measured, np.nan)
+    raw[:, :3] = states.position[:, 0]
+    filled = measured.copy()
+    for number in np.unique(states.run):
+        members = states.run == number
+        difference = raw[members, :3] - measured[members, :3]
+        seen = np.isfinite(difference).all(axis=1)
+        if seen.any():
+            missing = members & ~np.isfinite(measured[:, :3]).all(axis=1)
+            filled[missing, :3] = raw[missing, :3] - difference[seen].mean(axis=0)
+    return filled
+
+
+def force_in_base(states: LoadStates, chain: Chain) -> Floats:
+    """Return (n, 3) N: the force on the robot in base axes, as read."""
+    _, rotation = attached_poses(chain, chain.model_angles(states.joints), states.setup.wrench_axes)
+    return np.asarray(np.einsum("nij,nj->ni", rotation, np.nan_to_num(states.wrench[:, :3])))
+
+
+def _loads(states: LoadStates, chain: Chain) -> tuple[Floats, NDArray[np.str_], NDArray[np.str_]]:
+    """Return force less the reference's (n, 3), direction labels as in ``validate``, branches."""
+    force = force_in_base(states, chain)
+    cycles = find_load_cycles(states)
+    for number in np.unique(states.run):
+        members = states.run == number
+        chosen = members & states.reference
+        if chosen.any() and not states.deflection_given:
+            force[members] -= force[chosen][0]
+    axis = np.argmax(np.abs(force), axis=1)
+    sign = np.where(force[np.arange(len(force)), axis] > 0.0, "+", "−")
+    words = [f"mostly {s}{'xyz'[a]}" for s, a in zip(sign, axis, strict=True)]
+    direction = np.where(cycles.direction >= 0, words, "")
+    return force, direction.astype(np.str_), _branches(cycles)
+
+
+def _branches(cycles: LoadCycles) -> NDArray[np.str_]:
+    # A single state a run is on no branch: there is nothing that it was loaded from.
+    cyclic = bool(np.any(cycles.branch == UNLOADING))
+    words = np.full(len(cycles.branch), "", dtype="<U9")
+    if cyclic:
+        words[np.isin(cycles.branch, (LOADING, PEAK))] = "loading"
+        words[cycles.branch == UNLOADING] = "unloading"
+    return words
+
+
+def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
+    found = []
+    for number, info in enumerate(states.runs):
+        members = states.run == number
+        if not members.any():
+            continue
+        joints = np.mean(states.joints[members], axis=0)
+        angles = chain.model_angles(joints[None])
+        stick, _ = body_poses(chain, angles)
+        target, _ = attached_poses(chain, angles, states.setup.targets[0])
+        found.append(ReportRun(info.name, joints, stick[0], target[0], info.holdout, info.tags))
+    return tuple(found)
+
+
+def _provenance(data: Ingested, identified: Document, history: Document) -> Provenance:
+    stored = data.store.read_document("provenance")
+    campaign = data.campaign
+    versions = dict(stored["versions"])
+    ours = ("stiffcal", versions.pop("stiffcal"))
+    time = next((fit["time"] for fit in history["fits"] if fit["id"] == identified["fit_id"]), stored["created"])
+    loss = {"linear": "least squares", "huber": "Huber loss"}[identified["loss"]]
+    scaled = identified.get("std_scaled_by_reduced_chi2")
+    return Provenance(
+        campaign=campaign.name,
+        robot=campaign.robot.name or campaign.chain.name or "robot",
+        date=str(time)[:10],
+        versions=(ours, *sorted(versions.items())),
+        sources=tuple(SourceFile(one["file"], one["sha256"], int(one["bytes"])) for one in stored["sources"]),
+        settings=(
+            ("balance", "on the deformed robot" if campaign.model.balance == "deformed" else "first order"),
+            ("loss", loss),
+            ("noise from", str(identified["noise_source"])),
+            ("standard uncertainties", "scaled by reduced χ²" if scaled else "from the noise"),
+            ("fit", str(identified["fit_id"])),
+        ),
+    )
+
+
+def _instruments(data: Ingested) -> list[Instrument]:
+    found = []
+    for source, name, signal in data.campaign.manifest.signals():
+        kind = name.split(".")[0]
+        held = data.campaign.manifest.sources[source]
+        measures = MEASURES.get(kind.removesuffix("s") if kind == "poses" else kind, kind)
+        body = getattr(signal, "body", None)
+        detail = [str(held.format or "csv")]
+        frame = getattr(signal, "frame", None) or getattr(signal, "axes", None)
+        if frame:
+            detail.append(f"frame {frame}")
+        found.append(
+            Instrument(
+                source=source,
+                measures=f"{measures} of {body}" if body else measures,
+                detail=", ".join(detail),
+                rate=None if held.is_states else _rate(data, source),
+                sigma=_sigma_in_words(signal),
+            )
+        )
+    return found
+
+
+def _rate(data: Ingested, source: str) -> float | None:
+    """Return samples per second of a source's first recording."""
+    for name in data.store.tables:
+        if name.startswith("recordings/") and name.endswith(f"/{source}"):
+            time = data.store.read_table(name, columns=["time_s"]).column("time_s").to_numpy()
+            span = float(time[-1] - time[0]) if len(time) > 1 else 0.0
+            return (len(time) - 1) / span if span > 0.0 else None
+    return None
+
+
+def _sigma_in_words(signal: Any) -> str:
+    sigma = getattr(signal, "sigma", None)
+    if sigma is None:
+        return ""
+    units = getattr(signal, "units", None)
+    words = []
+    for quantity, value in sigma.model_dump(exclude_none=True).items():
+        unit = getattr(units, quantity, None) or {"rotation": "rad", "force": "N", "moment": "N·m"}.get(quantity, "")
+        words.append(f"{quantity} {value:g} {unit}".strip())
+    return ", ".join(words)
+
+
+def _set_aside(states: LoadStates) -> list[SetAside]:
+    rows: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for i in np.flatnonzero(states.set_aside != ""):
+        rows[states.runs[states.run[i]].name, str(states.set_aside[i])].append(int(states.row[i]))
+    return [SetAside(run, tuple(numbers), why) for (run, why), numbers in rows.items()]
+
+
+def joint_torques(data: Ingested, identified: Document) -> Floats:
+    """Return (n, J) N·m: the whole torque about each joint's axis, weight included, at the fitted balance."""
+    from stiffcal.identification.document import values_of
+    from stiffcal.model.equilibrium import solve_balance
+
+    states, chain = data.states, data.campaign.chain
+    robot = placed_robot(data.campaign).with_values(values_of(identified))
+    wrench = np.nan_to_num(states.wrench)
+    return solve_balance(robot, chain.model_angles(states.joints), wrench, states.setup).joint_torque
+
+
+def telling_drivers(data: Ingested, identified: Document, shown: ReportStates) -> list[Driver]:
+    """Return the joint torques that the residual follows most, most telling first."""
+    torque = joint_torques(data, identified)
+    residual = shown.residual[:, :3]
+    keep = shown.used & np.isfinite(residual).all(axis=1)
+    if np.count_nonzero(keep) < 3:
+        return []
+    strength = []
+    for joint in range(torque.shape[1]):
+        values = torque[keep, joint]
+        spread = np.std(values)
+        if spread <= 0.0:
+            strength.append(0.0)
+            continue
+        slope = (values - values.mean()) @ (residual[keep] - residual[keep].mean(axis=0)) / (len(values) * spread)
+        strength.append(float(np.linalg.norm(slope)))
+    ranked = np.argsort(-np.array(strength), kind="stable")[:HOW_MANY_DRIVERS]
+    return [
+        Driver(f"torque on joint {joint + 1}", "N·m", torque[:, joint]) for joint in ranked if strength[joint] > 0.0
+    ]
+
+
+def _load_path(path: Document) -> LoadPath:
+    force, deflection = np.array(path["force"]), np.array(path["deflection"])
+    return LoadPath(path["name"], path["pose"], force, deflection, tuple(path["corners"]))

@@ -1,0 +1,37 @@
+"""Simulate the measurement of a known robot, as a campaign folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stiffcal.errors import Progress, no_progress
+from stiffcal.workflow.steps import Document
+
+
+def simulate_campaign(folder: Path, out: Path, seed: int | None = None, progress: Progress = no_progress) -> Document:
+    """Write raw logs of the robot and model of a campaign, with the sensors of its simulate.toml.
+
+    Parameters
+    ----------
+    folder : a campaign folder with simulate.toml and a model file that values every parameter.
+    out : the campaign folder to write.
+    seed : the same seed gives the same bytes; None: the one in simulate.toml.
+    progress : told what is being done.
+
+    Returns
+    -------
+    dict
+        ``folder``, ``files``, ``seed``, ``runs``, ``states``.
+
+    Raises
+    ------
+    InputError : a file is wrong, or a parameter has no value.
+    """
+    from stiffcal.campaign.loading import load_campaign
+    from stiffcal.simulation.settings import load_settings
+    from stiffcal.simulation.simulate import simulate_campaign as play
+
+    campaign = load_campaign(Path(folder), check_files=False)
+    found = play(campaign, load_settings(Path(folder)), Path(out), seed, progress)
+    kept = {name: value for name, value in found.items() if name != "truth"}
+    return {"schema": "stiffcal/simulate-result/1", "warnings": [], **kept}
