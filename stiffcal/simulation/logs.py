@@ -28,7 +28,6 @@ class Dialect:
     ----------
     delimiter, decimal, encoding : as in the manifest.
     preamble : lines before the column names.
-    header : False where the columns have no names.
     units : column name to unit, for a line of units after the names; None for no such line.
     decimals : column name to decimals.
     """
@@ -37,7 +36,6 @@ class Dialect:
     decimal: str = "."
     encoding: str = "utf-8"
     preamble: tuple[str, ...] = ()
-    header: bool = True
     units: Mapping[str, str] | None = None
     decimals: Mapping[str, int] = field(default_factory=dict)
 
@@ -69,13 +67,13 @@ def dialect_of(
     if len(lines) != skipped:
         raise _wrong_preamble(place, len(lines), skipped)
     decimal = options.decimal or "."
+    delimiter = options.delimiter or (";" if decimal == "," else ",")
     return Dialect(
-        delimiter=options.delimiter or (";" if decimal == "," else ","),
+        delimiter="\t" if delimiter == "tab" else delimiter,
         decimal=decimal,
         encoding=options.encoding or "utf-8",
         preamble=lines,
-        header=options.header,
-        units=units if options.units_row else None,
+        units=units if options.unit_row else None,
         decimals=decimals,
     )
 
@@ -136,9 +134,7 @@ def _write_text(path: Path, columns: Mapping[str, Column], dialect: Dialect) -> 
     # Points that end a number's whole part become the decimal sign, those in words stay.
     for sign, written in ((".", dialect.decimal), (_POINT_IN_WORDS, "."), (_CELL_END, dialect.delimiter)):
         body = body.replace(sign, written)
-    head = list(dialect.preamble)
-    if dialect.header:
-        head.append(dialect.delimiter.join(names))
+    head = [*dialect.preamble, dialect.delimiter.join(names)]
     if dialect.units is not None:
         head.append(dialect.delimiter.join(dialect.units.get(name, "") for name in names))
     text = "".join(line + "\n" for line in head) + body

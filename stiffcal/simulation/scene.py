@@ -13,8 +13,9 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import Fault, raise_faults
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.cycles import load_program
 from stiffcal.simulation.instruments import frames_seen_by
 from stiffcal.simulation.play import Act, ToolWeight
@@ -31,31 +32,21 @@ def valued_robot(campaign: Campaign) -> CompliantRobot:
         an effect or place is not known, or a parameter has no value: one fault each.
     """
     catalogue = find_effects(campaign.folder / plugin for plugin in campaign.manifest.plugins)
-    placed: list[PlacedEffect] = []
-    faults: list[Fault] = []
-    settings = campaign.model.parameter_settings()
-    for entry in campaign.model.effects:
-        effect = catalogue.get(entry.type)
-        if effect is None:
-            faults.append(Fault(MODEL_FILE, f'effects "{entry.type}"', "no such effect", "stiffcal effects lists them"))
-            continue
-        places = {place.label: place for place in effect.places(campaign.chain)}
-        for label in entry.places:
-            if label not in places:
-                mend = "use " + ", ".join(places) if places else "take it out"
-                faults.append(Fault(MODEL_FILE, f'effects "{entry.type}"', f"it cannot sit at {label}", mend))
-                continue
-            values = {}
-            for spec in effect.parameters:
-                name = f"{entry.type}.{label}.{spec.symbol}"
-                if name in settings:
-                    values[spec.symbol] = settings[name].value
-                else:
-                    mend = f'write parameters = {{ "{name}" = {{ value = {spec.typical:g} }} }} ({spec.unit})'
-                    faults.append(Fault(MODEL_FILE, name, "a robot to be simulated needs a value here", mend))
-            placed.append(PlacedEffect(effect, places[label], values))
-    raise_faults(faults)
-    return CompliantRobot(campaign.chain, tuple(placed), deformed=campaign.model.balance == "deformed")
+    robot = compliant_robot(campaign.chain, campaign.model, catalogue)
+    raise_faults(
+        [
+            Fault(
+                MODEL_FILE,
+                f"parameters.{one.parameter_name(spec.symbol)}",
+                "a robot that is to be simulated needs a value here",
+                f'write "{one.parameter_name(spec.symbol)}" = {{ value = {spec.typical:g} }} ({spec.unit})',
+            )
+            for one in robot.placed
+            for spec in one.effect.parameters
+            if spec.symbol not in one.values
+        ]
+    )
+    return robot
 
 
 def true_frames(campaign: Campaign, settings: SimulationSettings) -> dict[str, Attachment]:

@@ -1,0 +1,260 @@
+"""Whole simulated campaigns: exact against the balance, the same bytes from a seed, readable by the readers."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.rotations import rotation_from_quaternion, rotation_from_rpy, vector_from_rotation
+from stiffcal.model.equilibrium import solve_balance
+from stiffcal.reduction.logs import Rows, read_rows
+from stiffcal.simulation.instruments import rpy_from_rotation
+from stiffcal.simulation.play import Act, ToolWeight, play
+from stiffcal.simulation.scene import draw_acts, tool_weight, true_frames, valued_robot
+from stiffcal.simulation.simulate import simulate_campaign
+from tests.simulation.folders import FRAMES, LOGS, MODEL, POSES, RUNS, SETTINGS, TABLE, write_folder
+
+RATES = """
+[sensors.ft]
+rate_hz = 20.0
+preamble = ["Messprotokoll Kraft", "Gerät 2"]
+[sensors.tracker]
+rate_hz = 10.0
+[sensors.controller]
+rate_hz = 5.0
+"""
+
+
+def rows_of(folder: Path, source: str, run: str | None = None) -> Rows:
+    manifest = load_campaign(folder).manifest
+    entry = next((one for one in manifest.runs if one.id == run), None)
+    parts = list(read_rows(folder, source, manifest.sources[source], manifest.files_of(source, entry)))
+    signals = {name: np.concatenate([part.signals[name] for part in parts], axis=1) for name in parts[0].signals}
+    return Rows(
+        np.concatenate([part.number for part in parts]),
+        np.concatenate([part.time for part in parts]),
+        [name for part in parts for name in part.run],
+        signals,
+    )
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def test_a_table_without_noise_is_the_balance(tmp_path: Path) -> None:
+    """The table's wrench, put into solve_balance as an analyst would, gives the table's poses."""
+    campaign, settings = write_folder(tmp_path / "source", FRAMES + TABLE, SETTINGS + POSES)
+    written = simulate_campaign(campaign, settings, tmp_path / "out")
+    rows = rows_of(tmp_path / "out", "table")
+    frames = resolve_frames(campaign.manifest, campaign.chain)
+    setup = measurement_setup(campaign.manifest, campaign.chain, frames)
+    angles = campaign.chain.model_angles(rows.signals["joints"].T)
+    balance = solve_balance(valued_robot(campaign), angles, rows.signals["wrench"].T, setup)
+    tracker = frames["tracker"].transform
+    seen = (balance.target_position[:, 0] - tracker[:3, 3]) @ tracker[:3, :3]
+    np.testing.assert_allclose(rows.signals["position.target"].T, seen, atol=2e-8)  # written to 10 nm
+    rotation = rotation_from_quaternion(rows.signals["quaternion.target"].T)
+    turned = vector_from_rotation(rotation @ np.swapaxes(tracker[:3, :3].T @ balance.target_rotation[:, 0], 1, 2))
+    assert np.abs(turned).max() < 1e-8
+    assert written["states"] == len(rows) == 50
+    assert np.abs(balance.displacement[:, 0, :3]).max() > 5e-4
+
+
+def test_ramps_are_exact_within_a_tenth_of_a_micrometre(tmp_path: Path) -> None:
+    """Places between the balances that are solved, against balances solved right there."""
+    campaign, settings = write_folder(tmp_path, FRAMES + TABLE, SETTINGS + POSES)
+    frames = true_frames(campaign, settings)
+    act = draw_acts(campaign, settings, frames, 3)[0]
+    robot, tool = valued_robot(campaign), tool_weight(campaign.manifest)
+    played = play(robot, [act], frames, tool)[0]
+    path = np.linspace(0.0, 2.0 * len(act.program) - 1.0, 307, dtype=np.float64)
+    setup = measurement_setup(campaign.manifest, campaign.chain, frames)
+    base = Attachment(0, np.eye(4))
+    setup = replace(setup, wrench_axes=base, wrench_point=frames["load_point"], moments_measured=True)
+    joints = np.repeat(campaign.chain.model_angles(act.joints[None, :]), path.size, axis=0)
+    balance = solve_balance(robot, joints, act.program.wrench_at(path), setup)
+    assert np.abs(played.position_at("target", path) - balance.target_position[:, 0]).max() < 1e-7
+    turn = vector_from_rotation(played.rotation_at("target", path) @ np.swapaxes(balance.target_rotation[:, 0], 1, 2))
+    assert np.abs(turn).max() < 1e-7
+
+
+def test_logs_of_three_formats_hold_the_same_moment(tmp_path: Path) -> None:
+    """Without noise: each log, on its own clock, shows the load and the place of the true states."""
+    campaign, settings = write_folder(tmp_path / "source", FRAMES + LOGS + RUNS, SETTINGS + RATES + POSES)
+    truth = simulate_campaign(campaign, settings, tmp_path / "out")["truth"]
+    frames = true_frames(campaign, settings)
+    robot, tool = valued_robot(campaign), tool_weight(campaign.manifest)
+    acts = draw_acts(campaign, settings, frames, settings.seed)
+    for run, act, played in zip(truth["runs"], acts, play(robot, acts, frames, tool), strict=True):
+        holds = np.array(run["holds"])
+        force, tracker, joints = (rows_of(tmp_path / "out", name, act.name) for name in ("ft", "tracker", "controller"))
+        for rows, source in ((force, "ft"), (tracker, "tracker"), (joints, "controller")):
+            assert rows.time[0] == 0.0
+            assert rows.time[-1] + run["clock_ahead_s"]["ft"] > holds[-1, 0], source
+        middle = holds.mean(axis=1)
+        path = np.arange(0.5, 2.0 * len(act.program), 2.0, dtype=np.float64)
+        load = np.stack([np.interp(middle, force.time, channel) for channel in force.signals["wrench"][:3]])
+        size = np.sqrt(np.sum(act.program.wrench[:, :3] ** 2, axis=1))
+        np.testing.assert_allclose(np.sqrt(np.sum(load**2, axis=0)), size, atol=1e-3)
+        seen = middle + run["clock_ahead_s"]["tracker"]
+        position = np.stack(
+            [np.interp(seen, tracker.time, channel) for channel in tracker.signals["position.target"]], axis=1
+        )
+        place = frames["tracker"].transform
+        there = (played.position_at("target", path) - place[:3, 3]) @ place[:3, :3]
+        np.testing.assert_allclose(position, there, atol=2e-8)
+        np.testing.assert_allclose(joints.signals["joints"].T, np.tile(act.joints, (len(joints), 1)), atol=1e-12)
+
+
+def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
+    noisy = RATES.replace("rate_hz = 20.0", "rate_hz = 20.0\nwhite = { force_N = 1.0 }\nbumps = { per_run = 1 }")
+    campaign, settings = write_folder(tmp_path / "source", FRAMES + LOGS + RUNS, SETTINGS + noisy + POSES)
+    for name, seed in (("one", None), ("two", 3), ("three", 4)):
+        simulate_campaign(campaign, settings, tmp_path / name, seed=seed)
+    one, two, three = (digests(tmp_path / name) for name in ("one", "two", "three"))
+    assert one == two
+    same = {name for name, digest in one.items() if three[name] == digest}
+    assert same == {"campaign.toml", "robot.toml", "model.toml"}
+
+
+def test_noise_comes_out_as_it_was_asked_for(tmp_path: Path) -> None:
+    noise = """
+[sensors.table]
+white = { translation_m = 2.4e-5, force_N = 1.2 }
+between_holds = { translation_m = 1.6e-5, rotation_rad = 3e-5, moment_Nm = 0.2 }
+readings_per_hold = 6
+"""
+    many = SETTINGS.replace("[loads]", "[loads]\ncycles = 20")
+    outs = {}
+    for name, sensors in (("exact", ""), ("noisy", noise)):
+        campaign, settings = write_folder(tmp_path / f"{name}-source", FRAMES + TABLE, many + sensors + POSES)
+        simulate_campaign(campaign, settings, tmp_path / name)
+        outs[name] = rows_of(tmp_path / name, "table").signals
+    force = outs["noisy"]["wrench"] - outs["exact"]["wrench"]
+    assert np.std(force[:3]) == pytest.approx(1.2 / np.sqrt(6), rel=0.05)
+    assert np.std(force[3:]) == pytest.approx(0.2, rel=0.05)
+    position = outs["noisy"]["position.target"] - outs["exact"]["position.target"]
+    assert np.std(position) == pytest.approx(np.hypot(1.6e-5, 2.4e-5 / np.sqrt(6)), rel=0.05)
+    rotations = [rotation_from_quaternion(outs[name]["quaternion.target"].T) for name in ("noisy", "exact")]
+    turn = vector_from_rotation(rotations[0] @ np.swapaxes(rotations[1], 1, 2))
+    assert np.std(turn) == pytest.approx(3e-5, rel=0.05)
+
+
+def test_the_robot_stands_off_its_kinematics_and_deflects_the_same(tmp_path: Path) -> None:
+    outs = {}
+    for name, robot in (("here", ""), ("there", "[robot]\nposition_error_m = 3e-4\n")):
+        campaign, settings = write_folder(tmp_path / f"{name}-source", FRAMES + TABLE, SETTINGS + robot + POSES)
+        simulate_campaign(campaign, settings, tmp_path / name)
+        outs[name] = rows_of(tmp_path / name, "table").signals["position.target"]
+    moved = outs["there"] - outs["here"]
+    assert 1e-5 < np.abs(moved[:, 0]).max() < 2e-3
+    np.testing.assert_allclose(moved[:, :25], np.repeat(moved[:, :1], 25, axis=1), atol=3e-8)
+    assert np.abs(moved[:, 30] - moved[:, 0]).max() > 1e-5
+
+
+def test_a_deflection_table_has_no_unloaded_rows(tmp_path: Path) -> None:
+    table = """
+[sources.table]
+file = "raw/table.csv"
+run = { each = "row" }
+joints = { position = "A1..A6", units = { position = "deg" } }
+wrench = { columns = ["Fx", "Fy", "Fz"], axes = "base", point = "load_point" }
+deflection = { translation = ["dx", "dy", "dz"], units = { translation = "mm" }, body = "target", axes = "base" }
+"""
+    campaign, settings = write_folder(tmp_path / "source", FRAMES + table, SETTINGS + POSES)
+    simulate_campaign(campaign, settings, tmp_path / "out")
+    rows = rows_of(tmp_path / "out", "table")
+    assert len(rows) == 2 * 3 * 2 * 3
+    work = np.sum(rows.signals["wrench"][:3] * rows.signals["translation"], axis=0)
+    assert (work > 0).mean() > 0.9
+    frames = resolve_frames(campaign.manifest, campaign.chain)
+    setup = measurement_setup(campaign.manifest, campaign.chain, frames)
+    angles = campaign.chain.model_angles(rows.signals["joints"].T)
+    balance = solve_balance(valued_robot(campaign), angles, rows.signals["wrench"].T, setup)
+    np.testing.assert_allclose(rows.signals["translation"].T, balance.displacement[:, 0, :3], atol=2e-8)
+
+
+def test_the_model_comes_out_without_values_and_the_truth_with(tmp_path: Path) -> None:
+    campaign, settings = write_folder(tmp_path / "source", FRAMES + TABLE, SETTINGS + POSES)
+    written = simulate_campaign(campaign, settings, tmp_path / "out")
+    out = load_campaign(tmp_path / "out")
+    assert out.model.effects[0].joints == (1, 2, 3, 4, 5, 6)
+    assert out.model.parameter_settings() == {}
+    truth = json.loads((tmp_path / "out" / "truth.json").read_text())
+    assert truth == written["truth"]
+    assert truth["joint_stiffness"]["joint-compliance.j6.c"] == pytest.approx(16.55e3)
+
+
+def test_a_folder_may_be_simulated_into_itself_and_again(tmp_path: Path) -> None:
+    campaign, settings = write_folder(tmp_path, FRAMES + TABLE, SETTINGS + POSES)
+    for _ in range(2):
+        simulate_campaign(campaign, settings, tmp_path)
+    assert (tmp_path / "model.toml").read_text(encoding="utf-8") == MODEL
+    assert len(rows_of(tmp_path, "table")) == 50
+
+
+def test_runs_of_one_batch_are_those_of_single_runs(tmp_path: Path) -> None:
+    campaign, settings = write_folder(tmp_path, FRAMES + TABLE, SETTINGS + POSES)
+    frames = true_frames(campaign, settings)
+    acts: list[Act] = draw_acts(campaign, settings, frames, 3)
+    robot, tool = valued_robot(campaign), ToolWeight(5.0, np.zeros(3))
+    together = play(robot, acts, frames, tool)
+    alone = [play(robot, [act], frames, tool)[0] for act in acts]
+    for one, other in zip(together, alone, strict=True):
+        assert one.act.name == other.act.name
+        np.testing.assert_allclose(one.position["target"], other.position["target"], atol=1e-11)
+
+
+def test_rpy_is_the_inverse_of_its_rotation() -> None:
+    rpy = np.random.default_rng(1).uniform(-1.5, 1.5, (200, 3))
+    np.testing.assert_allclose(rpy_from_rotation(rotation_from_rpy(rpy)), rpy, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("part", "old", "new", "message"),
+    [
+        ("model", '"joint-compliance.j6.c" = { value = 6.042296073e-5 }\n', "", "parameters.joint-compliance.j6.c"),
+        ("manifest", "xyz_m = [3.4, -1.1, 0.35]", "xyz_m = [3.4, -1.1, 0.35]\nestimate = true", "frames.tracker"),
+        ("settings", "max_force_N = 400.0", "max_force_N = 4e7", "loads: "),
+        ("settings", "max_force_N = 400.0", 'point = "hook"', 'no frame "hook"'),
+        ("settings", 'id = "b"', 'id = "c"', 'the run "b" of campaign.toml is not here'),
+        ("settings", "12.0, -14.0, 24.0", "12.0, -14.0, 124.0", "A3 = 124°"),
+        ("settings", "12.0, -14.0, 24.0,", "12.0, -14.0,", "5 joint angles for a robot of 6"),
+        ("settings", "rate_hz = 5.0", "", "sensors.controller.rate_hz"),
+        ("settings", "[sensors.ft]", "[sensors.fts]", "sensors.fts"),
+        ("settings", '"Gerät 2"', '"Gerät 2", ""', "3 lines of preamble, where campaign.toml skips 2"),
+        ("manifest", 'id = "a"', 'id = "a"\nexperiment = "friction"', "friction"),
+    ],
+)  # fmt: skip
+def test_faults_are_named(tmp_path: Path, part: str, old: str, new: str, message: str) -> None:
+    texts = {"manifest": FRAMES + LOGS + RUNS, "settings": SETTINGS + RATES + POSES, "model": MODEL}
+    assert old in texts[part]
+    texts[part] = texts[part].replace(old, new, 1)
+    campaign, settings = write_folder(tmp_path / "source", texts["manifest"], texts["settings"], texts["model"])
+    with pytest.raises(InputError) as caught:
+        simulate_campaign(campaign, settings, tmp_path / "out")
+    assert message in str(caught.value)
+    assert not (tmp_path / "out" / "truth.json").exists()
+
+
+def test_a_folder_with_something_in_it_is_left_alone(tmp_path: Path) -> None:
+    campaign, settings = write_folder(tmp_path / "source", FRAMES + TABLE, SETTINGS + POSES)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.txt").write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match="not empty"):
+        simulate_campaign(campaign, settings, tmp_path / "out")
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
