@@ -60,7 +60,7 @@ def lay_out(content: ReportContent) -> list[Section]:
         made = module.section(content)
         if isinstance(made, LeftOut):
             reasons.append(f"{made.title}: {made.reason}.")
-        else:
+        elif made is not None:
             sections.append(made)
     if reasons:
         sections.append(Section(_LEFT_OUT_TITLE, (Items(tuple(reasons)),)))
@@ -74,7 +74,7 @@ def _as_data(sections: Sequence[Section], folder: Path, progress: Progress) -> l
     data = []
     for section in sections:
         blocks = []
-        for block in section.blocks:
+        for number, block in enumerate(section.blocks):
             if isinstance(block, Picture):
                 progress(f"drawing: {section.title}", 0.9 * drawn / n_pictures)
                 drawn += 1
@@ -82,14 +82,15 @@ def _as_data(sections: Sequence[Section], folder: Path, progress: Progress) -> l
                 save_figure(block.draw(), folder / name, text_as_shapes=False)
                 blocks.append({"kind": "picture", "file": name, "caption": block.caption})
             else:
-                blocks.append(_block_data(block))
+                following = section.blocks[number + 1 :][:1]
+                blocks.append(_block_data(block, any(isinstance(each, Picture) for each in following)))
         data.append({"title": section.title, "new_page": section.new_page, "blocks": blocks})
     return data
 
 
-def _block_data(block: Block) -> dict[str, Any]:
+def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:
     kinds = {Paragraph: "paragraph", Items: "items", Subheading: "subheading", Facts: "facts", Table: "table"}
-    return {"kind": kinds[type(block)], **asdict(block)}
+    return {"kind": kinds[type(block)], "before_picture": before_picture, **asdict(block)}
 
 
 def _write_whole(output: Path, content: bytes) -> None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-ROWS_PER_SHEET = 8
+ROWS_PER_SHEET = 10
 
 
 def direction_styles(states: ReportStates, chosen: Integers) -> dict[str, tuple[str, str]]:
@@ -209,7 +209,7 @@ def draw_load_deformation_sheet(states: ReportStates, runs: list[int], names: li
     -------
     Figure; forces in N, deflections in mm, base axes.
     """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 18 + 24 * len(runs))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 16 + 21.5 * len(runs))
     panels = figure.subplots(len(runs), 3, sharex="col", sharey=True, squeeze=False)
     every = np.concatenate([states_of_run(states, run) for run in runs])
     many = direction_styles(states, every)

@@ -20,8 +20,9 @@ def apparent_negative(path: LoadPath, axis: int) -> Booleans:
     -------
     (m - 1,) True where the change of deflection has the other sign than the change of force.
     """
-    against = np.diff(path.force[:, axis]) * np.diff(path.deflection[:, axis]) < 0
-    return np.asarray(against, dtype=np.bool_)
+    product = np.diff(path.force[:, axis]) * np.diff(path.deflection[:, axis])
+    # A deflection that stands still but for rounding goes neither way.
+    return np.asarray(product < -1e-9 * np.abs(product).max(initial=0.0), dtype=np.bool_)
 
 
 @canvas.styled

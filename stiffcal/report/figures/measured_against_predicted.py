@@ -22,14 +22,15 @@ def _draw_panel(axes: Axes, states: ReportStates, component: int, scale: float) 
     measured, predicted = states.measured[:, component] * scale, states.best_prediction[:, component] * scale
     limits = canvas.padded_limits(np.concatenate([measured[used], predicted[used]]))
     axes.plot(limits, limits, color=canvas.QUIET, linewidth=0.8, linestyle=(0, (6, 2)), zorder=1)
-    for branch, marker, face in (("unloading", "s", "white"), ("loading", "o", None), ("", "o", None)):
+    for branch, marker, size in (("loading", "o", 1.8), ("unloading", "s", 3.4), ("", "o", 2.4)):
         pick = used[states.branch[used] == branch]
         if not pick.size:
             continue
         colour = canvas.COLOURS[1 if branch == "unloading" else 0]
+        face = "none" if branch == "unloading" else colour
         axes.plot(
-            predicted[pick], measured[pick], linestyle="none", marker=marker, markersize=2.4, markeredgewidth=0.5,
-            color=colour, markerfacecolor=face or colour, label=branch or "measured", zorder=3,
+            predicted[pick], measured[pick], linestyle="none", marker=marker, markersize=size, markeredgewidth=0.4,
+            color=colour, markerfacecolor=face, label=branch or "load state", zorder=3,
         )  # fmt: skip
     axes.set_xlim(*limits)
     axes.set_ylim(*limits)

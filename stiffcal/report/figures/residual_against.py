@@ -31,7 +31,7 @@ def draw_residual_against(states: ReportStates, drivers: Sequence[Driver], noise
     -------
     Figure; residuals in µm, base axes; drivers in their own units.
     """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 12 + 32 * len(drivers) if len(drivers) > 1 else 62)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 26 * len(drivers) if len(drivers) > 1 else 62)
     panels = figure.subplots(len(drivers), 3, sharey=True, squeeze=False)
     used = np.flatnonzero(states.used)
     residual = states.residual * 1e6

@@ -69,7 +69,7 @@ def draw_residuals_by_run(entries: Entries, noise: dict[str, Any] | None = None)
     Figure; µm or mm, mrad.
     """
     components = _components(entries)
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 14 + 44 * len(components))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 12 + 38 * len(components))
     panels = figure.subplots(len(components), 1, sharex=True, squeeze=False)[:, 0]
     for panel, component in zip(panels, components, strict=True):
         _draw_bars(panel, entries, component, wording.part(noise, component), _scale(entries, component))
@@ -93,7 +93,7 @@ def draw_residuals_by(groups: Sequence[tuple[str, Entries]], noise: dict[str, An
     """
     every = [entry for _, entries in groups for entry in entries]
     components = _components(every)
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 22 + 44 * len(components))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 20 + 38 * len(components))
     widths = [max(2.0, len(entries)) for _, entries in groups]
     panels = figure.subplots(
         len(components), len(groups), sharex="col", sharey="row", squeeze=False, width_ratios=widths

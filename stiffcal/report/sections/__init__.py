@@ -1,6 +1,7 @@
 """The report's sections, one per file: found by walking this folder, sorted by their ``ORDER``.
 
-Each module holds ``ORDER`` (an integer, gaps left for later ones) and ``section(content) -> Section | LeftOut``. A new
+Each module holds ``ORDER`` (an integer, gaps left for later ones) and ``section(content) -> Section | LeftOut | None``
+(None: nothing to show and nothing missing). A new
 page, such as the diagnosis, is one new file here.
 """
 
@@ -19,7 +20,7 @@ class SectionModule(Protocol):
 
     ORDER: int
 
-    def section(self, content: ReportContent) -> Section | LeftOut:
+    def section(self, content: ReportContent) -> Section | LeftOut | None:
         """Lay out the section, or say why it is left out."""
 
 

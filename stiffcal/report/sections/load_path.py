@@ -37,6 +37,6 @@ def _caption(path: LoadPath) -> str:
     change = float(np.abs(np.diff(path.deflection[:, axis])[against]).sum())
     return (
         f"{text} Along {wording.listing(negative)} the target moves against the force on the thick dashed stretch "
-        f"(along {negative[-1]} by {wording.length(change)}): apparent negative stiffness. It comes from the force in the "
-        "other axes, through the coupling of the joints; the robot is not unstable."
+        f"(along {negative[-1]} by {wording.length(change)}): apparent negative stiffness. It comes from the force in "
+        "the other axes, through the coupling of the joints; the robot is not unstable."
     )

@@ -20,7 +20,7 @@ _WORST_COLUMNS = {
     "load": (Column("load", "N"), 1.0),
     "row": (Column("row"), 1.0),
 }
-_DRIVERS_PER_PICTURE = 6
+_DRIVERS_PER_PICTURE = 4
 _MOST_RUNS_PER_PICTURE = 60
 
 
@@ -32,9 +32,10 @@ def section(content: ReportContent) -> Section | LeftOut:
         blocks.append(Paragraph(_lead(validation)))
         blocks.extend(_by_run(validation))
         blocks.extend(_by_groups(validation))
-        blocks.extend(_worst(validation))
     if content.states is not None and content.states.used.any() and content.drivers and content.identify is not None:
         blocks.extend(_against(content, content.states))
+    if validation is not None:
+        blocks.extend(_worst(validation))
     if not blocks:
         return LeftOut(_TITLE, "the model has not been validated yet: run “stiffcal validate”")
     return Section(_TITLE, tuple(blocks))
@@ -111,7 +112,8 @@ def _worst(validation: Document) -> list[Block]:
     worst = [entry for entry in validation.get("worst") or [] if isinstance(entry, dict)]
     if not worst:
         return []
-    keys = [key for key in worst[0] if not isinstance(worst[0][key], dict | list)]
+    keys = [key for key in worst[0] if any(entry.get(key) not in (None, "") for entry in worst)]
+    keys = [key for key in keys if not isinstance(worst[0][key], dict | list)]
     columns = tuple(_WORST_COLUMNS.get(key, (Column(key.replace("_", " "), align="left"), 1.0))[0] for key in keys)
     rows = tuple(
         tuple(_cell(entry.get(key), _WORST_COLUMNS.get(key, (None, 1.0))[1]) for key in keys) for entry in worst[:10]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, Section
 from stiffcal.report.content import Document, ReportContent
+from stiffcal.report.sections.sources import FIRST_PAGE_HOLDS, sources_table
 
 ORDER = 10
 
@@ -22,6 +23,8 @@ def section(content: ReportContent) -> Section | LeftOut:
     ]
     blocks.extend(Paragraph(f"Note: {text}") for text in dict.fromkeys(warnings))
     blocks.append(Facts(_provenance_rows(content)))
+    if 0 < len(content.provenance.sources) <= FIRST_PAGE_HOLDS:
+        blocks.append(sources_table(content.provenance.sources))
     return Section("In short", tuple(blocks))
 
 
@@ -78,8 +81,7 @@ def _provenance_rows(content: ReportContent) -> tuple[tuple[str, str], ...]:
         rows.append(("made with", ", ".join(f"{name} {version}" for name, version in origin.versions)))
     if origin.settings:
         rows.append(("settings", ", ".join(f"{name}: {value}" for name, value in origin.settings)))
-    if origin.sources:
-        rows.append(
-            ("sources", f"{wording.count(len(origin.sources), 'file')}, listed with their SHA-256 under “Sources”")
-        )
+    if len(origin.sources) > FIRST_PAGE_HOLDS:
+        files = wording.count(len(origin.sources), "file")
+        rows.append(("sources", f"{files}, listed with their SHA-256 under “Sources” at the end"))
     return tuple(rows)

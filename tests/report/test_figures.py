@@ -1,0 +1,158 @@
+"""The pictures: units on every axis, readable without colour, the same bytes twice, all kinds of file."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from stiffcal.report.content import Driver, LoadPath
+from stiffcal.report.figures import canvas
+from stiffcal.report.figures.ladder import draw_ladder
+from stiffcal.report.figures.load_deformation import (
+    branch_stretches,
+    direction_styles,
+    draw_deflection_by_run,
+    draw_load_deformation,
+    draw_load_deformation_sheet,
+    states_of_run,
+)
+from stiffcal.report.figures.load_path import apparent_negative, draw_load_path
+from stiffcal.report.figures.measured_against_predicted import draw_measured_against_predicted
+from stiffcal.report.figures.residual_against import draw_residual_against
+from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residuals_by_run
+from stiffcal.report.figures.robot_poses import arrow_scale, draw_pose_sheet, draw_robot_poses, residual_arrows
+from tests.report.made_up import made_up_content, made_up_states
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+CONTENT = made_up_content(rotation=True)
+STATES = made_up_states(rotation=True)
+VALIDATION, FITS = CONTENT.validate or {}, (CONTENT.history or {})["fits"]
+NAMES = [run.name for run in CONTENT.runs]
+# The path of paper 002's Fig. 2 on a robot whose z deflection follows Fx.
+RAMP = np.linspace(0, 1, 9)
+FORCE = np.concatenate([np.outer(RAMP[::-1], [-100, 200, -300]), np.outer(RAMP[1:], [100, -200, 100])])
+COMPLIANCE = np.array([[5e-6, 0, 0], [0, 4e-6, 0], [-9e-6, 0, 4e-6]])
+PATH = LoadPath("ramp", "a pose", FORCE, FORCE @ COMPLIANCE.T, (0, 8, 16))
+
+FIGURES: dict[str, Callable[[], Figure]] = {
+    "load_deformation": lambda: draw_load_deformation(STATES, 1, "run_1"),
+    "load_deformation_sheet": lambda: draw_load_deformation_sheet(STATES, [0, 1], NAMES),
+    "deflection_by_run": lambda: draw_deflection_by_run(STATES, NAMES, [0, 1]),
+    "measured_against_predicted": lambda: draw_measured_against_predicted(STATES),
+    "residual_against": lambda: draw_residual_against(STATES, [Driver("torque on joint 4", "N·m", STATES.load)], 2e-5),
+    "residuals_by_run": lambda: draw_residuals_by_run(VALIDATION["by_run"], {"translation": 1e-5, "rotation": None}),
+    "residuals_by": lambda: draw_residuals_by([("branch", VALIDATION["by_branch"])], None),
+    "robot_poses": lambda: draw_robot_poses(CONTENT.runs, STATES),
+    "ladder": lambda: draw_ladder(FITS, VALIDATION["zero_model"], {"translation": 1e-5}),
+    "ladder_rotation": lambda: draw_ladder(FITS, VALIDATION["zero_model"], None, "rotation"),
+    "load_path": lambda: draw_load_path(PATH),
+}
+# Axes along which things are sorted, not measured.
+KINDS = ("run", "branch", "direction of force", "size of load", "joint angle")
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_axis_has_its_unit(name: str) -> None:
+    figure = FIGURES[name]()
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        shown = axes.get_subplotspec()
+        assert shown is not None
+        for axis, label in ((axes.xaxis, axes.get_xlabel()), (axes.yaxis, axes.get_ylabel())):
+            if label:
+                assert label in KINDS or re.search(r"\[(N|mm|µm|mrad|m|N·m)\]", label), label
+            else:
+                # Shared axes are labelled once; an axis with its own written ticks must not be without a label.
+                written = [tick.label1.get_visible() and tick.label1.get_text() for tick in axis.get_major_ticks()]
+                assert not any(written) or name.startswith("ladder"), (name, written)
+
+
+@pytest.mark.parametrize("kind", ["svg", "pdf", "png"])
+def test_pictures_repeat_byte_for_byte(kind: str, tmp_path: Path) -> None:
+    for number in (1, 2):
+        canvas.save_figure(FIGURES["load_path"](), tmp_path / f"{number}.{kind}")
+    assert (tmp_path / f"1.{kind}").read_bytes() == (tmp_path / f"2.{kind}").read_bytes()
+
+
+def test_series_differ_without_colour() -> None:
+    styles = direction_styles(STATES, np.arange(len(STATES)))
+    assert len(styles) == 3
+    assert len({marker for _, marker in styles.values()}) == len(styles)
+
+
+def test_opposite_directions_share_a_colour() -> None:
+    force = np.concatenate([STATES.force, -STATES.force])
+    both = replace(
+        STATES,
+        run=np.tile(STATES.run, 2),
+        force=force,
+        direction=np.concatenate([STATES.direction, np.char.replace(STATES.direction, "+", "-")]),
+    )
+    styles = direction_styles(both, np.arange(len(force)))
+    assert styles["+x"][0] == styles["-x"][0] != styles["+y"][0]
+
+
+def test_stretches_part_loading_from_unloading() -> None:
+    stretches = branch_stretches(STATES, states_of_run(STATES, 0))
+    assert [branch for branch, _ in stretches] == ["loading", "unloading"] * 3
+    loads = [STATES.load[indices] for _, indices in stretches]
+    assert all((np.diff(load[1:]) > 0).all() for load in loads[::2])
+    assert all((np.diff(load) < 0).all() for load in loads[1::2])
+    assert loads[1][0] == STATES.load.max(), "unloading starts where loading ended"
+
+
+def test_apparent_negative_stiffness_is_found_where_it_is() -> None:
+    assert not apparent_negative(PATH, 0).any()
+    against = apparent_negative(PATH, 2)
+    # Fz and Fx rise together on both halves; Dz = 4 Fz - 9 Fx falls only on the second.
+    assert not against[:8].any()
+    assert against[8:].all()
+
+
+def test_arrows_are_the_residuals_of_the_largest_loads() -> None:
+    force, residual = residual_arrows(STATES, 1)
+    assert np.allclose(np.linalg.norm(force, axis=1), 300.0)
+    rows = [int(np.flatnonzero((STATES.run == 1) & (STATES.force == one).all(axis=1))[0]) for one in force]
+    assert np.allclose(residual, STATES.residual[rows, :3])
+
+
+def test_arrow_scale_is_round_and_fits() -> None:
+    scale = arrow_scale(CONTENT.runs, STATES)
+    assert f"{scale:.0e}"[0] in "125"
+    longest = max(np.linalg.norm(residual_arrows(STATES, n)[1], axis=1).max() for n in range(2))
+    assert 0.05 < scale * longest < 0.4
+    figure = draw_pose_sheet(CONTENT.runs, [0, 1], STATES, scale)
+    assert any("for arrows" in text.get_text() for axes in figure.axes for text in axes.texts)
+
+
+def test_drawing_leaves_the_users_settings_alone(tmp_path: Path) -> None:
+    import matplotlib
+
+    with matplotlib.rc_context({"font.size": 31.0, "text.usetex": True}):
+        figure = FIGURES["load_path"]()
+        assert float(figure.axes[0].xaxis.label.get_fontsize()) < 10
+        canvas.save_figure(figure, tmp_path / "f.svg")
+        assert matplotlib.rcParams["font.size"] == 31.0
+
+
+def test_thinning_keeps_the_largest() -> None:
+    size = np.random.default_rng(1).random(10_000)
+    kept = canvas.thinned(size, 500)
+    assert 500 <= len(kept) <= 520
+    assert int(np.argmax(size)) in kept
+
+
+def test_content_and_building_load_neither_matplotlib_nor_typst() -> None:
+    code = "import sys, stiffcal.report.building; print([m for m in ('matplotlib', 'typst') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
