@@ -37,8 +37,10 @@ Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 
 # A step below this share of the standard uncertainty changes nothing that anyone can see.
-SMALL_STEP = 1e-3
-MAX_STEPS = 12
+SMALL_STEP = 1e-4
+MAX_STEPS = 30
+# Huber's k: beyond this multiple of the typical length a reading counts less.
+HUBER_LIMIT = 2.5
 # The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
 REWEIGHTED_STEPS = 2
 
@@ -139,10 +141,10 @@ def fit_observations(
     told = _tell_apart(reduced, robot, columns)
     amplitude = _solve(reduced, robot, columns, told, start=np.zeros(len(columns)))
     step = _weigh(problem, _valued(robot, columns, amplitude), settings)
-    iterations, last = 0, np.inf
+    iterations, last, robust, weights = 0, np.inf, settings.loss == "huber", step.whitening
     while True:
         progress("balanced robot", min(0.9, 0.3 + 0.2 * iterations))
-        weights = _huber(step, data) if settings.loss == "huber" else step.whitening
+        weights = _huber(step, weights, data) if robust else step.whitening
         reduced = reduce_blocks(evaluate(step.robot, data, columns), data, weights)
         told = _tell_apart(reduced, step.robot, columns)
         updated = _solve(reduced, step.robot, columns, told, start=amplitude)
@@ -152,7 +154,8 @@ def fit_observations(
         step = replace(step, robot=_valued(step.robot, columns, amplitude))
         # Steps contract evenly: the next one is foretold by this one and the ratio to the last.
         foretold = change * min(1.0, change / last) if iterations > 1 else change
-        if min(change, foretold) < SMALL_STEP or not robot.deformed or iterations >= MAX_STEPS:
+        settled = change < SMALL_STEP or (foretold < SMALL_STEP and not robust)
+        if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             break
         if iterations <= REWEIGHTED_STEPS:
             step = _weigh(problem, step.robot, settings)
@@ -269,16 +272,22 @@ def _without_offsets(data: Observations, predicted: Floats | None, whitening: Wh
     return residual
 
 
-def _huber(step: _Step, data: Observations) -> Whitening:
-    """Return weights lowered for readings whose whitened length is beyond 2.5 per component."""
-    residual = offset_free_residual(step.robot, data, step.whitening)
-    white = step.whitening.apply(residual)
-    length = np.sqrt(np.sum(white**2, axis=0) / np.maximum(np.count_nonzero(data.seen, axis=0), 1))
-    # 2.5 robust standard uncertainties: where the noise is not known, the residuals' own median sets the scale.
-    scale = 2.5 * max(1.0, 1.4826 * float(np.median(length)))
-    factor = np.sqrt(np.minimum(1.0, scale / np.maximum(length, 1e-30)))
+def _huber(step: _Step, weights: Whitening, data: Observations) -> Whitening:
+    """Return weights lowered for readings whose whitened length is beyond 2.5 times the typical one.
+
+    Translation and rotation of a reading are judged apart. The median sets the scale: it bears wild readings, also
+    where they have swollen the noise told from repeats.
+    """
+    white = step.whitening.apply(offset_free_residual(step.robot, data, weights))
+    factor = np.ones_like(data.measured)
+    for kind in (False, True):
+        rows = data.rotational == kind
+        length = np.sqrt(np.sum(white[rows] ** 2, axis=0))
+        if length.any():
+            scale = HUBER_LIMIT * float(np.median(length))
+            factor[rows] = np.sqrt(np.minimum(1.0, scale / np.maximum(length, 1e-300)))
     lower = step.whitening.lower
-    return Whitening(step.whitening.scale * factor, None if lower is None else lower * factor)
+    return Whitening(step.whitening.scale * factor, None if lower is None else lower * factor[:, None])
 
 
 def _summarise(

@@ -28,6 +28,8 @@ Integers = NDArray[np.int64]
 ENOUGH_DOF = 30
 # Below this nothing is said from repeats at all: the noise would be known to no better than a third.
 LEAST_DOF = 6
+# Contrasts beyond this multiple of their median length come from bumped readings.
+WILD = 6.0
 
 
 @dataclass(frozen=True)
@@ -193,7 +195,7 @@ def noise_from_repeats(data: Observations, sensitivity: Floats, groups: Sequence
     sensitivity : (m, 6, n) of the present model.
     groups : positions of states that repeat each other.
     """
-    differences, levers = contrasts(data, sensitivity, groups)
+    differences, levers = _without_wild(*contrasts(data, sensitivity, groups), data.rotational)
     n_rotational = int(np.count_nonzero(data.rotational))
     n_translational = len(data.rotational) - n_rotational
     if len(differences) * n_translational < LEAST_DOF:
@@ -213,6 +215,19 @@ def noise_from_repeats(data: Observations, sensitivity: Floats, groups: Sequence
         source="repeats",
         dof=float(differences.size),
     )
+
+
+def _without_wild(differences: Floats, levers: Floats, rotational: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Leave out contrasts of readings that were bumped: longer than six times the typical length of their kind.
+
+    Of a hundred thousand contrasts of Gaussian noise less than one is that long.
+    """
+    keep = np.ones(len(differences), dtype=np.bool_)
+    for kind in (False, True):
+        length = np.sqrt(np.sum(differences[:, rotational == kind] ** 2, axis=1))
+        if length.any():
+            keep &= length <= WILD * np.median(length)
+    return differences[keep], levers[keep]
 
 
 def _variance_components(differences: Floats, levers: Floats, data: Observations) -> Floats:

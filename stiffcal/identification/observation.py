@@ -30,6 +30,7 @@ from stiffcal.model.equilibrium import (
     node_wrenches,
     rest_under_weight,
 )
+from stiffcal.reduction.load_cycles import run_members
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -95,14 +96,18 @@ class Observations:
 
 
 def _reference_of_runs(states: LoadStates) -> Integers:
-    """Return (n,) the index of each state's reference reading: marked and seen, else the run's first."""
+    """Return (n,) the index of each state's reference reading.
+
+    The marked one; where that is not usable, the usable state with the least load: rotation vectors taken from a
+    loaded state differ in second order from those that the model counts from the unloaded one.
+    """
     reference = np.zeros(len(states), dtype=np.int64)
-    for number in np.unique(states.run):
-        members = np.flatnonzero(states.run == number)
-        marked = members[states.reference[members] & states.used[members]]
+    load = np.sqrt(np.sum(states.wrench**2, axis=1))
+    for members in run_members(states.run):
         usable = members[states.used[members]]
-        chosen = marked if len(marked) else usable if len(usable) else members
-        reference[members] = chosen[0]
+        marked = usable[states.reference[usable]]
+        candidates = usable if len(usable) else members
+        reference[members] = marked[0] if len(marked) else candidates[np.argmin(load[candidates])]
     return reference
 
 
