@@ -55,7 +55,7 @@ class Rows:
 
 
 def read_rows(
-    folder: Path, name: str, source: Source, files: Mapping[str, str], on_columns: Callable[[Batch], None] | None = None
+    folder: Path, name: str, source: Source, files: Mapping[str, str], watch: Callable[[Rows], None] | None = None
 ) -> Iterator[Rows]:
     """Yield the rows of a source, streamed.
 
@@ -63,7 +63,7 @@ def read_rows(
     ----------
     folder : the campaign folder. name : the source's name, for messages.
     files : signal name to file; ``""`` for a file that holds all signals.
-    on_columns : called with every batch as read, before rows are left out (to watch for faults).
+    watch : called with all rows as they come; it may raise.
 
     Raises
     ------
@@ -72,11 +72,11 @@ def read_rows(
     """
     if not files:
         raise InputError.at("campaign.toml", f"[sources.{name}]", "no file is named", 'add file = "raw/….csv"')
-    batches = _batches(folder, source, files)
-    for batch in batches:
-        if on_columns is not None:
-            on_columns(batch)
-        yield rows_of(source, batch)
+    for batch in _batches(folder, source, files):
+        rows = rows_of(source, batch)
+        if watch is not None:
+            watch(rows)
+        yield rows
 
 
 def rows_of(source: Source, batch: Batch) -> Rows:
@@ -96,6 +96,29 @@ def rows_of(source: Source, batch: Batch) -> Rows:
         words = [word for word, kept in zip(words, keep, strict=True) if kept]
         number = number[keep]
     return Rows(number, _time(source, numbers, number), words, instrument_readings(source, numbers))
+
+
+def columns_of_signals(source: Source) -> dict[str, tuple[str, ...]]:
+    """Return the columns of each signal of `Rows`, as the file names them."""
+    found: dict[str, tuple[str, ...]] = {}
+    if source.joints is not None:
+        for key, columns in source.joints.groups().items():
+            found["joints" if key == "position" else f"joints.{key}"] = columns
+    if source.wrench is not None:
+        found["wrench"] = source.wrench.columns
+    for body, pose in source.body_poses().items():
+        found[f"position.{body}"] = pose.position or ()
+        found |= {f"marker.{body}.{name}": marker.columns for name, marker in pose.markers.items()}
+        found[f"quaternion.{body}"] = pose.orientation[1] if pose.orientation else ()
+    if source.deflection is not None:
+        found["translation"], found["rotation"] = source.deflection.translation, source.deflection.rotation or ()
+    if source.displacement is not None:
+        found["displacement"] = (source.displacement.column,)
+    if source.lengths is not None:
+        found["lengths"] = source.lengths.columns
+    if source.temperature is not None:
+        found["temperature"] = source.temperature.columns
+    return found
 
 
 def instrument_readings(source: Source, numbers: Mapping[str, Floats]) -> dict[str, Floats]:

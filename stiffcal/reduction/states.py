@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,6 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_quaternion
-from stiffcal.readers import Batch
 from stiffcal.reduction.logs import Rows, read_rows
 from stiffcal.reduction.markers import poses_of_markers
 from stiffcal.reduction.references import reference_states
@@ -53,11 +53,12 @@ class Gathered:
 
 
 def tabled_states(
-    folder: Path, manifest: Manifest, on_columns: Callable[[str, str, Batch], None] | None = None
+    folder: Path, manifest: Manifest, watch: Callable[[str, str, Rows], None] | None = None
 ) -> Gathered | None:
     """Read the sources that hold one row per load state; None where there is none.
 
-    Several such sources go together row by row within each run.
+    `watch` is called with source, file and rows as they come, and may raise. Several such sources go together row by
+    row within each run.
 
     Raises
     ------
@@ -71,16 +72,12 @@ def tabled_states(
         parts = []
         for run, files in _files(manifest, name):
             shown = next(iter(files.values()), "")
-            watch = None if on_columns is None else _watching(on_columns, name, shown)
-            rows = _joined(list(read_rows(folder, name, source, files, watch)))
+            seen = None if watch is None else partial(watch, name, shown)
+            rows = _joined(list(read_rows(folder, name, source, files, seen)))
             parts.append(_labelled(manifest, name, run, rows, shown))
         table = _stacked(parts)
         gathered = table if gathered is None else _beside(gathered, table, name)
     return gathered
-
-
-def _watching(on_columns: Callable[[str, str, Batch], None], source: str, file: str) -> Callable[[Batch], None]:
-    return lambda batch: on_columns(source, file, batch)
 
 
 def _files(manifest: Manifest, source: str) -> list[tuple[Run | None, dict[str, str]]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from stiffcal.campaign.frames import frames_to_estimate, measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
-from stiffcal.errors import InputError, Progress
+from stiffcal.errors import InputError, Progress, raise_faults
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.readers import Wanted
 from stiffcal.reduction.blocks import BlockAverager, Blocks
@@ -23,6 +24,7 @@ from stiffcal.reduction.registration import Registration, in_instrument_axes, re
 from stiffcal.reduction.screening import set_bumped_aside
 from stiffcal.reduction.states import Gathered, load_states, stacked, tabled_states
 from stiffcal.store import TableStream, Writing
+from stiffcal.workflow.watching import Watches, contradictions
 
 Floats = NDArray[np.float64]
 
@@ -66,14 +68,15 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     manifest = campaign.manifest
     progress("reading tables", None)
     parts: list[Gathered] = []
-    table = tabled_states(campaign.folder, manifest)
+    watches = Watches(campaign)
+    table = tabled_states(campaign.folder, manifest, watches.see)
     logged = [name for name, source in manifest.sources.items() if not source.is_states]
     runs: list[ReducedRun] = []
     if logged:
         for k, run in enumerate(manifest.runs):
             sources = [name for name in logged if name in run.files]
             if sources:
-                reduced = _reduce_logs(campaign, run, sources, progress, k / len(manifest.runs), writing)
+                reduced = _reduce_logs(campaign, run, sources, progress, k / len(manifest.runs), writing, watches)
                 runs.append(reduced)
                 parts.append(reduced.states)
     if table is not None:
@@ -88,8 +91,11 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     gathered = stacked(parts)
     progress("making load states", None)
     states, registration = _placed_states(campaign, gathered)
+    faults, warnings = contradictions(states, campaign, registration is not None)
+    raise_faults(faults)
     states = set_bumped_aside(states)
     document = _document(states, runs)
+    document["warnings"] += watches.remarks() + warnings
     if registration is not None:
         document["registration"] = registration.as_document()
     return ReducedCampaign(states, document)
@@ -153,16 +159,22 @@ def _dropped(reduced: ReducedRun) -> list[dict[str, Any]]:
 
 
 def _reduce_logs(
-    campaign: Campaign, run: Run, sources: Sequence[str], progress: Progress, share: float, writing: Writing | None
+    campaign: Campaign,
+    run: Run,
+    sources: Sequence[str],
+    progress: Progress,
+    share: float,
+    writing: Writing | None,
+    watches: Watches,
 ) -> ReducedRun:
     logs: dict[str, Blocks] = {}
     for k, name in enumerate(sources):
         progress(f"reading {run.files[name]}", share + k / len(sources) / len(campaign.manifest.runs))
-        logs[name] = _read_log(campaign, run, name, writing)
+        logs[name] = _read_log(campaign, run, name, writing, watches)
     return reduce_run(run, logs, _tabled_holds(campaign, run, sources[0]))
 
 
-def _read_log(campaign: Campaign, run: Run, name: str, writing: Writing | None) -> Blocks:
+def _read_log(campaign: Campaign, run: Run, name: str, writing: Writing | None, watches: Watches) -> Blocks:
     """Stream one log: into the store as it is, into block averages for everything else."""
     source = campaign.manifest.sources[name]
     averager = BlockAverager()
@@ -171,7 +183,8 @@ def _read_log(campaign: Campaign, run: Run, name: str, writing: Writing | None) 
         row for exclusion in campaign.manifest.exclude
         if exclusion.source == name and exclusion.run in (None, run.id) for row in exclusion.rows
     }  # fmt: skip
-    for rows in read_rows(campaign.folder, name, source, campaign.manifest.files_of(name, run)):
+    see = partial(watches.see, name, run.files[name])
+    for rows in read_rows(campaign.folder, name, source, campaign.manifest.files_of(name, run), see):
         if writing is not None:
             if stream is None:
                 stream = writing.stream(f"recordings/{run.id}/{name}", recording_columns(source, rows))

@@ -1,0 +1,279 @@
+"""What load states cannot be: force and deflection against each other, kinematics that misses the tracker.
+
+These are the faults that make every later number wrong without looking wrong. Where the data contradict the manifest,
+the single change of it that fits is looked for and named (physics, section 0); nothing is changed silently.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations, permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import Fault
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses, jacobians
+from stiffcal.mechanics.rotations import inverse_transform, quaternion_from_rotation, rotation_from_quaternion
+from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
+
+Floats = NDArray[np.float64]
+
+# Physics, section 0: kinematics meets the measured target within some 20 mm in the reference states.
+MEETS_M = 0.02
+# Beyond this no robot's own inaccuracy explains it; between the two a warning is enough.
+MISSES_M = 0.05
+TURNED_RAD = 0.1
+# A load that follows the declared axes leaves less than half of the deflection to other effects.
+FOLLOWS, FOLLOWS_NOT = 0.8, 0.5
+
+
+@dataclass(frozen=True)
+class WorkSign:
+    """Work of the load on the robot, per run, J; share of the deflection that positive joint springs explain."""
+
+    work: Floats
+    explained: float
+
+
+def work_of_load(states: LoadStates, chain: Chain) -> WorkSign:
+    """Return Σ wrench · displacement about the load's point in each run (differences to the run's reference), J."""
+    force, moment, moved, turned = _loads_and_motions(states, chain)
+    work = np.sum(force * moved, axis=1) + np.sum(moment * turned, axis=1)
+    total = np.array([work[states.run == k].sum() for k in range(len(states.runs))])
+    return WorkSign(total, _explained(states, chain, np.eye(3), 1.0))
+
+
+def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return force, moment, displacement of the load's point and turn, base axes, relative to the reference: (n, 3)."""
+    angles = chain.model_angles(states.joints)
+    _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
+    point, _ = attached_poses(chain, angles, states.setup.wrench_point)
+    target, _ = attached_poses(chain, angles, states.setup.targets[0])
+    force = np.einsum("nij,nj->ni", axes, states.wrench[:, :3])
+    moment = np.einsum("nij,nj->ni", axes, states.wrench[:, 3:])
+    if states.deflection_given:
+        moved, turned = states.deflection[:, 0, :3].copy(), np.nan_to_num(states.deflection[:, 0, 3:])
+    else:
+        moved, turned = np.zeros_like(force), np.zeros_like(force)
+        for k in range(len(states.runs)):
+            members = np.flatnonzero(states.run == k)
+            first = members[states.reference[members]]
+            reference = int(first[0]) if first.size else int(members[0])
+            force[members] -= force[reference].copy()
+            moment[members] -= moment[reference].copy()
+            moved[members] = states.position[members, 0] - states.position[reference, 0]
+            turn = states.rotation[members, 0] @ states.rotation[reference, 0].T
+            if np.isfinite(turn).all():
+                turned[members] = rotation_vector(turn)
+    return force, moment, np.nan_to_num(moved + np.cross(turned, point - target)), turned
+
+
+def _explained(states: LoadStates, chain: Chain, flip: Floats, sign: float) -> float:
+    """Return what share of the displacement non-negative joint compliances explain, sensor axes turned by `flip`."""
+    from scipy.optimize import nnls
+
+    angles = chain.model_angles(states.joints)
+    _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
+    turned = sign * (axes @ flip)
+    wrench = np.concatenate(
+        [
+            np.einsum("nij,nj->ni", turned, states.wrench[:, :3]),
+            np.einsum("nij,nj->ni", turned, states.wrench[:, 3:]),
+        ],
+        axis=1,
+    )
+    torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench)
+    columns = jacobians(chain, angles, states.setup.targets[0])[:, :3] * torque[:, None, :]
+    seen = states.deflection[:, 0, :3] if states.deflection_given else states.position[:, 0]
+    columns, seen = columns.copy(), seen.copy()
+    if not states.deflection_given:
+        for k in range(len(states.runs)):
+            members = states.run == k
+            columns[members] -= columns[members].mean(axis=0)
+            seen[members] -= np.nanmean(seen[members], axis=0)
+    rows = np.isfinite(seen).ravel()
+    design, wanted = columns.reshape(-1, columns.shape[2])[rows], seen.ravel()[rows]
+    scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
+    gram, right = np.linalg.qr(design / scale)
+    _, left = nnls(right, gram.T @ wanted)
+    total = float(wanted @ wanted)
+    outside = total - float(np.sum((gram.T @ wanted) ** 2))
+    return 1.0 - (left**2 + outside) / total if total > 0.0 else 1.0
+
+
+def check_work(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> list[Fault]:
+    """Return a fault where force and deflection run against each other, with the mend that fits.
+
+    Only runs of experiment "load" count.
+    """
+    loads = np.array([states.runs[k].experiment == "load" for k in states.run], dtype=np.bool_) & states.used
+    chosen = states.select(loads)
+    if len(chosen) < 2 or not np.any(chosen.wrench) or not chosen.setup.targets:
+        return []
+    sign = work_of_load(chosen, chain)
+    present = np.unique(chosen.run)
+    negative = int((sign.work[present] < 0.0).sum())
+    if 2 * negative <= present.size and sign.explained > FOLLOWS_NOT:
+        return []
+    turns = {axis: np.diag([1.0 if k == axis else -1.0 for k in range(3)]) for axis in range(3)}
+    variants = [("acts_on", _explained(chosen, chain, np.eye(3), -1.0))]
+    variants += [(f"turned about {'xyz'[axis]}", _explained(chosen, chain, flip, 1.0)) for axis, flip in turns.items()]
+    name, best = max(variants, key=lambda entry: entry[1])
+    place = "wrench"
+    if best > FOLLOWS and best > sign.explained + 0.25:
+        if name == "acts_on":
+            mend = 'acts_on is the wrong way round: write acts_on = "environment" (or "robot" where that stands)'
+        else:
+            mend = f"the sensor is upside down, half a turn {name.split(' ', 1)[1]} of its axes: correct its frame"
+        reason = f"force and deflection run against each other ({negative} of {present.size} runs do negative work)"
+        return [Fault(file, place, reason, mend)]
+    if 2 * negative > present.size:
+        reason = f"{negative} of {present.size} runs do negative work: force and deflection run against each other"
+        return [Fault(file, place, reason, "check acts_on, the sensor's frame and the displacement's axes")]
+    return []
+
+
+@dataclass(frozen=True)
+class KinematicsMatch:
+    """How well kinematics meets the tracker in the reference states.
+
+    Attributes
+    ----------
+    median_m, worst_m : distance between the computed and the measured target; NaN where positions are not measured.
+    turned_rad : median angle between the computed and the measured orientation, NaN where not measured.
+    """
+
+    median_m: float
+    worst_m: float
+    turned_rad: float
+
+
+def match_kinematics(states: LoadStates, chain: Chain) -> KinematicsMatch:
+    """Compare kinematics with the measured target in the reference states."""
+    chosen = _references(states)
+    if len(chosen) == 0:
+        return KinematicsMatch(np.nan, np.nan, np.nan)
+    there, rotation = attached_poses(chain, chain.model_angles(chosen.joints), chosen.setup.targets[0])
+    away = np.linalg.norm(there - chosen.position[:, 0], axis=1)
+    turn = np.linalg.norm(rotation_vector(chosen.rotation[:, 0] @ np.swapaxes(rotation, -1, -2)), axis=1)
+    turned = float(np.median(turn)) if np.isfinite(turn).all() else np.nan
+    return KinematicsMatch(float(np.median(away)), float(away.max()), turned)
+
+
+def _references(states: LoadStates) -> LoadStates:
+    seen = np.isfinite(states.position[:, :1]).all(axis=(1, 2)) if states.setup.targets else np.zeros(len(states), bool)
+    return states.select(states.reference & seen)
+
+
+def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: str = "campaign.toml") -> list[Fault]:
+    """Return a fault where kinematics misses the tracker, naming the single change that makes it meet.
+
+    Parameters
+    ----------
+    estimated : True where the tracker's frame was itself found from these poses.
+    """
+    chosen = _references(states)
+    match = match_kinematics(states, chain)
+    if len(chosen) == 0 or np.isnan(match.median_m):
+        return []
+    if match.median_m <= MISSES_M:
+        return _check_orientation(chosen, chain, match, estimated, file)
+    found: list[tuple[float, str, str]] = []
+    for words, mend, joints, position in _variants(chosen, chain):
+        there, _ = attached_poses(chain, chain.model_angles(joints), chosen.setup.targets[0])
+        found.append((_miss(there, position, estimated), words, mend))
+    best = min(found, key=lambda entry: entry[0])
+    reason = f"kinematics misses the measured target by {1e3 * match.median_m:.0f} mm in the reference states"
+    if best[0] <= MEETS_M and best[0] < 0.3 * match.median_m:
+        return [Fault(file, "kinematics", f"{reason}; with {best[1]} it meets within {1e3 * best[0]:.1f} mm", best[2])]
+    return [
+        Fault(
+            file, "kinematics", reason, "check the robot file, the frames of tracker and target, and the joint columns"
+        )
+    ]
+
+
+def _miss(there: Floats, seen: Floats, estimated: bool) -> float:
+    """Return the median distance; a rigid motion apart where the tracker's frame is estimated."""
+    if estimated and len(seen) > 3:
+        left, _, right = np.linalg.svd((there - there.mean(axis=0)).T @ (seen - seen.mean(axis=0)))
+        turn = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
+        seen = (seen - seen.mean(axis=0)) @ turn.T + there.mean(axis=0)
+    return float(np.median(np.linalg.norm(there - seen, axis=1)))
+
+
+def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floats, Floats]]:
+    """Yield what may be wrong, in words and with its mend, and joints (n, L) and positions (n, 3) as they would be."""
+    joints, position = states.joints, states.position[:, 0]
+    names = chain.joint_names if len(chain.joint_names) == joints.shape[1] else tuple(map(str, range(joints.shape[1])))
+    yield "joint angles in degrees", 'write units = { position = "deg" }', np.radians(joints), position
+    yield "joint angles in radians", 'write units = { position = "rad" }', np.degrees(joints), position
+    for a, b in combinations(range(joints.shape[1]), 2):
+        swapped = joints.copy()
+        swapped[:, [a, b]] = joints[:, [b, a]]
+        pair = f"joint columns {names[a]} and {names[b]} swapped"
+        yield pair, "name the joint columns from base to wrist", swapped, position
+    for k, name in enumerate(names):
+        turned = joints.copy()
+        turned[:, k] = -turned[:, k]
+        yield f"joint {name} counted the other way", f"write direction = -1 (or 1) for {name}", turned, position
+        for degrees in (-180, -90, 90, 180):
+            moved = joints.copy()
+            moved[:, k] += np.radians(degrees)
+            yield f"{degrees:+d}° at joint {name}", f"correct theta_deg of {name}", moved, position
+    back = inverse_transform(states.setup.base_from_tracker)
+    own = position @ back[:3, :3].T + back[:3, 3]
+    there = states.setup.base_from_tracker
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            if order == (0, 1, 2) and signs == (1.0, 1.0, 1.0):
+                continue
+            axes = ", ".join(f"{'-' if s < 0 else ''}{'XYZ'[k]}" for k, s in zip(order, signs, strict=True))
+            seen = (own[:, order] * np.array(signs)) @ there[:3, :3].T + there[:3, 3]
+            yield (
+                f"the tracker's axes as ({axes})",
+                "correct the order of position's columns, or the frame",
+                joints,
+                seen,
+            )
+    for factor, unit in ((1e-3, "mm"), (1e3, "m")):
+        seen = (own * factor) @ there[:3, :3].T + there[:3, 3]
+        yield f"positions in {unit}", f'write units = {{ position = "{unit}" }}', joints, seen
+    yield (
+        "the tracker's frame the other way round",
+        "frames.tracker is where the tracker stands seen from the base, not the base seen from the tracker",
+        joints,
+        own @ back[:3, :3].T + back[:3, 3],
+    )
+
+
+def _check_orientation(
+    states: LoadStates, chain: Chain, match: KinematicsMatch, estimated: bool, file: str
+) -> list[Fault]:
+    """Return a fault where positions meet and orientations do not, unless the target is merely mounted turned."""
+    if np.isnan(match.turned_rad) or match.turned_rad <= TURNED_RAD or estimated:
+        return []
+    _, rotation = attached_poses(chain, chain.model_angles(states.joints), states.setup.targets[0])
+    there = states.setup.base_from_tracker[:3, :3]
+    seen = there.T @ states.rotation[:, 0]
+    if len(states) > 1 and _mounting_spread(rotation, there @ seen) <= TURNED_RAD:
+        return []
+    quaternion = quaternion_from_rotation(seen)
+    orders = {"x, y, z, w": quaternion[:, [3, 0, 1, 2]], "inverted": quaternion * np.array([1.0, -1.0, -1.0, -1.0])}
+    reason = f"positions meet kinematics, orientations are off by {np.degrees(match.turned_rad):.0f}°"
+    for words, values in orders.items():
+        turned = rotation_vector(there @ rotation_from_quaternion(values) @ np.swapaxes(rotation, -1, -2))
+        if np.median(np.linalg.norm(turned, axis=1)) <= TURNED_RAD:
+            mend = "write the quaternion's columns with w first" if "w" in words else "invert the orientation"
+            return [Fault(file, "quaternion_wxyz", f"{reason}; with the quaternion {words} they meet", mend)]
+    return [Fault(file, "quaternion_wxyz", reason, "check the quaternion's columns and the tracker's frame")]
+
+
+def _mounting_spread(computed: Floats, seen: Floats) -> float:
+    """Return how much the target's orientation on the robot differs from state to state, rad."""
+    mounting = np.swapaxes(computed, -1, -2) @ seen
+    return float(np.max(np.linalg.norm(rotation_vector(mounting @ mounting[0].T), axis=1)))

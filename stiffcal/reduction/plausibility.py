@@ -1,0 +1,238 @@
+"""What a log cannot be: looked at batch by batch while it streams past (physics, section 0).
+
+Faults stop: time that runs backwards, a displacement of a metre, an angle of 90 rad, a force of 3·10⁵ N, quaternions
+that are none. Gaps, channels that stand still and saturation are remarked on: they may be meant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import Fault, InputError
+
+Floats = NDArray[np.float64]
+
+# Twice around is more than any industrial joint turns, cable hoses allow ±400° at most; 90 rad are 14 turns.
+LARGEST_ANGLE_RAD = 4.0 * np.pi
+# Physics, section 0: no robot holds 3·10⁵ N; the strongest sensors in use end near 10⁵ N.
+LARGEST_FORCE_N = 3e5
+LARGEST_MOMENT_NM = 1e5
+# A loaded arm gives millimetres; a displacement of half a metre is a unit.
+LARGEST_DEFLECTION_M = 0.3
+LARGEST_DEFLECTION_RAD = 0.2
+# Trackers see to 100 m.
+LARGEST_POSITION_M = 200.0
+QUATERNION_SLACK = 1e-3
+GAP = 10.0  # times the usual interval
+SATURATED = 20  # readings in a row at the very same extreme
+
+
+@dataclass
+class LogWatch:
+    """Watch one log while it streams past.
+
+    Attributes
+    ----------
+    file : as the user named it. place_of_row : row to ``line n``. sampled : False where rows are load states.
+    columns : signal to the columns' names in the file.
+    n_rows, first_s, last_s, interval, longest : what was seen of rows and time.
+    low, high : signal to the least and the largest value of each channel, SI.
+    """
+
+    file: str
+    place_of_row: Callable[[int], str]
+    sampled: bool
+    columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    n_rows: int = 0
+    first_s: float = float("nan")
+    last_s: float = float("nan")
+    intervals: list[float] = field(default_factory=list)
+    longest: float = 0.0
+    longest_at: float = float("nan")
+    low: dict[str, Floats] = field(default_factory=dict)
+    high: dict[str, Floats] = field(default_factory=dict)
+    at_high: dict[str, NDArray[np.int64]] = field(default_factory=dict)
+
+    def see(self, number: NDArray[np.int64], time: Floats, signals: dict[str, Floats]) -> None:
+        """Look at a batch: rows' numbers (n,), time (n,) s, signals name to (c, n) in SI.
+
+        Raises
+        ------
+        InputError
+            With the line of the first reading that cannot be.
+        """
+        if number.size == 0:
+            return
+        self.n_rows += int(number.size)
+        if self.sampled:
+            self._see_time(number, time)
+        for name, values in signals.items():
+            with np.errstate(invalid="ignore"):
+                low, high = np.fmin.reduce(values, axis=1), np.fmax.reduce(values, axis=1)
+            self._see_ends(name, values, low, high)
+            self._see_range(name, number, values, low, high)
+
+    def _see_time(self, number: NDArray[np.int64], time: Floats) -> None:
+        before = np.concatenate([[self.last_s], time[:-1]])
+        step = time - before
+        if not np.nanmin(step, initial=np.inf) > 0.0:
+            k = int(np.flatnonzero(step <= 0.0)[0])
+            words = "stands still" if step[k] == 0.0 else "runs backwards"
+            raise InputError.at(
+                self.file, self.place_of_row(int(number[k])), f"time {words}: {time[k]:g} s after {before[k]:g} s",
+                "remove the repeated or misplaced rows in a copy of the log",
+            )  # fmt: skip
+        if np.isnan(self.first_s):
+            self.first_s, step, time = float(time[0]), step[1:], time[1:]
+        if step.size:
+            self.intervals.append(float(np.median(step[:4096])))
+            k = int(np.argmax(step))
+            if step[k] > self.longest:
+                self.longest, self.longest_at = float(step[k]), float(time[k])
+            self.last_s = float(time[-1])
+        else:
+            self.last_s = self.first_s
+
+    def _see_ends(self, name: str, values: Floats, low: Floats, high: Floats) -> None:
+        if name not in self.low:
+            self.low[name], self.high[name] = low, high
+        else:
+            self.low[name], self.high[name] = np.fmin(self.low[name], low), np.fmax(self.high[name], high)
+        if name == "wrench" and self.sampled:
+            counts = self.at_high.setdefault(name, np.zeros(low.size, dtype=np.int64))
+            for end, extreme in ((low, self.low[name]), (high, self.high[name])):
+                for k in np.flatnonzero((end == extreme) & (low != high)):
+                    counts[k] = max(counts[k], _longest_row(values[k] == end[k]))
+
+    def _see_range(self, name: str, number: NDArray[np.int64], values: Floats, low: Floats, high: Floats) -> None:
+        kind = name.split(".")[0]
+        if kind == "quaternion":
+            length = np.sqrt(np.einsum("cn,cn->n", values, values))
+            off = np.flatnonzero(np.abs(length - 1.0) > QUATERNION_SLACK)
+            if off.size:
+                self._fail(
+                    number[off[0]], f"quaternion of length {length[off[0]]:.4g}", "name its four columns, w first"
+                )
+            return
+        largest, reason, mend = _BOUNDS.get(kind, (np.inf, "", ""))
+        if name in ("joints.velocity", "joints.torque", "joints.current") or not np.isfinite(largest):
+            return
+        if np.fmax(np.abs(low), np.abs(high)).max() <= largest:
+            return
+        wide = np.abs(values) > (_bounds_of_wrench()[: values.shape[0], None] if kind == "wrench" else largest)
+        if wide.any():
+            rows = np.flatnonzero(wide.any(axis=0))
+            channel = int(np.argmax(wide[:, rows[0]]))
+            value = float(values[channel, rows[0]])
+            names = self.columns.get(name, ())
+            column = names[channel] if channel < len(names) else str(channel + 1)
+            self._fail(number[rows[0]], reason.format(value=value, channel=column), mend)
+
+    def _fail(self, number: int, reason: str, mend: str) -> None:
+        raise InputError.at(self.file, self.place_of_row(int(number)), reason, mend)
+
+    @property
+    def interval(self) -> float:
+        """The usual time from reading to reading, s; NaN where there is one reading."""
+        return float(np.median(self.intervals)) if self.intervals else float("nan")
+
+    def _column(self, k: int) -> str:
+        names = self.columns.get("wrench", ())
+        return f"column {names[k]}" if k < len(names) else f"channel {k + 1} of the wrench"
+
+    def remarks(self) -> list[str]:
+        """Return what may be wrong: gaps, channels that stand still beside moving ones, saturation."""
+        told: list[str] = []
+        if self.sampled and self.longest > GAP * self.interval:
+            told.append(
+                f"{self.file}: a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
+                f"(usual interval {self.interval:.3g} s)"
+            )
+        still = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
+        if still.any() and not still.all() and self.n_rows > SATURATED:
+            for k in np.flatnonzero(still & (self.high["wrench"] != 0.0)):
+                told.append(f"{self.file}: {self._column(int(k))} stands still at {self.high['wrench'][k]:g}")
+        for k in np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED):
+            times = int(self.at_high["wrench"][k])
+            told.append(f"{self.file}: {self._column(int(k))} stays at its extreme for {times} readings: saturated?")
+        return told
+
+
+def _bounds_of_wrench() -> Floats:
+    return np.array([LARGEST_FORCE_N] * 3 + [LARGEST_MOMENT_NM] * 3)
+
+
+_BOUNDS: dict[str, tuple[float, str, str]] = {
+    "joints": (
+        LARGEST_ANGLE_RAD,
+        "an angle of {value:.4g} rad in column {channel}",
+        'degrees declared as radians? write units = { position = "deg" }; motor side? motor = true',
+    ),
+    "wrench": (
+        LARGEST_MOMENT_NM,
+        "a load of {value:.4g} N (or N*m) in column {channel}",
+        "correct units.force or units.moment, or the columns",
+    ),
+    "position": (
+        LARGEST_POSITION_M,
+        "a position of {value:.4g} m in column {channel}",
+        'millimetres read as metres? write units = { position = "mm" }',
+    ),
+    "marker": (
+        LARGEST_POSITION_M,
+        "a position of {value:.4g} m in column {channel}",
+        'millimetres read as metres? write units = { position = "mm" }',
+    ),
+    "translation": (
+        LARGEST_DEFLECTION_M,
+        "a displacement of {value:.4g} m in column {channel}",
+        'millimetres read as metres? write units = { translation = "mm" }',
+    ),
+    "rotation": (
+        LARGEST_DEFLECTION_RAD,
+        "a deflection of {value:.4g} rad in column {channel}",
+        "correct units.rotation",
+    ),
+    "displacement": (
+        LARGEST_DEFLECTION_M,
+        "a displacement of {value:.4g} m in column {channel}",
+        'millimetres read as metres? write units = { length = "mm" }',
+    ),
+    "lengths": (
+        0.1,
+        "a length change of {value:.4g} m in column {channel}",
+        'micrometres read as metres? write units = { length = "um" }',
+    ),
+}
+
+
+def _longest_row(row: NDArray[np.bool_]) -> int:
+    """Return the longest run of True."""
+    if not row.any():
+        return 0
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]])))
+    return int((edges[1::2] - edges[::2]).max())
+
+
+def check_displacements(run_names: list[str], run: NDArray[np.int64], position: Floats, file: str) -> list[Fault]:
+    """Return a fault for each run in which the target moved by more than a loaded arm can: position (n, B, 3) m."""
+    faults = []
+    for number, name in enumerate(run_names):
+        own = position[run == number]
+        if own.size == 0 or not np.isfinite(own).any():
+            continue
+        moved = float(np.nanmax(np.nanmax(own, axis=0) - np.nanmin(own, axis=0)))
+        if moved > LARGEST_DEFLECTION_M:
+            faults.append(
+                Fault(
+                    file,
+                    f"run {name}",
+                    f"the target moved by {moved:.3g} m under load",
+                    'millimetres read as metres? write units = { position = "mm" }; or two poses in one run',
+                )
+            )
+    return faults

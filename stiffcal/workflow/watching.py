@@ -1,0 +1,57 @@
+"""Watching sources while they are read, and judging the load states that come out."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.errors import Fault
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics
+from stiffcal.reduction.logs import Rows, columns_of_signals, place_of_row
+from stiffcal.reduction.plausibility import LogWatch, check_displacements
+
+
+class Watches:
+    """One watch per source and file of a campaign."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        self._campaign = campaign
+        self.logs: dict[tuple[str, str], LogWatch] = {}
+
+    def see(self, source: str, file: str, rows: Rows) -> None:
+        """Look at rows as they stream past; raises `InputError` at what cannot be."""
+        key = (source, file)
+        if key not in self.logs:
+            held = self._campaign.manifest.sources[source]
+            place = partial(place_of_row, self._campaign.folder, held, file)
+            self.logs[key] = LogWatch(file, place, not held.is_states, columns_of_signals(held))
+        self.logs[key].see(rows.number, rows.time, rows.signals)
+
+    def remarks(self) -> list[str]:
+        """Return what may be wrong without being a fault."""
+        return [remark for watch in self.logs.values() for remark in watch.remarks()]
+
+
+def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> tuple[list[Fault], list[str]]:
+    """Return what cannot be in the load states, as faults, and what is doubtful, as warnings.
+
+    Parameters
+    ----------
+    estimated : True where frames were found from these very states.
+    """
+    chain, manifest = campaign.chain, "campaign.toml"
+    loads = np.array([run.experiment == "load" for run in states.runs], dtype=np.bool_)
+    chosen = states.select(loads[states.run] & states.used)
+    faults = check_displacements([run.name for run in states.runs], chosen.run, chosen.position, manifest)
+    if faults:
+        return faults, []
+    warnings: list[str] = []
+    if not states.deflection_given and states.setup.targets:
+        faults += check_kinematics(states, chain, estimated)
+        match = match_kinematics(states, chain)
+        if not faults and match.median_m > MEETS_M:
+            warnings.append(f"kinematics misses the measured target by {1e3 * match.median_m:.0f} mm in the references")
+    return faults + ([] if faults else check_work(chosen, chain)), warnings
