@@ -1,0 +1,41 @@
+"""The benchmarks still run, in small; what they measure counts only by hand (``make bench``)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.benchmarks import coverage, fit_speed
+from tests.benchmarks.__main__ import main
+from tests.benchmarks.campaigns import NOISE, Plan, simulate_campaign
+from tests.independent.mujoco_robot import MujocoRobot
+from tests.independent.practice import scatter_within_runs
+
+
+def test_every_benchmark_runs() -> None:
+    assert main(["--smoke"]) == 0
+
+
+def test_coverage_prints_its_table(capsys: pytest.CaptureFixture[str]) -> None:
+    coverage.main(["--campaigns", "4", "--poses", "6"])
+    printed = capsys.readouterr().out
+    assert "4 campaigns, 24 parameters" in printed
+    assert all(name in printed for name in coverage.PLANS)
+
+
+def test_simulated_readings_scatter_by_the_noise_they_state() -> None:
+    """With the truth through MuJoCo again, what is left is the tracker's noise and the wrench noise carried through."""
+    campaign = simulate_campaign(np.random.default_rng(4), Plan(full_pose=False))
+    states = campaign.states
+    robot = MujocoRobot(campaign.chain, 1.0 / campaign.joint_compliance, states.setup)
+    at = robot.settle(campaign.chain.model_angles(states.joints), states.wrench).position[:, 0]
+    left = scatter_within_runs(states.position[:, 0] - at, states.run.astype(np.float64))
+    assert NOISE.translation is not None
+    assert 0.95 < left / NOISE.translation < 1.15
+
+
+def test_states_of_the_speed_benchmark_are_full_poses() -> None:
+    states = fit_speed.many_states(300)
+    assert len(states) == 300
+    assert states.has_orientation
+    assert int(states.reference.sum()) == len(states.runs) == 3
