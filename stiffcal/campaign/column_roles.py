@@ -1,0 +1,149 @@
+"""What the columns of a table are, by their names: joints, force, moment, displacement, position, run, time."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from stiffcal.campaign.table_sniffing import Column
+
+# Words that say where, not what; they are noted and taken off the name.
+_PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "mean", "avg")
+
+_JOINT_STEMS = ("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "th", "gelenk", "angle", "winkel")
+_TRIPLES = {
+    "force": ("f", "force", "kraft", "load", "last"),
+    "moment": ("t", "m", "torque", "moment", "drehmoment", "tau", "mom"),
+    "deflection": ("d", "delta", "u", "disp", "displacement", "defl", "deflection", "verschiebung", "def"),
+    "rotation": ("dr", "deltar", "drot", "rot", "r", "phi", "dphi"),
+    "position": ("", "p", "pos", "position", "target", "point", "messpunkt"),
+}
+_QUATERNIONS = (("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz"))
+_RUNS = ("run", "lauf", "pose", "versuch", "series", "config", "configuration", "messung", "runid", "poseid")
+_TIMES = ("t", "time", "zeit", "timestamp")
+_MASSES = ("kg", "mass", "masse", "weight", "gewicht")
+
+
+@dataclass(frozen=True)
+class Role:
+    """The columns of one signal.
+
+    Attributes
+    ----------
+    columns : in order. places : words in the names that say where ("base", "tool", …).
+    """
+
+    columns: tuple[Column, ...]
+    places: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Roles:
+    """What was recognised in a table; None where it was not.
+
+    Attributes
+    ----------
+    joints, force, moment, deflection, rotation, position, quaternion, mass : signals. run, time : single columns.
+    unused : columns that nothing was seen in.
+    """
+
+    joints: Role | None = None
+    force: Role | None = None
+    moment: Role | None = None
+    deflection: Role | None = None
+    rotation: Role | None = None
+    position: Role | None = None
+    quaternion: Role | None = None
+    mass: Role | None = None
+    run: Column | None = None
+    time: Column | None = None
+    unused: tuple[Column, ...] = field(default=())
+
+
+def recognise(columns: Iterable[Column]) -> Roles:
+    """Recognise the columns of a table by their names.
+
+    Examples
+    --------
+    >>> names = ["theta1", "theta2", "theta3", "Base_Fx", "Base_Fy", "Base_Fz", "note"]
+    >>> found = recognise(Column(name, name, None, (0.0,)) for name in names)
+    >>> len(found.joints.columns), sorted(found.force.places), [column.name for column in found.unused]
+    (3, ['base'], ['note'])
+    """
+    columns = tuple(columns)
+    keys = {column.header: _key(column.name) for column in columns}
+    plain = {column.header: keys[column.header][0] for column in columns}
+    quaternion = _quaternion(columns, plain)
+    taken = set(quaternion.columns) if quaternion is not None else set()
+    joints = _joints([column for column in columns if column not in taken], plain)
+    taken |= set(joints.columns) if joints is not None else set()
+    triples = _triples([column for column in columns if column.values and column not in taken], keys)
+    run = _single([column for column in columns if column not in taken], plain, _RUNS)
+    time = _single([column for column in columns if column.values and column not in taken], plain, _TIMES)
+    mass = _single([column for column in columns if column.values and column not in taken], plain, _MASSES)
+    roles = [role for role in (joints, quaternion, *triples.values()) if role is not None]
+    used = {column for role in roles for column in role.columns} | {c for c in (run, time, mass) if c is not None}
+    return Roles(
+        joints=joints,
+        quaternion=quaternion,
+        mass=None if mass is None else Role((mass,)),
+        run=run,
+        time=time,
+        unused=tuple(column for column in columns if column not in used),
+        **triples,
+    )
+
+
+def _key(name: str) -> tuple[str, frozenset[str]]:
+    """Take a name apart: the bare word in small letters, and the words that say where."""
+    words = [word for word in re.split(r"[^A-Za-z0-9]+", name.lower()) if word]
+    places = frozenset(word for word in words if word in _PLACES)
+    kept = [word for word in words if word not in places]
+    return "".join(kept), places
+
+
+def _joints(columns: list[Column], plain: dict[str, str]) -> Role | None:
+    """Find the columns numbered from 1 without a gap, three or more, with a stem that means joints."""
+    groups: dict[str, dict[int, Column]] = {}
+    for column in columns:
+        match = re.fullmatch(r"([a-z]*)0*(\d+)", plain[column.header])
+        if match is not None and column.values:
+            groups.setdefault(match[1], {})[int(match[2])] = column
+    for stem in _JOINT_STEMS:
+        group = groups.get(stem, {})
+        if len(group) >= 3 and sorted(group) == list(range(1, len(group) + 1)):
+            return Role(tuple(group[number] for number in sorted(group)))
+    return None
+
+
+def _triples(columns: list[Column], keys: dict[str, tuple[str, frozenset[str]]]) -> dict[str, Role]:
+    """Find the groups of three columns that end in x, y and z."""
+    groups: dict[tuple[str, frozenset[str]], dict[str, Column]] = {}
+    for column in columns:
+        word, places = keys[column.header]
+        if word and word[-1] in "xyz":
+            groups.setdefault((word[:-1], places), {})[word[-1]] = column
+    found: dict[str, Role] = {}
+    for role, stems in _TRIPLES.items():
+        for stem in stems:
+            for (word, places), group in groups.items():
+                if word == stem and len(group) == 3 and role not in found:
+                    found[role] = Role((group["x"], group["y"], group["z"]), places)
+    return found
+
+
+def _quaternion(columns: tuple[Column, ...], plain: dict[str, str]) -> Role | None:
+    by_name = {plain[column.header]: column for column in columns}
+    for names in _QUATERNIONS:
+        if all(name in by_name for name in names):
+            return Role(tuple(by_name[name] for name in names))
+    return None
+
+
+def _single(columns: list[Column], plain: dict[str, str], names: tuple[str, ...]) -> Column | None:
+    for name in names:
+        for column in columns:
+            if plain[column.header] == name:
+                return column
+    return None

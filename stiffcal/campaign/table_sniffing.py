@@ -1,0 +1,190 @@
+"""Looking at a table of unknown make: encoding, delimiter, decimal mark, header, unit row, values.
+
+For `init --from` alone, which only proposes; the readers then read exactly what the manifest says.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from stiffcal.errors import InputError
+from stiffcal.quantities import UnknownUnitError, quantities, unit
+
+# So many rows tell a column's unit by their size; a longer log is not read to its end.
+ROWS_LOOKED_AT = 5000
+
+_DELIMITERS = (";", "\t", ",", "|")
+_BRACKETED = re.compile(r"^(?P<name>.*?)\s*(?:\[\s*(?P<a>[^\]]*)\]|\(\s*(?P<b>[^)]*)\)|\s/\s*(?P<c>\S+))\s*$")
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    Attributes
+    ----------
+    header : as it stands in the file. name : without the unit. unit : as written in header or unit row, or None.
+    values : its numbers; empty where the column holds words.
+    """
+
+    header: str
+    name: str
+    unit: str | None
+    values: tuple[float, ...]
+
+    @property
+    def size(self) -> float:
+        """Largest absolute value; 0 where there is none."""
+        return max((abs(value) for value in self.values), default=0.0)
+
+
+@dataclass(frozen=True)
+class SniffedTable:
+    """What a look at a table told.
+
+    Attributes
+    ----------
+    path : the file. columns : in order. n_rows : data rows, as far as looked at.
+    options : what the manifest must say under `csv` for the file to be read; empty where the defaults hold.
+    """
+
+    path: Path
+    columns: tuple[Column, ...]
+    n_rows: int
+    options: dict[str, str | int | bool]
+
+
+def sniff_table(path: Path) -> SniffedTable:
+    """Look at a table.
+
+    Raises
+    ------
+    InputError
+        Not there, empty, no text, no table, or no header.
+    """
+    shown = path.name
+    text, encoding = _decoded(path, shown)
+    lines = text.splitlines()[: ROWS_LOOKED_AT + 100]
+    delimiter = _delimiter(lines, shown)
+    rows = [[cell.strip() for cell in row] for line in lines for row in csv.reader([line], delimiter=delimiter)]
+    width = _width(rows)
+    decimal = "," if delimiter != "," and _decimal_commas(rows) else "."
+    first = next((k for k, row in enumerate(rows) if len(row) == width and _is_data(row, decimal)), None)
+    if first is None:
+        raise InputError.at(shown, "", "there is no line of numbers", "give a table with one row per load state")
+    above = [k for k in range(first) if len(rows[k]) == width]
+    if not above:
+        raise InputError.at(
+            shown, f"line {first + 1}", "the table has no header line", "write the columns' names above"
+        )
+    header = above[-1]
+    units: list[str] = [""] * width
+    if len(above) > 1 and _is_unit_row(rows[header]):
+        header, units = above[-2], rows[above[-1]]
+    data = [row for row in rows[first:] if len(row) == width]
+    columns = tuple(_column(rows[header][k], units[k], [row[k] for row in data], decimal) for k in range(width))
+    _check_names(columns, shown, header + 1)
+    options: dict[str, str | int | bool] = {}
+    if delimiter != ",":
+        options["delimiter"] = "tab" if delimiter == "\t" else delimiter
+    if decimal != ".":
+        options["decimal"] = decimal
+    if encoding != "utf-8":
+        options["encoding"] = encoding
+    if header:
+        options["skip_rows"] = header
+    return SniffedTable(path, columns, len(data), options)
+
+
+def _decoded(path: Path, shown: str) -> tuple[str, str]:
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise InputError.at(str(path), "", "no such file", "correct the name after --from") from None
+    except OSError as error:
+        raise InputError.at(str(path), "", f"cannot be read: {error.strerror}", "name a table") from None
+    if not content.strip():
+        raise InputError.at(shown, "", "the file is empty", "give a table with a header and rows")
+    if b"\0" in content[:4096]:
+        raise InputError.at(shown, "", "this is not a text file", "save the table as CSV")
+    try:
+        return content.decode("utf-8-sig"), "utf-8"
+    except UnicodeDecodeError:
+        return content.decode("latin-1"), "latin-1"
+
+
+def _delimiter(lines: list[str], shown: str) -> str:
+    """Choose the delimiter that cuts most lines into the same number of cells, three or more."""
+    best, score = "", 0
+    for delimiter in _DELIMITERS:
+        counts = Counter(len(next(csv.reader([line], delimiter=delimiter), [])) for line in lines if line.strip())
+        often = max((times for width, times in counts.items() if width >= 3), default=0)
+        if often > score:  # at a tie the earlier one: decimal commas cut evenly too
+            best, score = delimiter, often
+    if not best:
+        raise InputError.at(shown, "", "no columns can be told apart", "separate them by commas, semicolons or tabs")
+    return best
+
+
+def _width(rows: list[list[str]]) -> int:
+    return Counter(len(row) for row in rows if len(row) >= 3).most_common(1)[0][0]
+
+
+def _decimal_commas(rows: list[list[str]]) -> bool:
+    cells = [cell for row in rows for cell in row]
+    commas = sum(1 for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell))
+    points = sum(1 for cell in cells if re.fullmatch(r"[+-]?\d*\.\d+([eE][+-]?\d+)?", cell))
+    return commas > points
+
+
+def _number(cell: str, decimal: str) -> float | None:
+    try:
+        return float(cell.replace(",", ".") if decimal == "," else cell)
+    except ValueError:
+        return None
+
+
+def _is_data(row: list[str], decimal: str) -> bool:
+    """Most cells are numbers: a run's name may stand between them."""
+    numbers = sum(_number(cell, decimal) is not None for cell in row)
+    return numbers >= 0.6 * len(row)
+
+
+def _is_unit_row(row: list[str]) -> bool:
+    """Every cell is a unit or empty, and some are units."""
+    cells = [cell.strip("[]() ") for cell in row]
+    return any(cells) and all(not cell or _is_unit(cell) or cell in ("-", "1") for cell in cells)
+
+
+def _is_unit(text: str) -> bool:
+    for quantity in quantities():
+        try:
+            unit(text, quantity)
+        except UnknownUnitError:
+            continue
+        return True
+    return False
+
+
+def _column(header: str, unit_cell: str, cells: list[str], decimal: str) -> Column:
+    numbers = [_number(cell, decimal) for cell in cells]
+    values = tuple(number for number in numbers if number is not None)
+    name, written = header, unit_cell.strip("[]() ") or None
+    match = _BRACKETED.match(header)
+    if match is not None:
+        name = match["name"].strip()
+        written = (match["a"] or match["b"] or match["c"] or "").strip() or written
+    elif "_" in header and _is_unit(header.rsplit("_", 1)[1]) and len(header.rsplit("_", 1)[1]) > 1:
+        name, written = header.rsplit("_", 1)  # dx_mm, A1_deg; not F_N, where one letter may be part of the name
+    return Column(header, name, written, values if len(values) > 0.5 * len(cells) else ())
+
+
+def _check_names(columns: tuple[Column, ...], shown: str, line: int) -> None:
+    twice = [name for name, count in Counter(column.header for column in columns).items() if count > 1 and name]
+    if twice:
+        reason = f'two columns have the name "{twice[0]}"'
+        raise InputError.at(shown, f"line {line}", reason, "give each column a name of its own")

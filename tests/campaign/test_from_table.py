@@ -1,0 +1,187 @@
+"""`init --from`: what is proposed from a table's header and values, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stiffcal.campaign.column_roles import recognise
+from stiffcal.campaign.from_table import GUESS, init_from_table, propose_campaign
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.table_sniffing import Column, sniff_table
+from stiffcal.errors import InputError
+from tests.campaign.folders import DATA
+
+ROOT = Path(__file__).parents[2]
+FANUC = ROOT.parent / "shared" / "data" / "fanuc-r2000ic"
+
+PLAIN = (
+    "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz\n10,-80,95,0,30,5,0,0,-500,0.01,0.0,-0.61\n12,-70,90,0,30,5,0,300,0,0,0.5,0\n"
+)
+GERMAN = """Messprotokoll;Halle 3
+Einheit: siehe unten
+
+Achse 1;Achse 2;Achse 3;Achse 4;Achse 5;Achse 6;Kraft X;Kraft Y;Kraft Z;dx;dy;dz;Lauf
+rad;rad;rad;rad;rad;rad;kN;kN;kN;µm;µm;µm;
+0,10;-1,20;1,10;0,00;0,50;0,10;0,00;0,00;-0,50;10,5;0,1;-610,2;pose1
+0,10;-1,20;1,10;0,00;0,50;0,10;0,00;0,30;0,00;0,5;500,1;-0,2;pose1
+"""
+BRACKETS = (
+    "run,J1 [deg],J2 [deg],J3 [deg],J4 [deg],J5 [deg],J6 [deg],Fx (N),Fy (N),Fz (N),Tx (Nm),Ty (Nm),Tz (Nm),"
+    "X [mm],Y [mm],Z [mm]\na,1,2,3,4,5,6,7,8,9,1,2,3,1800,900,1200\n"
+)
+
+
+def table(folder: Path, text: str, name: str = "table.csv", encoding: str = "utf-8") -> Path:
+    path = folder / name
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+def test_simple_spreadsheet_in_at_most_fifteen_lines(tmp_path: Path) -> None:
+    written, proposal = init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
+    lines = [line for line in proposal.manifest.splitlines() if line.strip()]
+    assert len(lines) <= 15
+    assert {path.name for path in written} == {"campaign.toml", "robot.toml", "table.csv"}
+    campaign = load_campaign(tmp_path / "cell")
+    held = campaign.manifest.sources["table"]
+    assert held.joints is not None
+    assert held.joints.position == ("A1", "A2", "A3", "A4", "A5", "A6")
+    assert held.joints.units.position == "deg"
+    assert held.deflection is not None
+    assert held.deflection.units.translation == "mm"
+    assert held.run is not None
+    assert held.run.each == "row"
+    assert campaign.chain.name == "ABB IRB 4400/60"
+    marked = [line for line in lines if GUESS in line]
+    assert [line.split(" ", 1)[0] for line in marked] == ["joints", "wrench", "deflection", "xyz_m"]
+    assert len(proposal.guessed) == 4
+
+
+def test_units_from_sizes(tmp_path: Path) -> None:
+    radians = "q1,q2,q3,fx,fy,fz,dx,dy,dz\n0.1,-1.2,3.1,0,0,9,0,0,{}\n"
+    for size, expected in (("-0.0006", "m"), ("-0.6", "mm"), ("-610", "um")):
+        text = propose_campaign([table(tmp_path, radians.format(size))]).manifest
+        assert f'units = {{ translation = "{expected}" }}' in text
+        assert 'units = { position = "rad" }' in text
+
+
+def test_german_table_with_unit_row(tmp_path: Path) -> None:
+    path = table(tmp_path, GERMAN, encoding="latin-1")
+    sniffed = sniff_table(path)
+    assert sniffed.options == {"delimiter": ";", "decimal": ",", "encoding": "latin-1", "skip_rows": 3}
+    proposal = propose_campaign([path])
+    assert 'joints = { position = "Achse 1..Achse 6", units = { position = "rad" } }\n' in proposal.manifest
+    assert 'units = { force = "kN" }' in proposal.manifest
+    assert 'units = { translation = "um" }' in proposal.manifest
+    assert 'run = { column = "Lauf" }\n' in proposal.manifest
+    assert 'csv = { delimiter = ";", decimal = ",", encoding = "latin-1", skip_rows = 3 }' in proposal.manifest
+    init_from_table(tmp_path / "cell", [path], robot="kr125")
+    options = load_campaign(tmp_path / "cell").manifest.sources["table"].csv
+    assert options is not None
+    assert options.decimal == ","
+
+
+def test_units_in_brackets_are_no_guess(tmp_path: Path) -> None:
+    proposal = propose_campaign([table(tmp_path, BRACKETS)])
+    joints = next(line for line in proposal.manifest.splitlines() if line.startswith("joints"))
+    assert joints.startswith('joints = { position = ["J1 [deg]", "J2 [deg]"')
+    assert GUESS not in joints
+    assert "estimate = true" in proposal.manifest  # positions, not displacements: the tracker's place is to be found
+    assert 'moment = "N*m"' in proposal.manifest
+
+
+def test_dead_weights(tmp_path: Path) -> None:
+    text = "run,A1,A2,A3,mass_kg,dx,dy,dz\na,1,2,93,10,0,0,0.1\n"
+    proposal = propose_campaign([table(tmp_path, text)])
+    assert 'dead_weight = { mass_column = "mass_kg", point = "tool", units = { mass = "kg" } }' in proposal.manifest
+
+
+def test_urdf_is_copied_beside_the_robot_file(tmp_path: Path) -> None:
+    written, _ = init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)], urdf=DATA / "six.urdf")
+    assert tmp_path / "cell" / "six.urdf" in written
+    assert load_campaign(tmp_path / "cell").chain.joint_names[0] == "J1"
+
+
+def test_without_a_robot_the_rows_are_to_be_filled_in(tmp_path: Path) -> None:
+    _, proposal = init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)])
+    assert load_campaign(tmp_path / "cell").chain.n_joints == 6
+    assert any(line.startswith("robot.toml: d_m = 0.0") for line in proposal.guessed)
+
+
+@pytest.mark.skipif(not FANUC.is_dir(), reason="the FANUC measurements are not here")
+def test_three_files_that_belong_together(tmp_path: Path) -> None:
+    files = [FANUC / name for name in ("joint_angles.csv", "forces.csv", "deltaX.csv")]
+    _, proposal = init_from_table(tmp_path / "fanuc", files, robot="r2000ic")
+    assert not proposal.unused
+    ours = load_campaign(tmp_path / "fanuc")
+    bundled = load_campaign(ROOT / "campaigns" / "fanuc-r2000ic", check_files=False)
+    assert ours.manifest.sources == bundled.manifest.sources  # column for column, unit for unit, all from the tables
+    assert (ours.chain.fixed == bundled.chain.fixed).all()
+    assert (ours.chain.coupling == bundled.chain.coupling).all()
+
+
+def test_table_already_in_raw_is_left_where_it_is(tmp_path: Path) -> None:
+    (tmp_path / "cell" / "raw").mkdir(parents=True)
+    path = table(tmp_path / "cell" / "raw", PLAIN)
+    written, _ = init_from_table(tmp_path / "cell", [path], robot="irb4400")
+    assert path not in written
+    load_campaign(tmp_path / "cell")
+
+
+def test_quaternion_is_not_taken_for_joints() -> None:
+    names = ["A1", "A2", "A3", "q0", "qx", "qy", "qz", "X", "Y", "Z", "Fx", "Fy", "Fz"]
+    roles = recognise(Column(name, name, None, (1.0,)) for name in names)
+    assert roles.joints is not None
+    assert [column.name for column in roles.joints.columns] == ["A1", "A2", "A3"]
+    assert roles.quaternion is not None
+    assert [column.name for column in roles.quaternion.columns] == ["q0", "qx", "qy", "qz"]
+    assert roles.position is not None
+    assert not roles.unused
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "the file is empty"),
+        ("a,b\n1,2\n", "no columns can be told apart"),
+        ("1,2,3\n4,5,6\n", "no header"),
+        ("a,b,c\nx,y,z\n", "no line of numbers"),
+        ("A1,A1,A2\n1,2,3\n", 'two columns have the name "A1"'),
+        ("x1,x2,x3\n1,2,3\n", "no joint columns"),
+        ("A1,A2,A3,dx,dy,dz\n1,2,3,4,5,6\n", "no force columns"),
+        ("A1,A2,A3,Fx,Fy,Fz\n1,2,3,4,5,6\n", "no displacement or position columns"),
+        ("A1 [mm],A2 [mm],A3 [mm],Fx,Fy,Fz,dx,dy,dz\n1,2,3,4,5,6,7,8,9\n", "unit of length"),
+        ("A1 [deg],A2 [rad],A3 [deg],Fx,Fy,Fz,dx,dy,dz\n1,2,3,4,5,6,7,8,9\n", "units differ: deg, rad"),
+        ("A1\0,A2\n", "not a text file"),
+    ],
+)
+def test_what_cannot_be_understood(tmp_path: Path, text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        init_from_table(tmp_path / "cell", [table(tmp_path, text)])
+    assert not (tmp_path / "cell").exists()
+
+
+def test_robot_that_does_not_fit(tmp_path: Path) -> None:
+    five = PLAIN.replace(",A6", "").replace(",5,", ",")
+    with pytest.raises(InputError, match="5 joint columns against the 6 joints"):
+        init_from_table(tmp_path / "cell", [table(tmp_path, five)], robot="irb4400")
+    with pytest.raises(InputError, match="no such file"):
+        init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)], urdf=tmp_path / "no.urdf")
+    with pytest.raises(InputError, match="no such file"):
+        init_from_table(tmp_path / "cell", [tmp_path / "no.csv"], robot="irb4400")
+    assert not (tmp_path / "cell").exists()
+
+
+def test_tables_of_unequal_length(tmp_path: Path) -> None:
+    one = table(tmp_path, "A1,A2,A3\n1,2,3\n4,5,6\n", "joints.csv")
+    two = table(tmp_path, "Fx,Fy,Fz,dx,dy,dz\n1,2,3,4,5,6\n", "rest.csv")
+    with pytest.raises(InputError, match=r"1 rows against 2 in joints.csv"):
+        propose_campaign([one, two])
+
+
+def test_a_campaign_is_not_overwritten(tmp_path: Path) -> None:
+    init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
+    with pytest.raises(InputError, match="there already"):
+        init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
