@@ -6,7 +6,7 @@ import json
 import shutil
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from stiffcal.campaign.checks import MANIFEST_FILE
@@ -37,6 +37,7 @@ class Proposal:
     copies : name under the campaign folder to the file it is copied from.
     guessed : the lines that are marked, each with its file.
     unused : columns that nothing was seen in.
+    files : what was written; empty for a draft.
     """
 
     manifest: str
@@ -44,9 +45,10 @@ class Proposal:
     copies: dict[str, Path]
     guessed: tuple[str, ...]
     unused: tuple[str, ...]
+    files: list[Path] = field(default_factory=list)
 
 
-def propose_campaign(tables: Sequence[Path], *, urdf: Path | None = None, robot: str | None = None) -> Proposal:
+def draft_campaign(tables: Sequence[Path], *, urdf: Path | None = None, robot: str | None = None) -> Proposal:
     r"""Propose a campaign from one table, or from several of equal length that belong together.
 
     Parameters
@@ -64,7 +66,7 @@ def propose_campaign(tables: Sequence[Path], *, urdf: Path | None = None, robot:
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "table.csv"
     >>> _ = path.write_text("A1,A2,A3,Fx,Fy,Fz,dx,dy,dz\n10,20,30,0,0,100,0,0,-0.2\n")
-    >>> print(propose_campaign([path]).manifest.splitlines()[7][:67])
+    >>> print(draft_campaign([path]).manifest.splitlines()[7][:67])
     wrench = { columns = ["Fx", "Fy", "Fz"], units = { force = "N" }, a
     """
     sniffed = [sniff_table(path) for path in tables]
@@ -83,26 +85,26 @@ def propose_campaign(tables: Sequence[Path], *, urdf: Path | None = None, robot:
     return proposal
 
 
-def init_from_table(
-    folder: Path, tables: Sequence[Path], *, urdf: Path | None = None, robot: str | None = None
-) -> tuple[list[Path], Proposal]:
+def propose_campaign(
+    folder: Path, tables: Path | Sequence[Path], *, urdf: Path | None = None, robot: str | None = None
+) -> Proposal:
     """Write a proposed campaign folder: manifest, robot file, and the tables copied into ``raw/``.
 
     Parameters
     ----------
-    folder : made where it does not exist; nothing in it is overwritten. Others as in `propose_campaign`.
+    folder : made where it does not exist; nothing in it is overwritten. Others as in `draft_campaign`.
 
     Returns
     -------
-    tuple
-        The files that were written, and the proposal.
+    Proposal
+        With the files that were written.
 
     Raises
     ------
     InputError
-        As `propose_campaign`; or the folder holds a campaign already.
+        As `draft_campaign`; or the folder holds a campaign already.
     """
-    proposal = propose_campaign(tables, urdf=urdf, robot=robot)
+    proposal = draft_campaign([tables] if isinstance(tables, Path) else tables, urdf=urdf, robot=robot)
     for name, source in proposal.copies.items():
         target = folder / name
         if target.exists() and target.resolve() != source.resolve():
@@ -117,7 +119,7 @@ def init_from_table(
     if note in written:  # raw/ is no longer empty
         note.unlink()
         written.remove(note)
-    return written, proposal
+    return replace(proposal, files=written)
 
 
 def _check_together(tables: Sequence[SniffedTable]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.column_roles import recognise
-from stiffcal.campaign.from_table import GUESS, init_from_table, propose_campaign
+from stiffcal.campaign.from_table import GUESS, draft_campaign, propose_campaign
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.table_sniffing import Column, sniff_table
 from stiffcal.errors import InputError
@@ -40,10 +40,10 @@ def table(folder: Path, text: str, name: str = "table.csv", encoding: str = "utf
 
 
 def test_simple_spreadsheet_in_at_most_fifteen_lines(tmp_path: Path) -> None:
-    written, proposal = init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
+    proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
     lines = [line for line in proposal.manifest.splitlines() if line.strip()]
     assert len(lines) <= 15
-    assert {path.name for path in written} == {"campaign.toml", "robot.toml", "table.csv"}
+    assert {path.name for path in proposal.files} == {"campaign.toml", "robot.toml", "table.csv"}
     campaign = load_campaign(tmp_path / "cell")
     held = campaign.manifest.sources["table"]
     assert held.joints is not None
@@ -62,7 +62,7 @@ def test_simple_spreadsheet_in_at_most_fifteen_lines(tmp_path: Path) -> None:
 def test_units_from_sizes(tmp_path: Path) -> None:
     radians = "q1,q2,q3,fx,fy,fz,dx,dy,dz\n0.1,-1.2,3.1,0,0,9,0,0,{}\n"
     for size, expected in (("-0.0006", "m"), ("-0.6", "mm"), ("-610", "um")):
-        text = propose_campaign([table(tmp_path, radians.format(size))]).manifest
+        text = draft_campaign([table(tmp_path, radians.format(size))]).manifest
         assert f'units = {{ translation = "{expected}" }}' in text
         assert 'units = { position = "rad" }' in text
 
@@ -71,20 +71,20 @@ def test_german_table_with_unit_row(tmp_path: Path) -> None:
     path = table(tmp_path, GERMAN, encoding="latin-1")
     sniffed = sniff_table(path)
     assert sniffed.options == {"delimiter": ";", "decimal": ",", "encoding": "latin-1", "skip_rows": 3}
-    proposal = propose_campaign([path])
+    proposal = draft_campaign([path])
     assert 'joints = { position = "Achse 1..Achse 6", units = { position = "rad" } }\n' in proposal.manifest
     assert 'units = { force = "kN" }' in proposal.manifest
     assert 'units = { translation = "um" }' in proposal.manifest
     assert 'run = { column = "Lauf" }\n' in proposal.manifest
     assert 'csv = { delimiter = ";", decimal = ",", encoding = "latin-1", skip_rows = 3 }' in proposal.manifest
-    init_from_table(tmp_path / "cell", [path], robot="kr125")
+    propose_campaign(tmp_path / "cell", [path], robot="kr125")
     options = load_campaign(tmp_path / "cell").manifest.sources["table"].csv
     assert options is not None
     assert options.decimal == ","
 
 
 def test_units_in_brackets_are_no_guess(tmp_path: Path) -> None:
-    proposal = propose_campaign([table(tmp_path, BRACKETS)])
+    proposal = draft_campaign([table(tmp_path, BRACKETS)])
     joints = next(line for line in proposal.manifest.splitlines() if line.startswith("joints"))
     assert joints.startswith('joints = { position = ["J1 [deg]", "J2 [deg]"')
     assert GUESS not in joints
@@ -94,18 +94,18 @@ def test_units_in_brackets_are_no_guess(tmp_path: Path) -> None:
 
 def test_dead_weights(tmp_path: Path) -> None:
     text = "run,A1,A2,A3,mass_kg,dx,dy,dz\na,1,2,93,10,0,0,0.1\n"
-    proposal = propose_campaign([table(tmp_path, text)])
+    proposal = draft_campaign([table(tmp_path, text)])
     assert 'dead_weight = { mass_column = "mass_kg", point = "tool", units = { mass = "kg" } }' in proposal.manifest
 
 
 def test_urdf_is_copied_beside_the_robot_file(tmp_path: Path) -> None:
-    written, _ = init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)], urdf=DATA / "six.urdf")
-    assert tmp_path / "cell" / "six.urdf" in written
+    proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], urdf=DATA / "six.urdf")
+    assert tmp_path / "cell" / "six.urdf" in proposal.files
     assert load_campaign(tmp_path / "cell").chain.joint_names[0] == "J1"
 
 
 def test_without_a_robot_the_rows_are_to_be_filled_in(tmp_path: Path) -> None:
-    _, proposal = init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)])
+    proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)])
     assert load_campaign(tmp_path / "cell").chain.n_joints == 6
     assert any(line.startswith("robot.toml: d_m = 0.0") for line in proposal.guessed)
 
@@ -113,7 +113,7 @@ def test_without_a_robot_the_rows_are_to_be_filled_in(tmp_path: Path) -> None:
 @pytest.mark.skipif(not FANUC.is_dir(), reason="the FANUC measurements are not here")
 def test_three_files_that_belong_together(tmp_path: Path) -> None:
     files = [FANUC / name for name in ("joint_angles.csv", "forces.csv", "deltaX.csv")]
-    _, proposal = init_from_table(tmp_path / "fanuc", files, robot="r2000ic")
+    proposal = propose_campaign(tmp_path / "fanuc", files, robot="r2000ic")
     assert not proposal.unused
     ours = load_campaign(tmp_path / "fanuc")
     bundled = load_campaign(ROOT / "campaigns" / "fanuc-r2000ic", check_files=False)
@@ -125,8 +125,8 @@ def test_three_files_that_belong_together(tmp_path: Path) -> None:
 def test_table_already_in_raw_is_left_where_it_is(tmp_path: Path) -> None:
     (tmp_path / "cell" / "raw").mkdir(parents=True)
     path = table(tmp_path / "cell" / "raw", PLAIN)
-    written, _ = init_from_table(tmp_path / "cell", [path], robot="irb4400")
-    assert path not in written
+    proposal = propose_campaign(tmp_path / "cell", [path], robot="irb4400")
+    assert path not in proposal.files
     load_campaign(tmp_path / "cell")
 
 
@@ -159,18 +159,18 @@ def test_quaternion_is_not_taken_for_joints() -> None:
 )
 def test_what_cannot_be_understood(tmp_path: Path, text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        init_from_table(tmp_path / "cell", [table(tmp_path, text)])
+        propose_campaign(tmp_path / "cell", [table(tmp_path, text)])
     assert not (tmp_path / "cell").exists()
 
 
 def test_robot_that_does_not_fit(tmp_path: Path) -> None:
     five = PLAIN.replace(",A6", "").replace(",5,", ",")
     with pytest.raises(InputError, match="5 joint columns against the 6 joints"):
-        init_from_table(tmp_path / "cell", [table(tmp_path, five)], robot="irb4400")
+        propose_campaign(tmp_path / "cell", [table(tmp_path, five)], robot="irb4400")
     with pytest.raises(InputError, match="no such file"):
-        init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)], urdf=tmp_path / "no.urdf")
+        propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], urdf=tmp_path / "no.urdf")
     with pytest.raises(InputError, match="no such file"):
-        init_from_table(tmp_path / "cell", [tmp_path / "no.csv"], robot="irb4400")
+        propose_campaign(tmp_path / "cell", [tmp_path / "no.csv"], robot="irb4400")
     assert not (tmp_path / "cell").exists()
 
 
@@ -178,10 +178,10 @@ def test_tables_of_unequal_length(tmp_path: Path) -> None:
     one = table(tmp_path, "A1,A2,A3\n1,2,3\n4,5,6\n", "joints.csv")
     two = table(tmp_path, "Fx,Fy,Fz,dx,dy,dz\n1,2,3,4,5,6\n", "rest.csv")
     with pytest.raises(InputError, match=r"1 rows against 2 in joints.csv"):
-        propose_campaign([one, two])
+        draft_campaign([one, two])
 
 
 def test_a_campaign_is_not_overwritten(tmp_path: Path) -> None:
-    init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
+    propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
     with pytest.raises(InputError, match="there already"):
-        init_from_table(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
+        propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400")
