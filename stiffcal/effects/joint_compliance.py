@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
-    RZ,
     DocumentedEffect,
     Driver,
     Kind,
@@ -15,7 +15,6 @@ from stiffcal.model.effect import (
     Place,
     Term,
     Values,
-    joint_node,
 )
 
 
@@ -52,12 +51,10 @@ class JointCompliance(DocumentedEffect):
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ_Rz = c τ, at every joint that the drive turns: one, but for mechanically coupled axes."""
-        turns = chain.drive_axes[:, place.joints[0] - 1]
-        joints = [k for k in range(1, chain.n_joints + 1) if turns[k - 1] != 0.0]
-        torque = sum(turns[k - 1] * loads.wrench[joint_node(k), RZ] for k in joints)
-        return tuple(Term(joint_node(k), RZ, "c", turns[k - 1] * torque) for k in joints)
+        joint = place.joints[0]
+        return drive_terms(chain, joint, "c", drive_torque(chain, loads.wrench, joint))
 
-    def driver(self, place: Place, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
         """The torque about the joint's axis."""
         joint = place.joints[0]
-        return Driver(f"torque on joint {joint}", "N·m", loads.wrench[joint_node(joint), RZ])
+        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

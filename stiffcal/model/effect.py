@@ -326,7 +326,7 @@ class Effect(ABC):
         """Return why these values cannot be, where bounds alone do not tell, or None."""
         return None
 
-    def driver(self, place: Place, loads: NodeLoads) -> Driver | None:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver | None:
         """Return what the residual of this effect follows."""
         return None
 

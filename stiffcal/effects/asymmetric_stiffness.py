@@ -1,0 +1,65 @@
+"""Drives that are stiffer one way than the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.effect import (
+    DocumentedEffect,
+    Driver,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Term,
+    Values,
+)
+
+
+class AsymmetricStiffness(DocumentedEffect):
+    """A drive gives more under torque in one direction than in the other.
+
+    Law: δ_Rz = c max(τ, 0), added to joint-compliance: under positive torque (about the joint frame's z axis) the
+    compliance is that of joint-compliance plus c, under negative torque that of joint-compliance alone.
+
+    Assumes two straight branches that meet at zero of the whole torque, weight included. Belts, chains, cylinders and
+    worn flanks do so; paper 004 finds curves of clamped joints whose two halves differ (Table 2, quadratic terms).
+
+    Limits: c may be negative (then positive torque is met more stiffly), as long as the sum with the joint's own
+    compliance is not. A joint that weight keeps on one side shows nothing.
+    """
+
+    name = "asymmetric-stiffness"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "other stiffness for positive than for negative torque"
+    parameters = (
+        ParameterSpec(
+            symbol="c",
+            unit="rad/(N·m)",
+            meaning="extra compliance under positive torque",
+            lower=-1e-3,
+            upper=1e-3,
+            typical=2e-7,
+            source="paper 004, Table 2, joint 2 of a KUKA KR125: slopes at plus and minus 0.05° differ by a sixth; a "
+            "tenth of a drive of 2e-6 (Wang, Zhang and Fuhlbrigge 2009, section III.C)",
+        ),
+    )
+    needs = ("torque of both signs on the joint",)
+    looks_like = ("cubic-stiffness", "backlash", "two-slope")
+    fingerprint = "deflection over the joint's torque has a kink at zero torque: two straight lines of different slope"
+    how_to_check = "Load the joint alone in both directions from a pose where weight puts no torque on it."
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ_Rz = c max(τ, 0)."""
+        joint = place.joints[0]
+        return drive_terms(chain, joint, "c", np.maximum(drive_torque(chain, loads.wrench, joint), 0.0))
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+        """The torque about the joint's axis."""
+        joint = place.joints[0]
+        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -1,0 +1,82 @@
+"""Lost motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.effect import (
+    DocumentedEffect,
+    Driver,
+    Floats,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Sort,
+    Term,
+    Values,
+)
+
+# Bands tried, as shares of the largest torque seen: from a crossing between two load steps to one over a good part of
+# the load.
+_BANDS = np.geomspace(3e-3, 0.3, 6)
+
+
+class Backlash(DocumentedEffect):
+    """The teeth of a gear have clearance: when the torque changes sign, the joint turns by the width of the gap.
+
+    Law: δ_Rz = (b/2) tanh(τ/w), with b the lost motion between the two flanks (width) and w the band of torque within
+    which it is crossed; τ is the whole torque, weight included. Paper 004, section 3.1 and figure 3: theory crosses at
+    no torque, real gears within a narrow band, because of friction and teeth that do not all touch at once.
+
+    Assumes that the crossing takes the same way in both directions; where it does not, friction-hysteresis shows
+    beside it.
+
+    Limits: a joint that weight keeps on one flank in every pose and at every load shows none, and nothing can be said
+    of its backlash. The band is seldom known well: few load states lie inside it, and only their like tell.
+    """
+
+    name = "backlash"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "lost motion when the total torque, weight included, changes sign"
+    parameters = (
+        ParameterSpec(
+            "width", "rad", "lost motion between the flanks", 0.0, 0.05, 2e-3,
+            "paper 004, Table 2 (KUKA KR125, clamped): 0.10° to 0.16°; new precision gears: 1 arc minute or less",
+        ),
+        ParameterSpec(
+            "band", "N·m", "torque within which the gap is crossed", 1e-3, 1e4, 5.0,
+            "makers of cycloidal gears state lost motion within ±3 % of the rated torque of some 10² to 10³ N·m",
+            Sort.SHAPE,
+        ),
+    )  # fmt: skip
+    needs = ("torque of both signs on the joint",)
+    looks_like = ("friction-hysteresis", "two-slope", "asymmetric-stiffness", "cubic-stiffness")
+    fingerprint = "the residual jumps where the joint's whole torque changes sign, and is flat on either side"
+    how_to_check = (
+        "Turn the joint to where weight puts no torque on it, and rock the link by hand against a dial gauge: it moves "
+        "freely by the gap."
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ_Rz = width · tanh(τ/band)/2."""
+        joint = place.joints[0]
+        torque = drive_torque(chain, loads.wrench, joint)
+        return drive_terms(chain, joint, "width", 0.5 * np.tanh(torque / shape["band"]))
+
+    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+        """Bands as shares of the largest torque seen; none where the torque keeps its sign."""
+        torque = drive_torque(chain, loads.wrench, place.joints[0])
+        if torque.size == 0 or float(torque.min()) * float(torque.max()) >= 0.0:
+            return {"band": np.zeros(0)}
+        return {"band": np.clip(_BANDS * float(np.abs(torque).max()), 1e-3, 1e4)}
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+        """The torque about the joint's axis."""
+        joint = place.joints[0]
+        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -1,0 +1,74 @@
+"""Bearings that tilt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    RX,
+    RY,
+    DocumentedEffect,
+    Driver,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Term,
+    Values,
+    joint_node,
+)
+
+_SOURCE = "Table 1 of paper 000 (KUKA KR240, after Rösch): 1/1.5e7 (joint 2) to 1/3.7e6 (joint 6)"
+
+
+class BearingTilt(DocumentedEffect):
+    """The main bearing of a joint tilts under the moments across the joint's axis.
+
+    Law: δ_Rx = c_x M_x and δ_Ry = c_y M_y, about the x and y axes of the joint's frame, with M the moment that the
+    bearing carries about its centre (the joint's node: the frame's origin, moved by bearing_m along the axis). Abele et
+    al. 2008; paper 000, Table 1 lists the stiffnesses, the inverses, as c_alpha and c_beta.
+
+    Assumes a bearing that is pre-loaded, so that it tilts in proportion, and that its two directions do not couple. A
+    bearing's tilt is of the same order as the give of its gear and cannot be seen from the motor.
+
+    Limits: the tilts of wrist bearings about the next joint's axis turn the tool exactly as that joint's drive does;
+    only their sum is known. Tilts of neighbouring joints with nearly parallel directions are hard to tell apart.
+    """
+
+    name = "bearing-tilt"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "rotation about the two axes across the joint axis"
+    parameters = (
+        ParameterSpec(
+            "x", "rad/(N·m)", "tilt compliance about the joint frame's x axis", 0.0, 1e-3, 1.4e-7, _SOURCE,
+            compliance=True,
+        ),
+        ParameterSpec(
+            "y", "rad/(N·m)", "tilt compliance about the joint frame's y axis", 0.0, 1e-3, 1.4e-7, _SOURCE,
+            compliance=True,
+        ),
+    )  # fmt: skip
+    looks_like = ("link-beam", "link-springs", "joint-compliance", "base-compliance")
+    fingerprint = (
+        "the tool gives across the plane in which the joint moves it, in proportion to the moment across the joint's "
+        "axis; the joint's own angle does not move"
+    )
+    how_to_check = (
+        "Load the link right behind the joint sideways, parallel to the joint's axis, and hold a dial gauge between "
+        "the two housings on either side of the bearing: the gap opens on one side."
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ_Rx = c_x M_x, δ_Ry = c_y M_y."""
+        node = joint_node(place.joints[0])
+        return (Term(node, RX, "x", loads.wrench[node, RX]), Term(node, RY, "y", loads.wrench[node, RY]))
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+        """The moment across the joint's axis."""
+        node = joint_node(place.joints[0])
+        moment = np.hypot(loads.wrench[node, RX], loads.wrench[node, RY])
+        return Driver(f"moment across joint {place.joints[0]}", "N·m", moment)

@@ -1,0 +1,64 @@
+"""Curved torque–angle lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.effect import (
+    DocumentedEffect,
+    Driver,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Term,
+    Values,
+)
+
+_SOURCE = (
+    "paper 004, Table 2, joint 2 of a KUKA KR125 (−42.5 φ³ − 5.30 φ² + 6.35 φ, 10³ N·m over degrees), turned round"
+)
+
+
+class CubicStiffness(DocumentedEffect):
+    """The drive's torque–angle line is curved: it hardens or softens smoothly as the torque grows.
+
+    Law: δ_Rz = c2 τ² + c3 τ³, added to the linear c τ of joint-compliance; the load form of the third-order polynomial
+    τ = p1 φ + p2 φ² + p3 φ³ that paper 004 (section 5.2 and Table 2) fits to clamped joints: c = 1/p1, c2 = −p2/p1³,
+    c3 = (2 p2² − p1 p3)/p1⁵ to third order. τ is the whole torque, weight included.
+
+    Assumes one smooth curve for loading and unloading. c3 below zero hardens, above zero softens; c2 makes the two
+    directions of torque unlike.
+
+    Limits: a polynomial holds within the torques that were measured and not beyond. The sum c + 2 c2 τ + 3 c3 τ² must
+    stay positive there. Weight works as an offset on the curve: where it keeps the torque within a narrow range, the
+    curve looks straight.
+    """
+
+    name = "cubic-stiffness"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "torque–angle curve with quadratic and cubic terms"
+    parameters = (
+        ParameterSpec("c2", "rad/(N·m)²", "quadratic term of angle over torque", -1e-6, 1e-6, 4e-10, _SOURCE),
+        ParameterSpec("c3", "rad/(N·m)³", "cubic term of angle over torque", -1e-8, 1e-8, 5e-13, _SOURCE),
+    )
+    needs = ("loads of several sizes",)
+    looks_like = ("two-slope", "asymmetric-stiffness", "backlash")
+    fingerprint = "the residual bends with the joint's torque, smoothly, the same on loading and unloading"
+    how_to_check = (
+        "Load the joint alone up to twice the usual load, in both directions: the slope changes steadily with torque."
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ_Rz = c2 τ² + c3 τ³."""
+        joint = place.joints[0]
+        torque = drive_torque(chain, loads.wrench, joint)
+        return (*drive_terms(chain, joint, "c2", torque**2), *drive_terms(chain, joint, "c3", torque**3))
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+        """The torque about the joint's axis."""
+        joint = place.joints[0]
+        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -1,0 +1,103 @@
+"""Balancing springs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    DocumentedEffect,
+    Driver,
+    Floats,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Sort,
+    Values,
+)
+
+_NO_GEOMETRY = "the compensator's geometry: [gravity_compensator] in robot.toml"
+
+
+class GravityCompensator(DocumentedEffect):
+    """A spring or cylinder beside a joint balances weight; it also resists the joint's turning and shifts its torque.
+
+    Law: the spring runs from an anchor on the link before to an arm on the link moved, with length l(q) and tension
+    F = k (l − l0). It puts the torque τ_s = −F ∂l/∂q on its joint, beside the drive: the drive carries the weight's and
+    the load's torque plus τ_s, and −∂τ_s/∂q adds to the joint's stiffness (Klimchik et al. 2013, on heavy robots with
+    such springs). The length without tension l0 follows from robot.toml: the preload is what the spring pulls with, at
+    its nominal rate, at the joint's zero.
+
+    Assumes a spring of constant rate without friction, fixed at two points. A gas cylinder is one about its working
+    point.
+
+    Limits: its stiffness is seen as a joint compliance that varies with the pose; its torque is seen only where the
+    drive's law is not straight. Without geometry in robot.toml it is not tried; periodic-stiffness of order 1 at that
+    joint is then its look-alike.
+    """
+
+    name = "gravity-compensator"
+    kind = Kind.CONFIGURATION
+    place_kind = "joints"
+    summary = "the balancing spring or cylinder beside the joint, where robot.toml gives its geometry"
+    parameters = (
+        ParameterSpec(
+            "rate", "N/m", "rate of the balancing spring", 0.0, 1e8, 1e5,
+            "a balancer of the 200 kg class: some 10 kN over a stroke of 0.1 m; makers of robots give no numbers",
+            Sort.SETUP,
+        ),
+    )  # fmt: skip
+    needs = ("the compensator's geometry in robot.toml",)
+    looks_like = ("periodic-stiffness", "joint-compliance")
+    fingerprint = "the joint's compliance follows the lever of the balancing spring from pose to pose"
+    how_to_check = (
+        "Measure the joint's motor current in free motion over its range, with and without the spring's preload."
+    )
+
+    def places(self, chain: Chain) -> list[Place]:
+        """Return the compensated joint, where robot.toml gives its geometry."""
+        return [] if chain.compensator is None else [Place("joints", (_joint(chain),))]
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """The geometry."""
+        return _NO_GEOMETRY if chain.compensator is None else None
+
+    def joint_torque(self, place: Place, chain: Chain, angles: Floats, values: Values) -> Floats | None:
+        """Return τ_s = −k (l − l0) ∂l/∂q at the joint's angle, its give included."""
+        rate = values.get("rate", 0.0)
+        if rate == 0.0 or chain.compensator is None:
+            return None
+        joint = place.joints[0]
+        length, slope = _length(chain, angles[joint - 1])
+        (at_zero,), _ = _length(chain, chain.offset[joint - 1 : joint])
+        nominal = chain.compensator.get("rate_N_m")
+        preload = chain.compensator.get("preload_N") or 0.0
+        stretched = 0.0 if nominal is None else float(str(preload)) / float(str(nominal))
+        return np.asarray(-rate * (length - (at_zero - stretched)) * slope)
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+        """The joint's angle."""
+        joint = place.joints[0]
+        return Driver(f"angle of joint {joint}", "rad", loads.angles[joint - 1])
+
+
+def _joint(chain: Chain) -> int:
+    return int(str((chain.compensator or {})["joint"]))
+
+
+def _point(chain: Chain, key: str) -> Floats:
+    return np.asarray((chain.compensator or {})[key], dtype=np.float64)
+
+
+def _length(chain: Chain, angle: Floats) -> tuple[Floats, Floats]:
+    """Return the spring's length, m, and its derivative by the joint's angle, m/rad."""
+    fixed = chain.fixed[_joint(chain) - 1]
+    # In the joint's frame before it turns, whose z is the joint's axis.
+    anchor = fixed[:3, :3].T @ (_point(chain, "anchor_m") - fixed[:3, 3])
+    arm = _point(chain, "arm_m")
+    cosine, sine = np.cos(angle), np.sin(angle)
+    x, y = cosine * arm[0] - sine * arm[1], sine * arm[0] + cosine * arm[1]
+    length = np.sqrt((x - anchor[0]) ** 2 + (y - anchor[1]) ** 2 + (arm[2] - anchor[2]) ** 2)
+    return length, (y * anchor[0] - x * anchor[1]) / length

@@ -1,0 +1,105 @@
+"""The whole compliance of a joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    RZ,
+    DocumentedEffect,
+    Driver,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Term,
+    Values,
+    joint_node,
+)
+
+_PAIRS = tuple((i, j) for i in range(6) for j in range(i, 6))
+_COMPONENTS = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
+# Eigenvalues may be this share of the largest below zero before a compliance counts as impossible: rounding.
+_ROUNDING = 1e-9
+
+
+def _unit(i: int, j: int) -> str:
+    return ("m/N", "rad/N", "rad/(N·m)")[(i >= 3) + (j >= 3)]
+
+
+def _bound(i: int, j: int) -> float:
+    return (1e-5, 1e-4, 1e-3)[(i >= 3) + (j >= 3)]
+
+
+def _spec(i: int, j: int) -> ParameterSpec:
+    own = i == j
+    meaning = f"compliance: {_COMPONENTS[i]}" if own else f"coupling: {_COMPONENTS[i]} with {_COMPONENTS[j]}"
+    source = (
+        "Table 1 of paper 000: rotations 1e-7 to 1e-6; paper 001, section III.C: translations below 4e-8; couplings as "
+        "the geometric mean of theirs, the most that positive energy allows"
+    )
+    typical = (5e-9, 2.6e-8, 1.4e-7)[(i >= 3) + (j >= 3)]
+    return ParameterSpec(
+        f"c{i + 1}{j + 1}", _unit(i, j), meaning, 0.0 if own else -_bound(i, j), _bound(i, j), typical, source,
+        compliance=own,
+    )  # fmt: skip
+
+
+class JointFull(DocumentedEffect):
+    """A joint gives in all six directions, and a load in one may move it in another.
+
+    Law: δ = C w, with C the symmetric, positive semidefinite 6×6 compliance of the joint, δ and w the displacement and
+    wrench at the joint's node in its axes, ordered (translation, rotation) and (force, moment): c11 is along x, c66
+    about the joint's axis. Paper 001, eq. 1 and section II (36 degrees of freedom: three rotations and three
+    translations at six joints); symmetric after Maxwell and Betti.
+
+    Assumes an elastic joint: proportional, and with an energy, whence the symmetry and the non-negative eigenvalues.
+
+    Limits: 21 parameters a joint. Twelve poses seldom tell more than a few of them, and those that cannot be told are
+    reported so. It includes joint-compliance (c66), bearing-tilt (c44, c55) and joint-translation (c11, c22, c33) and
+    takes their place; prefer these where they suffice.
+    """
+
+    name = "joint-full"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "the whole symmetric 6×6 compliance of a joint"
+    includes = ("joint-compliance", "bearing-tilt", "joint-translation")
+    parameters = tuple(_spec(i, j) for i, j in _PAIRS)
+    looks_like = ("bearing-tilt", "joint-translation", "axis-coupling", "link-beam")
+    fingerprint = "load in one direction at the joint moves the link in another, in proportion and in every pose alike"
+    how_to_check = (
+        "Track the links before and behind the joint (a target on each) while the tool is loaded in three directions: "
+        "their relative motion against the joint's wrench is C, column by column."
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ = C w, with one amplitude for each of the 21 different elements of C."""
+        node = joint_node(place.joints[0])
+        found = []
+        for i, j in _PAIRS:
+            symbol = f"c{i + 1}{j + 1}"
+            found.append(Term(node, i, symbol, loads.wrench[node, j]))
+            if i != j:
+                found.append(Term(node, j, symbol, loads.wrench[node, i]))
+        return found
+
+    def impossible(self, values: Values) -> str | None:
+        """Return a reason where C has a negative eigenvalue: the joint would give work away under load."""
+        compliance = np.zeros((6, 6))
+        for i, j in _PAIRS:
+            compliance[i, j] = compliance[j, i] = values.get(f"c{i + 1}{j + 1}", 0.0)
+        # Lengths scaled by 0.1 m, so that translations and rotations can stand in one eigenvalue.
+        scale = np.array([10.0, 10.0, 10.0, 1.0, 1.0, 1.0])
+        eigenvalues = np.linalg.eigvalsh(compliance * np.outer(scale, scale))
+        if eigenvalues[0] < -_ROUNDING * max(abs(float(eigenvalues[-1])), 1e-300):
+            return f"the joint's compliance has a negative eigenvalue ({eigenvalues[0]:.2g}): it would give energy away"
+        return None
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+        """The torque about the joint's axis, the largest part as a rule."""
+        joint = place.joints[0]
+        return Driver(f"torque on joint {joint}", "N·m", loads.wrench[joint_node(joint), RZ])

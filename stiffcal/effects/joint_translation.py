@@ -1,0 +1,65 @@
+"""Bearings that shift."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    TX,
+    TY,
+    TZ,
+    DocumentedEffect,
+    Driver,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Term,
+    Values,
+    joint_node,
+)
+
+_SOURCE = "paper 001, section III.C: within the noise of ±90 µm at loads up to 2.5 kN, so below 4e-8"
+_AXES = {"tx": (TX, "along the joint frame's x axis"), "ty": (TY, "along its y axis"), "tz": (TZ, "along the axis")}
+
+
+class JointTranslation(DocumentedEffect):
+    """The bearing of a joint gives along the forces that it carries, radially and axially.
+
+    Law: δ_tx = c_tx F_x, δ_ty = c_ty F_y, δ_tz = c_tz F_z in the joint's frame (the translational part of the joint
+    model of paper 001, eq. 1, taken diagonal).
+
+    Assumes pre-loaded rolling bearings in stiff housings.
+
+    Limits: usually small. A kilonewton moves a good bearing by some micrometres; paper 001 found no clear trend in the
+    translations of six joints. Expect it to matter only where a bearing or its seat is damaged or loose. The forces are
+    nearly the same at all joints, so that the place is told only by how the joints' axes turn from pose to pose.
+    """
+
+    name = "joint-translation"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "axial and radial give of the bearing"
+    parameters = tuple(
+        ParameterSpec(symbol, "m/N", f"compliance {meaning}", 0.0, 1e-5, 5e-9, _SOURCE, compliance=True)
+        for symbol, (_, meaning) in _AXES.items()
+    )
+    looks_like = ("base-compliance", "tool-compliance", "joint-translation")
+    fingerprint = "the tool shifts along the force without turning, by the same amount whatever the lever"
+    how_to_check = (
+        "Push the link behind the joint along and across the axis, with the force's line through the bearing, and hold "
+        "a dial gauge against the housing before the bearing."
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """Three translations over three forces."""
+        node = joint_node(place.joints[0])
+        return tuple(Term(node, axis, symbol, loads.wrench[node, axis]) for symbol, (axis, _) in _AXES.items())
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+        """The force that the bearing carries."""
+        force = np.linalg.norm(loads.wrench[joint_node(place.joints[0]), :3], axis=0)
+        return Driver(f"force on bearing {place.joints[0]}", "N", force)

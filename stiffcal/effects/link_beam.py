@@ -1,0 +1,100 @@
+"""Links that bend."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    RX,
+    RY,
+    RZ,
+    TX,
+    TY,
+    TZ,
+    DocumentedEffect,
+    Driver,
+    Floats,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Term,
+    Values,
+    link_node,
+)
+
+_BENDING = (
+    "Table 1 of paper 000 (KUKA KR240, swing): 7.0e6 to 7.7e6 N·m/rad across, times some 1.2 m from joint 2 to joint 3"
+)
+
+
+class LinkBeam(DocumentedEffect):
+    """A link bends in two planes, twists and stretches, as an Euler–Bernoulli cantilever clamped at its inboard joint.
+
+    Law, with F and M the force and moment at the outboard end in beam axes (x1 along the beam) and L its length:
+    u1 = F1 L/EA; θ1 = M1 L/GJ; u2 = F2 L³/(3 EI3) + M3 L²/(2 EI3) and θ3 = F2 L²/(2 EI3) + M3 L/EI3;
+    u3 = F3 L³/(3 EI2) − M2 L²/(2 EI2) and θ2 = −F3 L²/(2 EI2) + M2 L/EI2 (Gross, Hauger, Schröder and Wall,
+    Engineering Mechanics 2, table 4.3; signs as in paper 000, eq. 2 and 3: φ3 = u2′, φ2 = −u3′).
+
+    Assumes a straight, even, slender link of linear material: no shear, free warping, weight of the link itself as if
+    it hung at its end. EI2 is bending about x2 (deflection along x3), EI3 bending about x3, which lies along the
+    inboard joint's axis.
+
+    Limits: bending about x3 of a link between two parallel joints looks much like the give of these joints; twist looks
+    like a bearing's tilt. Tension is as a rule far below what can be seen. Links shorter than 50 mm are no place.
+    """
+
+    name = "link-beam"
+    kind = Kind.NODE_LAW
+    place_kind = "links"
+    summary = "bending in two planes, torsion, tension of a link as a beam"
+    excludes = ("link-springs",)
+    parameters = (
+        ParameterSpec("EI2", "N·m²", "flexural rigidity about x2", 1e2, np.inf, 8e6, _BENDING, inverse=True),
+        ParameterSpec("EI3", "N·m²", "flexural rigidity about x3", 1e2, np.inf, 8e6, _BENDING, inverse=True),
+        ParameterSpec(
+            "GJ", "N·m²", "torsional rigidity", 1e2, np.inf, 1.3e7,
+            "Table 1 of paper 000 (swing): 1.1e7 N·m/rad, times some 1.2 m", inverse=True,
+        ),
+        ParameterSpec(
+            "EA", "N", "rigidity in tension", 1e5, np.inf, 2e9,
+            "cast iron, 1.1e11 Pa, times a section of some 0.02 m²", inverse=True,
+        ),
+    )  # fmt: skip
+    looks_like = ("link-springs", "bearing-tilt", "joint-compliance")
+    fingerprint = (
+        "the tool gives across the link, in proportion to the bending moment in it; the link's outboard end turns and "
+        "moves against its inboard end"
+    )
+    how_to_check = (
+        "Put targets on both ends of the link (or integral deformation sensors along it, paper 000) and load the tool: "
+        "the ends turn against each other."
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """Displacement of the outboard end from the wrench there, one amplitude per rigidity."""
+        beam = chain.beams[place.link]
+        node, length = link_node(beam.joint), beam.length
+        f1, f2, f3, m1, m2, m3 = loads.wrench[node]
+        square, cube = length * length / 2.0, length**3 / 3.0
+        return (
+            Term(node, TX, "EA", length * f1),
+            Term(node, RX, "GJ", length * m1),
+            Term(node, TY, "EI3", cube * f2 + square * m3),
+            Term(node, RZ, "EI3", square * f2 + length * m3),
+            Term(node, TZ, "EI2", cube * f3 - square * m2),
+            Term(node, RY, "EI2", length * m2 - square * f3),
+        )
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+        """The larger bending moment, at the clamped end."""
+        return Driver(f"bending moment in {place.link}", "N·m", _clamped_bending(chain, place.link, loads))
+
+
+def _clamped_bending(chain: Chain, link: str, loads: NodeLoads) -> Floats:
+    beam = chain.beams[link]
+    _, f2, f3, _, m2, m3 = loads.wrench[link_node(beam.joint)]
+    return np.asarray(np.hypot(m2 - beam.length * f3, m3 + beam.length * f2))

@@ -1,0 +1,77 @@
+"""Links as springs half-way along."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    RX,
+    RY,
+    RZ,
+    TY,
+    TZ,
+    DocumentedEffect,
+    Driver,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Term,
+    Values,
+    link_node,
+)
+
+_SOURCE = "Table 1 of paper 000 (KUKA KR240, after Rösch): swing 7.7e6, 7.0e6, 1.1e7; arm 3.6e6, 2.9e6, 1.7e7"
+
+
+class LinkSprings(DocumentedEffect):
+    """A link gives as two rigid halves joined by three torsion springs half-way along.
+
+    Law: θ_i = M_i / k_i at mid-length, i = 1 (along the link), 2, 3, with M the moment there. At the outboard end, F
+    and M being the wrench at that end and L the length: θ1 = M1/k1; θ2 = (M2 − F3 L/2)/k2 and u3 = −θ2 L/2;
+    θ3 = (M3 + F2 L/2)/k3 and u2 = θ3 L/2. This is Rösch's model as paper 000 tells it (section 2 and Table 1, columns
+    S and A).
+
+    Assumes that where the link bends does not matter, only by how much it turns. Compared with a beam it has the right
+    turn under a pure moment (k = EI/L) but 3/4 of the deflection under a force at the end.
+
+    Limits: as for the beam. The two exclude each other at one link; in most data they cannot be told apart.
+    """
+
+    name = "link-springs"
+    kind = Kind.NODE_LAW
+    place_kind = "links"
+    summary = "the same link as three springs half-way along"
+    excludes = ("link-beam",)
+    parameters = (
+        ParameterSpec("k1", "N·m/rad", "spring about x1, along the link", 1e2, np.inf, 1.1e7, _SOURCE, inverse=True),
+        ParameterSpec("k2", "N·m/rad", "spring about x2", 1e2, np.inf, 7.0e6, _SOURCE, inverse=True),
+        ParameterSpec("k3", "N·m/rad", "spring about x3", 1e2, np.inf, 7.7e6, _SOURCE, inverse=True),
+    )
+    looks_like = ("link-beam", "bearing-tilt", "joint-compliance")
+    fingerprint = "the tool gives across the link, in proportion to the moment half-way along it"
+    how_to_check = "As for link-beam: targets on both ends of the link, and a load at the tool."
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """Displacement of the outboard end from the moment at mid-length, one amplitude per spring."""
+        beam = chain.beams[place.link]
+        node, half = link_node(beam.joint), beam.length / 2.0
+        _, f2, f3, m1, m2, m3 = loads.wrench[node]
+        about_2, about_3 = m2 - half * f3, m3 + half * f2
+        return (
+            Term(node, RX, "k1", m1),
+            Term(node, RY, "k2", about_2),
+            Term(node, TZ, "k2", -half * about_2),
+            Term(node, RZ, "k3", about_3),
+            Term(node, TY, "k3", half * about_3),
+        )
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+        """The bending moment half-way along."""
+        beam = chain.beams[place.link]
+        _, f2, f3, _, m2, m3 = loads.wrench[link_node(beam.joint)]
+        half = beam.length / 2.0
+        return Driver(f"bending moment half-way along {place.link}", "N·m", np.hypot(m2 - half * f3, m3 + half * f2))

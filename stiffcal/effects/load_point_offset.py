@@ -1,0 +1,59 @@
+"""Forces that act elsewhere."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterSpec, Place, Sort, Values
+
+_SOURCE = "a hook or a string's knot measured with a ruler: some millimetres"
+
+
+class LoadPointOffset(DocumentedEffect):
+    """The force does not act where the manifest says, so that its moments about the joints are others.
+
+    Law: the true load point is the manifest's plus (x, y, z), flange axes. Only where force alone is measured: a
+    six-axis sensor reads the moment and needs no load point.
+
+    Assumes one load point for the whole campaign, fixed to the flange.
+
+    Limits: an offset along the force does nothing; three directions of load are needed. An offset of a millimetre at a
+    lever of a metre changes that joint's deflection by a thousandth: the wrist, with its short levers, tells more.
+    """
+
+    name = "load-point-offset"
+    kind = Kind.OBSERVATION
+    place_kind = "setup"
+    summary = "the force does not act where the manifest says (force-only campaigns)"
+    parameters = tuple(
+        ParameterSpec(
+            axis, "m", f"true minus manifest along the flange's {axis} axis", -0.5, 0.5, 5e-3, _SOURCE, Sort.SETUP
+        )
+        for axis in "xyz"
+    )
+    needs = ("forces without moments, acting on the flange",)
+    looks_like = ("target-offset", "wrench-frame", "joint-compliance")
+    fingerprint = "the wrist turns by more or less than its lever says, in proportion to the load"
+    how_to_check = "Measure the load point with the tracker itself: hold a reflector to the hook."
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Only for forces without moments, on the flange."""
+        if states.setup.moments_measured:
+            return "forces without moments: here the moments are measured, and no load point is needed"
+        if states.setup.wrench_point.body != chain.n_joints + 1:
+            return "a load that acts on the flange"
+        return None
+
+    def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
+        """Move the point where the force acts."""
+        offset = np.array([values.get(axis, 0.0) for axis in "xyz"])
+        point = inputs.setup.wrench_point
+        if not offset.any() or inputs.setup.moments_measured or point.body != len(inputs.angles) + 1:
+            return inputs
+        transform = point.transform.copy()
+        transform[:3, 3] += offset
+        return replace(inputs, setup=replace(inputs.setup, wrench_point=replace(point, transform=transform)))

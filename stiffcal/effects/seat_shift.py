@@ -1,0 +1,97 @@
+"""Something slipped."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    DocumentedEffect,
+    Driver,
+    Floats,
+    Kind,
+    NodeLoads,
+    Observed,
+    ParameterSpec,
+    Place,
+    Sort,
+    StateOrder,
+    Values,
+)
+from stiffcal.model.memory import first_of_run
+
+_SOURCE = "a reflector's nest holds to some 10 µm; bolted seats slip by the clearance of their holes, 0.1 mm and more"
+
+
+class SeatShift(DocumentedEffect):
+    """A fixture, the reflector or the robot's base slips once, suddenly, and stays where it slipped to.
+
+    Law: D gains (x, y, z), base axes, from one state to the end of its run. `state` is the number of the first shifted
+    state, counted through the campaign from 1 in the order of the states.
+
+    Assumes one slip; the next run takes a new reference and does not know of it.
+
+    Limits: a slip of what holds the reflector counts in the tool's axes, one of the base in the base's: within a run,
+    where the pose stands still, the two are the same. A slip between runs leaves no trace at all.
+    """
+
+    name = "seat-shift"
+    kind = Kind.OBSERVATION
+    place_kind = "setup"
+    summary = "one sudden slip of a fixture, reflector or base between two states of a run"
+    parameters = (
+        ParameterSpec(
+            "state", "1", "number of the first shifted state in the campaign, from 1", 1.0, 1e9, 2.0,
+            "any state but the first of a run", Sort.SHAPE, discrete=True,
+        ),
+        ParameterSpec("x", "m", "shift along the base's x axis", -0.1, 0.1, 5e-5, _SOURCE),
+        ParameterSpec("y", "m", "shift along the base's y axis", -0.1, 0.1, 5e-5, _SOURCE),
+        ParameterSpec("z", "m", "shift along the base's z axis", -0.1, 0.1, 5e-5, _SOURCE),
+    )  # fmt: skip
+    needs = ("several states in a run",)
+    looks_like = ("thermal-drift", "friction-hysteresis")
+    fingerprint = "in one run, and only there, all residuals after one state are shifted by the same vector"
+    how_to_check = (
+        "Unload at the end of the run: the target does not come back to where the run began. Tighten what is loose and "
+        "repeat the run."
+    )
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """A run needs states before and after the slip."""
+        if np.bincount(states.run).max(initial=0) < 3:
+            return "several states in a run: a step needs readings before and after it"
+        return None
+
+    def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
+        """Return the step along each base axis."""
+        after = _after(observed.order, round(shape["state"]))
+        columns = {}
+        for component, symbol in enumerate(("x", "y", "z")):
+            column = np.zeros_like(observed.displacement)
+            column[:, component] = after
+            columns[symbol] = column
+        return columns
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver | None:
+        """The state's number."""
+        if loads.order is None or not loads.order.number.size:
+            return None
+        return Driver("state of the campaign", "1", loads.order.number.astype(np.float64))
+
+    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+        """Every state but the first of each run."""
+        if loads.order is None or not loads.order.number.size:
+            return {"state": np.zeros(0)}
+        return {"state": loads.order.number[~first_of_run(loads.order.run)].astype(np.float64)}
+
+
+def _after(order: StateOrder, state: int) -> Floats:
+    """Return (n,) 1 from the state to the end of its run, 0 elsewhere; a state set aside counts by its place."""
+    place = int(np.searchsorted(order.number, state))
+    result = np.zeros(len(order.run))
+    if place < len(order.number) and (
+        order.number[place] == state or (place > 0 and order.run[place - 1] == order.run[place])
+    ):
+        result[place:] = order.run[place:] == order.run[place]
+    return result

@@ -1,0 +1,74 @@
+"""Motors that are pushed off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    RZ,
+    DocumentedEffect,
+    Driver,
+    Kind,
+    NodeLoads,
+    Place,
+    Term,
+    Values,
+    joint_node,
+)
+
+# A fifth of an arc second: below any motor encoder's step seen through its gear, above a printed angle's last digit.
+_STANDS_STILL = 1e-6
+
+
+class ServoDeflection(DocumentedEffect):
+    """The motor itself is pushed off its target under load, because its position loop is not infinitely stiff.
+
+    Law: D = … + J Δq_motor: the joints turn by what the motors' encoders show since the run's reference, besides the
+    give of everything behind the encoder (physics, section 1). There is no free parameter: the controller's log says
+    it all. Paper 002, section II.A, counts this active stiffness of the position loop into the joint's.
+
+    Assumes that the log holds measured joint positions of every state, not the commanded ones, and that the controller
+    was not moving the robot to compensate the deflection.
+
+    Limits: without it in the model the loop's give counts as the joint's compliance, which is then right for this
+    controller in this state, and no longer for the mechanics alone.
+    """
+
+    name = "servo-deflection"
+    kind = Kind.CONFIGURATION
+    place_kind = "joints"
+    summary = "the motor itself is pushed off; seen in the controller log"
+    needs = ("measured joint positions of every state",)
+    looks_like = ("joint-compliance", "creep", "friction-hysteresis")
+    fingerprint = "the joint's logged position moves with the load, and the tool moves with it"
+    how_to_check = (
+        "Read the joint's position on the controller while the load comes on: it moves, and creeps back where the "
+        "position loop integrates."
+    )
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """The joint log must move within runs."""
+        moved = 0.0
+        for number in np.unique(states.run):
+            moved = max(moved, float(np.ptp(states.joints[states.run == number], axis=0).max()))
+        if moved < _STANDS_STILL:
+            return "measured joint positions of every state: the joint log does not move within any run"
+        return None
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ_Rz = Δq_motor, nothing in the weight-only state."""
+        if loads.order is None:
+            return ()
+        joint = place.joints[0]
+        return (Term(joint_node(joint), RZ, "", loads.order.motor[joint - 1]),)
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver | None:
+        """The motor's motion since the reference."""
+        if loads.order is None:
+            return None
+        joint = place.joints[0]
+        return Driver(f"motion of motor {joint}", "rad", loads.order.motor[joint - 1])

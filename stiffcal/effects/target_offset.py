@@ -1,0 +1,62 @@
+"""Reflectors that are not where the manifest says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterSpec, Place, Sort, Values
+
+_SOURCE = "a reflector's place measured with a ruler: a millimetre or two"
+
+
+class TargetOffset(DocumentedEffect):
+    """The reflector or probe is not where the manifest says, so that the turning of the tool moves it otherwise.
+
+    Law: the target's true place on the flange is the manifest's plus (x, y, z), flange axes; where several targets sit
+    on the flange, all of them (one tool, one error). Targets on links stay.
+
+    Assumes that the target does not move against the flange.
+
+    Limits: a displacement differs by the tool's turn times the offset: a millirad of turn and a millimetre of offset
+    make one micrometre. It shows in the unloaded poses long before, as an error of absolute position.
+    """
+
+    name = "target-offset"
+    kind = Kind.OBSERVATION
+    place_kind = "setup"
+    summary = "the reflector is not where the manifest says"
+    parameters = tuple(
+        ParameterSpec(
+            axis, "m", f"true minus manifest along the flange's {axis} axis", -0.5, 0.5, 2e-3, _SOURCE, Sort.SETUP
+        )
+        for axis in "xyz"
+    )
+    needs = ("a target on the flange",)
+    looks_like = ("load-point-offset", "tool-compliance")
+    fingerprint = "the residual is in proportion to how much the tool turns under load"
+    how_to_check = (
+        "Turn the last joint through a full turn, unloaded: the reflector's circle shows its offset from the axis."
+    )
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """A target must ride on the flange."""
+        if all(target.body != chain.n_joints + 1 for target in states.setup.targets):
+            return "a target on the flange: all targets sit on links"
+        return None
+
+    def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
+        """Move the targets on the flange."""
+        offset = np.array([values.get(axis, 0.0) for axis in "xyz"])
+        if not offset.any():
+            return inputs
+        flange = len(inputs.angles) + 1
+        moved = []
+        for target in inputs.setup.targets:
+            transform = target.transform.copy()
+            transform[:3, 3] += offset
+            moved.append(replace(target, transform=transform) if target.body == flange else target)
+        return replace(inputs, setup=replace(inputs.setup, targets=tuple(moved)))

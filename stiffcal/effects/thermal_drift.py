@@ -1,0 +1,88 @@
+"""Targets that wander with time or temperature."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    DocumentedEffect,
+    Driver,
+    Floats,
+    Kind,
+    NodeLoads,
+    Observed,
+    ParameterSpec,
+    Place,
+    StateOrder,
+    Values,
+)
+
+_MOVE = "0.2 mm in an hour: a robot or a tracker's stand warming up"
+_TURN = "0.2 mm at one metre in an hour"
+_SYMBOLS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+class ThermalDrift(DocumentedEffect):
+    """The target wanders while nothing is loaded, because robot, stand or instrument warm up or settle.
+
+    Law: D gains rate × (t − t_ref), or rate × (T − T_ref) where the campaign logs a temperature (its first channel),
+    in base axes, t_ref and T_ref being those of the run's reference state; where orientation is measured, the target
+    also turns at its own rate. One rate for the whole campaign, on its one clock.
+
+    Assumes that the drift is even over the campaign. ISO 9283 has a test of its own for the drift of a warming robot,
+    which is quicker at first; then the runs at the beginning show it more.
+
+    Limits: only what happens between a run's reference and its states is seen. Runs in which load and time rise
+    together cannot tell drift from compliance: measure unloaded states in between and at the end.
+    """
+
+    name = "thermal-drift"
+    kind = Kind.OBSERVATION
+    place_kind = "setup"
+    summary = "the target wanders with time or temperature"
+    parameters = tuple(
+        ParameterSpec(symbol, "m/s or m/K", f"drift along the base's {symbol} axis", -1e-3, 1e-3, 5e-8, _MOVE)
+        if len(symbol) == 1
+        else ParameterSpec(
+            symbol, "rad/s or rad/K", f"turn about the base's {symbol[1]} axis", -1e-2, 1e-2, 5e-8, _TURN
+        )
+        for symbol in _SYMBOLS
+    )
+    needs = ("time stamps or a temperature",)
+    looks_like = ("creep", "seat-shift")
+    fingerprint = "the residual follows the clock (or the thermometer) through a run, whatever the load does"
+    how_to_check = "Leave the robot unloaded and log the target for as long as a run takes: it moves just the same."
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Time or temperature, and states of a run that differ in it."""
+        for value in (states.temperature[:, 0] if states.temperature.shape[1] else None, states.time):
+            if value is None or not np.isfinite(value).any():
+                continue
+            if any(np.ptp(value[states.run == k]) > 0.0 for k in np.unique(states.run)):
+                return None
+        return "time stamps or a temperature that change within a run"
+
+    def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
+        """Return one component per symbol, proportional to the time or temperature since the reference."""
+        since = _since_reference(observed.order)
+        columns = {}
+        for component, symbol in enumerate(_SYMBOLS):
+            column = np.zeros_like(observed.displacement)
+            column[:, component] = since
+            columns[symbol] = column
+        return columns
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver | None:
+        """Time or temperature since the reference."""
+        if loads.order is None:
+            return None
+        by_temperature = bool(np.isfinite(loads.order.temperature).any())
+        label, unit = ("temperature", "K") if by_temperature else ("time", "s")
+        return Driver(f"{label} since the reference", unit, _since_reference(loads.order))
+
+
+def _since_reference(order: StateOrder) -> Floats:
+    warmer = order.temperature
+    return np.nan_to_num(warmer if np.isfinite(warmer).any() else order.since_reference)

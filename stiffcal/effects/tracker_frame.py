@@ -1,0 +1,58 @@
+"""Trackers that are turned against the robot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.model.effect import DocumentedEffect, Floats, Kind, Observed, ParameterSpec, Place, Values
+
+_SOURCE = "half a degree: a frame set up from three touched points, or a tracker whose stand was moved"
+
+
+class TrackerFrame(DocumentedEffect):
+    """The tracker's frame is turned against the robot's base, so that every measured displacement is turned.
+
+    Law: D_seen = exp(r) D, r = (rx, ry, rz) a rotation vector in base axes, for the translations and for the rotation
+    vectors alike. A shift of the tracker's frame does not matter: displacements are differences.
+
+    Assumes that the tracker stands still during the campaign.
+
+    Limits: what a turn does is as large as the deflection times the angle; a degree shows as 2 % of it. The unloaded
+    poses show the same turn as an error of absolute position, which is better evidence where the robot is accurate.
+    """
+
+    name = "tracker-frame"
+    kind = Kind.OBSERVATION
+    place_kind = "setup"
+    summary = "the tracker is turned against the robot base"
+    parameters = tuple(
+        ParameterSpec(f"r{axis}", "rad", f"turn about the base's {axis} axis", -0.5, 0.5, 0.01, _SOURCE)
+        for axis in "xyz"
+    )
+    looks_like = ("wrench-frame", "base-compliance", "axis-coupling")
+    fingerprint = "the residual is at right angles to the deflection and in proportion to it, in every pose"
+    how_to_check = (
+        "Compare kinematics with the tracker in the unloaded poses: the same turn shows there. Or register the frame "
+        "anew from many poses (estimate = true)."
+    )
+
+    def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
+        """Return e × D for each axis e: the slope of exp(r) D."""
+        columns = {}
+        for axis in range(3):
+            column = np.zeros_like(observed.displacement)
+            for part in (0, 3):
+                second, third = part + (axis + 1) % 3, part + (axis + 2) % 3
+                column[:, second] = -observed.displacement[:, third]
+                column[:, third] = observed.displacement[:, second]
+            columns[f"r{'xyz'[axis]}"] = column
+        return columns
+
+    def observation_shift(self, place: Place, observed: Observed, values: Values) -> Floats:
+        """Return exp(r) D − D."""
+        turn = rotation_from_vector(np.array([values.get(f"r{axis}", 0.0) for axis in "xyz"])) - np.eye(3)
+        shift = np.empty_like(observed.displacement)
+        for part in (slice(0, 3), slice(3, 6)):
+            shift[:, part] = np.einsum("ij,bjn->bin", turn, observed.displacement[:, part])
+        return shift

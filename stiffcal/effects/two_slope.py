@@ -1,0 +1,75 @@
+"""Wind-up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.effect import (
+    DocumentedEffect,
+    Driver,
+    Floats,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Sort,
+    Term,
+    Values,
+)
+
+_SOURCE = (
+    "strain-wave gear catalogues: slope K1 below a torque T1 of tens of N·m for mid sizes, with K1 some 0.6 of K2 of "
+    "about 1e5 N·m/rad"
+)
+
+
+class TwoSlope(DocumentedEffect):
+    """A drive is softer inside a wind-up torque, where few teeth or rollers carry, than outside.
+
+    Law: δ_Rz = c clip(τ, −knee, +knee), added to joint-compliance: the compliance is larger by c below the knee and
+    unchanged above it. Makers of strain-wave gears state it so, as stiffness K1 up to a torque T1 and K2 above.
+
+    Assumes that the knee is sharp, the same in both directions, and without memory; τ is the whole torque.
+
+    Limits: where weight keeps the joint beyond its knee in every pose and at every load, nothing shows. A knee far
+    inside the smallest load looks like backlash.
+    """
+
+    name = "two-slope"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "softer inside a wind-up torque than outside"
+    parameters = (
+        ParameterSpec("c", "rad/(N·m)", "extra compliance inside the knee", 0.0, 1e-3, 6e-6, _SOURCE, compliance=False),
+        ParameterSpec("knee", "N·m", "torque up to which the drive winds up", 1e-2, 1e5, 30.0, _SOURCE, Sort.SHAPE),
+    )
+    needs = ("loads of several sizes",)
+    looks_like = ("cubic-stiffness", "backlash", "friction-hysteresis")
+    fingerprint = (
+        "the slope of deflection over torque is steeper around zero torque and breaks at the same torque on either side"
+    )
+    how_to_check = (
+        "Load the joint alone in small steps through zero torque and look for the torque where the slope breaks."
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ_Rz = c clip(τ, ±knee)."""
+        joint, knee = place.joints[0], shape["knee"]
+        return drive_terms(chain, joint, "c", np.clip(drive_torque(chain, loads.wrench, joint), -knee, knee))
+
+    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+        """Knees at even shares of the torques seen; none where no torque lies inside the smallest."""
+        size = np.abs(drive_torque(chain, loads.wrench, place.joints[0]))
+        reach = float(size.max(initial=0.0))
+        if reach == 0.0 or size.min() > 0.9 * reach:
+            return {"knee": np.zeros(0)}
+        return {"knee": np.unique(np.clip(np.quantile(size, [0.1, 0.25, 0.4, 0.55, 0.7, 0.85]), 1e-2, 1e5))}
+
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+        """The torque about the joint's axis."""
+        joint = place.joints[0]
+        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -1,0 +1,82 @@
+"""Force sensors that do not read zero."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterSpec, Place, Sort, Values
+
+_SYMBOLS = ("fx", "fy", "fz", "mx", "my", "mz")
+_BIAS = "a per cent of a sensor's range of 10² N and 10 N·m: drift since the last taring"
+# Joints that turn by this much within a run bring the sensor into another orientation.
+_TURNED = np.radians(5.0)
+# A net mass that is exactly zero has no centre: one this small carries the moment and no weight worth the name.
+_TINY_MASS = 1e-9
+
+
+def _bias(symbol: str) -> ParameterSpec:
+    unit, widest, typical = ("N", 1e3, 2.0) if symbol[0] == "f" else ("N·m", 300.0, 0.2)
+    meaning = f"bias of {symbol.capitalize()}, sensor axes"
+    return ParameterSpec(symbol, unit, meaning, -widest, widest, typical, _BIAS, Sort.SETUP)
+
+
+class WrenchBias(DocumentedEffect):
+    """The force sensor's zero, or the weight of the tool behind it, was not taken out of the readings.
+
+    Law: true wrench = reading − (fx, fy, fz, mx, my, mz) − weight of `mass`; the bias constant in sensor axes, the
+    weight along gravity through the sensor's origin.
+
+    Assumes one zero for the whole campaign. Where the weight that the sensor reads belongs to a tool that the manifest
+    lists in [tool], mass is what it counts twice.
+
+    Limits: in a run of one pose a constant wrench goes into the run's reference, so that it is seen only through laws
+    that are not straight (backlash, friction, curved stiffness), or where the sensor turns within a run, or where
+    deflections come without a free reference. Elsewhere it is not tried.
+    """
+
+    name = "wrench-bias"
+    kind = Kind.OBSERVATION
+    place_kind = "setup"
+    summary = "the force sensor's zero or the tool's weight was not taken out, where it can be seen at all"
+    parameters = (
+        *(_bias(symbol) for symbol in _SYMBOLS),
+        ParameterSpec(
+            "mass", "kg", "mass whose weight is read and should not be", -500.0, 500.0, 5.0,
+            "tools of robots for machining: a spindle or gripper of some kilograms", Sort.SETUP,
+        ),
+    )  # fmt: skip
+    needs = ("several orientations of the sensor within a run, or deflections without a free reference",)
+    looks_like = ("target-offset", "wrench-frame", "backlash")
+    fingerprint = "the deflection is as if a constant force acted, turning with the sensor (bias) or not (weight)"
+    how_to_check = (
+        "Read the unloaded sensor in three orientations of the flange: what turns with it is bias, the rest is weight."
+    )
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Several orientations within a run, or no free reference."""
+        if states.deflection_given:
+            return None
+        for number in np.unique(states.run):
+            if float(np.ptp(states.joints[states.run == number], axis=0).max()) > _TURNED:
+                return None
+        return "several orientations in a run: the joints stand still, so that a bias goes into each run's reference"
+
+    def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
+        """Take bias and weight out of the reading; the weight-only state has no reading."""
+        if not inputs.loaded:
+            return inputs
+        bias = np.array([values.get(symbol, 0.0) for symbol in _SYMBOLS])
+        if bias.any():
+            inputs = replace(inputs, wrench=inputs.wrench - bias[:, None])
+        mass, point = values.get("mass", 0.0), inputs.setup.wrench_point
+        if mass == 0.0 or point.body != len(inputs.angles) + 1:
+            return inputs
+        setup = inputs.setup
+        left = setup.tool_mass - mass
+        left = left if abs(left) > _TINY_MASS else _TINY_MASS
+        centre = (setup.tool_mass * setup.tool_com - mass * point.transform[:3, 3]) / left
+        return replace(inputs, setup=replace(setup, tool_mass=left, tool_com=centre))

@@ -1,0 +1,48 @@
+"""Force sensors that are turned against the flange."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterSpec, Place, Sort, Values
+
+_SOURCE = "half a degree: a sensor bolted on without a dowel"
+
+
+class WrenchFrame(DocumentedEffect):
+    """The force sensor's axes are turned against what the manifest says, so that every wrench is taken as turned.
+
+    Law: the true sensor axes are the manifest's turned by exp(r), r = (rx, ry, rz) a rotation vector in sensor axes;
+    forces and moments turn together, the sensor's origin stays.
+
+    Assumes that the sensor does not shift on its seat during the campaign.
+
+    Limits: a turn about the direction of the load does nothing: three directions of load are needed. Its effect is as
+    large as the deflection times the angle, of the other components of compliance.
+    """
+
+    name = "wrench-frame"
+    kind = Kind.OBSERVATION
+    place_kind = "setup"
+    summary = "the force sensor is turned against the flange"
+    parameters = tuple(
+        ParameterSpec(f"r{axis}", "rad", f"turn about the sensor's {axis} axis", -0.5, 0.5, 0.01, _SOURCE, Sort.SETUP)
+        for axis in "xyz"
+    )
+    looks_like = ("tracker-frame", "load-point-offset", "axis-coupling")
+    needs = ("loads in several directions",)
+    fingerprint = "the residual is what a small force at right angles to the load would do, in proportion to the load"
+    how_to_check = "Hang a known mass on the tool in several poses: the force read must always point along gravity."
+
+    def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
+        """Turn the axes in which the wrench is read."""
+        turn = np.array([values.get(f"r{axis}", 0.0) for axis in "xyz"])
+        if not turn.any():
+            return inputs
+        axes = inputs.setup.wrench_axes
+        transform = axes.transform.copy()
+        transform[:3, :3] = transform[:3, :3] @ rotation_from_vector(turn)
+        return replace(inputs, setup=replace(inputs.setup, wrench_axes=replace(axes, transform=transform)))

@@ -1,0 +1,57 @@
+"""Drives: what torque the drive of a joint carries, and which joints turn when it gives.
+
+A drive sits on its joint's own axis, but for robots whose axes are coupled mechanically (a parallel rod): there it
+sits on the logged axis, and its give turns several model joints, δ_model = M δ_drive, while it carries τ_drive = Mᵀ τ.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import RZ, Term, joint_node
+
+Floats = NDArray[np.float64]
+
+
+def turned_joints(chain: Chain, joint: int) -> list[tuple[int, float]]:
+    """Return (model joint, factor) for every joint that the drive of ``joint`` turns.
+
+    Parameters
+    ----------
+    joint : from 1.
+    """
+    if not chain.mechanical.any():
+        return [(joint, 1.0)]
+    column = chain.drive_axes[:, joint - 1]
+    return [(int(k) + 1, float(column[k])) for k in np.flatnonzero(column)]
+
+
+def drive_torque(chain: Chain, wrench: Floats, joint: int) -> Floats:
+    """Return (n,) the whole torque that the drive of ``joint`` carries, N·m.
+
+    Parameters
+    ----------
+    wrench : (2J + 2, 6, n) what the nodes carry, node axes (`NodeLoads.wrench` or ``weight``).
+    joint : from 1.
+    """
+    turned = turned_joints(chain, joint)
+    if len(turned) == 1 and turned[0][1] == 1.0:
+        return np.asarray(wrench[joint_node(turned[0][0]), RZ])
+    return np.asarray(sum(factor * wrench[joint_node(k), RZ] for k, factor in turned))
+
+
+def drive_terms(chain: Chain, joint: int, symbol: str, value: Floats) -> tuple[Term, ...]:
+    """Return the terms by which the drive of ``joint`` gives by ``amplitude × value``, rad.
+
+    Parameters
+    ----------
+    joint : from 1.
+    symbol : the amplitude's symbol; "" for none.
+    value : (n,) what the amplitude is multiplied with.
+    """
+    return tuple(
+        Term(joint_node(k), RZ, symbol, value if factor == 1.0 else factor * value)
+        for k, factor in turned_joints(chain, joint)
+    )
