@@ -101,6 +101,18 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     return ReducedRun(states, clocks, holds, tuple(sorted(dropped, key=lambda stretch: stretch.start)), tuple(warnings))
 
 
+def beginning(run: Run, logs: Mapping[str, Blocks]) -> Gathered:
+    """Return one state from the beginning of each log: for a quick look, before a run has ended."""
+    placed: list[tuple[str, Blocks, float | None]] = [
+        (source, blocks, blocks.start[0] - next(iter(logs.values())).start[0]) for source, blocks in logs.items()
+    ]
+    first = next(iter(logs.values()))
+    start = np.array([first.start[0]])
+    end = start + min(np.ptp(first.time), 0.5) + 1e-9
+    holds = Holds(start, end, start, end)
+    return _averaged(run, holds, np.zeros(1, dtype=np.int64), placed)
+
+
 def _slack(holds: Holds) -> Floats:
     """A log may begin or end within the outer tenth of a hold."""
     return 0.1 * (holds.end - holds.start)

@@ -170,6 +170,11 @@ def pick(gathered: Gathered, chosen: Integers | Booleans) -> Gathered:
     )
 
 
+def of_run(gathered: Gathered, name: str) -> Gathered:
+    """Return the states of one run alone."""
+    return pick(gathered, np.array([run == name for run in gathered.run], dtype=np.bool_))
+
+
 def _stacked(parts: Sequence[Gathered]) -> Gathered:
     if len(parts) == 1:
         return parts[0]

@@ -13,44 +13,56 @@ from numpy.typing import NDArray
 from stiffcal.campaign.frames import frames_to_estimate, measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
-from stiffcal.errors import InputError, Progress, raise_faults
+from stiffcal.errors import Fault, InputError, Progress, raise_faults
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.readers import Wanted
 from stiffcal.reduction.blocks import BlockAverager, Blocks
 from stiffcal.reduction.holds import Holds, given_holds
-from stiffcal.reduction.logs import Rows, read_batches, read_rows
-from stiffcal.reduction.recordings import ReducedRun, reduce_run
+from stiffcal.reduction.logs import read_batches, read_rows
+from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
 from stiffcal.reduction.screening import set_bumped_aside
-from stiffcal.reduction.states import Gathered, load_states, stacked, tabled_states
+from stiffcal.reduction.states import Gathered, load_states, of_run, stacked, tabled_states
 from stiffcal.store import TableStream, Writing
+from stiffcal.workflow.recording_tables import recording_columns, recording_table
 from stiffcal.workflow.watching import Watches, contradictions
 
 Floats = NDArray[np.float64]
 
 SCHEMA = "stiffcal/ingest/1"
-_SI = {
-    "joints": "rad",
-    "joints.command": "rad",
-    "joints.velocity": "radps",
-    "joints.torque": "Nm",
-    "joints.current": "A",
-    "mass": "kg",
-    "lengths": "m",
-    "displacement": "m",
-    "translation": "m",
-    "rotation": "rad",
-    "temperature": "K",
-    "hold": "s",
-}
+PIECE_BYTES = 1 << 22  # what a reader of text takes at a time
 
 
 @dataclass(frozen=True)
 class ReducedCampaign:
-    """Load states and the ingest document that tells how they came about."""
+    """Load states, the ingest document that tells how they came about, and what was seen of each file."""
 
     states: LoadStates
     document: dict[str, Any]
+    watches: Watches
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a campaign is read.
+
+    Attributes
+    ----------
+    writing : where the recordings go as they stream past; None: nowhere.
+    collected : faults of files join this list instead of stopping (`check`); None: the first one stops.
+    only : this run alone. quick : only the first lines of logs.
+    """
+
+    writing: Writing | None = None
+    collected: list[Fault] | None = None
+    only: str | None = None
+    quick: bool = False
+
+    def fault(self, error: InputError) -> None:
+        """Collect a fault, or raise it."""
+        if self.collected is None:
+            raise error
+        self.collected.extend(error.faults)
 
 
 def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | None = None) -> ReducedCampaign:
@@ -65,32 +77,15 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     InputError
         A source is faulty, or no load states can be made of it.
     """
-    manifest = campaign.manifest
-    progress("reading tables", None)
-    parts: list[Gathered] = []
-    watches = Watches(campaign)
-    table = tabled_states(campaign.folder, manifest, watches.see)
-    logged = [name for name, source in manifest.sources.items() if not source.is_states]
-    runs: list[ReducedRun] = []
-    if logged:
-        for k, run in enumerate(manifest.runs):
-            sources = [name for name in logged if name in run.files]
-            if sources:
-                reduced = _reduce_logs(campaign, run, sources, progress, k / len(manifest.runs), writing, watches)
-                runs.append(reduced)
-                parts.append(reduced.states)
-    if table is not None:
-        parts.insert(0, table)
-    if not parts:
+    reading, watches = Reading(writing), Watches(campaign)
+    gathered, runs = gather(campaign, progress, reading, watches)
+    if gathered is None:
         raise InputError.at(
-            "campaign.toml",
-            "[[runs]]",
-            "no run names a file",
+            "campaign.toml", "[[runs]]", "no run names a file",
             'add [[runs]] with files = { … }, or run = { column = "run" }',
-        )
-    gathered = stacked(parts)
+        )  # fmt: skip
     progress("making load states", None)
-    states, registration = _placed_states(campaign, gathered)
+    states, registration = placed_states(campaign, gathered)
     faults, warnings = contradictions(states, campaign, registration is not None)
     raise_faults(faults)
     states = set_bumped_aside(states)
@@ -98,10 +93,65 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     document["warnings"] += watches.remarks() + warnings
     if registration is not None:
         document["registration"] = registration.as_document()
-    return ReducedCampaign(states, document)
+    return ReducedCampaign(states, document, watches)
 
 
-def _placed_states(campaign: Campaign, gathered: Gathered) -> tuple[LoadStates, Registration | None]:
+def gather(
+    campaign: Campaign, progress: Progress, reading: Reading, watches: Watches
+) -> tuple[Gathered | None, list[ReducedRun]]:
+    """Read tables and logs; None where there are no states yet."""
+    manifest = campaign.manifest
+    progress("reading tables", None)
+    parts: list[Gathered] = []
+    try:
+        table = tabled_states(campaign.folder, manifest, watches.see)
+        if table is not None:
+            parts.append(table if reading.only is None else of_run(table, reading.only))
+    except InputError as error:
+        reading.fault(error)
+    logged = [name for name, source in manifest.sources.items() if not source.is_states]
+    chosen = [run for run in manifest.runs if reading.only in (None, run.id)] if logged else []
+    runs: list[ReducedRun] = []
+    for k, run in enumerate(chosen):
+        sources = [name for name in logged if name in run.files]
+        if reading.collected is not None:  # files that are still to be measured are no faults there
+            sources = [name for name in sources if (campaign.folder / run.files[name]).is_file()]
+        if not sources:
+            continue
+        logs = _read_logs(
+            campaign, run, sources, partial(_within, progress, k / len(chosen), 1 / len(chosen)), reading, watches
+        )
+        try:
+            if reading.quick and logs:
+                parts.append(beginning(run, logs))
+            elif len(logs) == len(sources):
+                reduced = reduce_run(run, logs, _tabled_holds(campaign, run, sources[0]))
+                runs.append(reduced)
+                parts.append(reduced.states)
+        except InputError as error:
+            reading.fault(error)
+    return (stacked(parts) if parts else None), runs
+
+
+def _within(progress: Progress, start: float, width: float, text: str, fraction: float | None = None) -> None:
+    progress(text, None if fraction is None else start + width * fraction)
+
+
+def _read_logs(
+    campaign: Campaign, run: Run, sources: Sequence[str], progress: Progress, reading: Reading, watches: Watches
+) -> dict[str, Blocks]:
+    """Read the logs of a run; faulty ones are left out where faults are collected."""
+    logs: dict[str, Blocks] = {}
+    for k, name in enumerate(sources):
+        tell = partial(_within, progress, k / len(sources), 1 / len(sources))
+        try:
+            logs[name] = _read_log(campaign, run, name, tell, reading, watches)
+        except InputError as error:
+            reading.fault(error)
+    return logs
+
+
+def placed_states(campaign: Campaign, gathered: Gathered) -> tuple[LoadStates, Registration | None]:
     """Return load states in base axes; frames to be estimated are found first, from the references."""
     manifest, chain = campaign.manifest, campaign.chain
     states = load_states(gathered, manifest, chain, measurement_setup(manifest, chain, resolve_frames(manifest, chain)))
@@ -158,77 +208,42 @@ def _dropped(reduced: ReducedRun) -> list[dict[str, Any]]:
     ]
 
 
-def _reduce_logs(
-    campaign: Campaign,
-    run: Run,
-    sources: Sequence[str],
-    progress: Progress,
-    share: float,
-    writing: Writing | None,
-    watches: Watches,
-) -> ReducedRun:
-    logs: dict[str, Blocks] = {}
-    for k, name in enumerate(sources):
-        progress(f"reading {run.files[name]}", share + k / len(sources) / len(campaign.manifest.runs))
-        logs[name] = _read_log(campaign, run, name, writing, watches)
-    return reduce_run(run, logs, _tabled_holds(campaign, run, sources[0]))
-
-
-def _read_log(campaign: Campaign, run: Run, name: str, writing: Writing | None, watches: Watches) -> Blocks:
+def _read_log(
+    campaign: Campaign, run: Run, name: str, progress: Progress, reading: Reading, watches: Watches
+) -> Blocks:
     """Stream one log: into the store as it is, into block averages for everything else."""
-    source = campaign.manifest.sources[name]
+    source, file = campaign.manifest.sources[name], run.files[name]
     averager = BlockAverager()
     stream: TableStream | None = None
     out = {
         row for exclusion in campaign.manifest.exclude
         if exclusion.source == name and exclusion.run in (None, run.id) for row in exclusion.rows
     }  # fmt: skip
-    see = partial(watches.see, name, run.files[name])
-    for rows in read_rows(campaign.folder, name, source, campaign.manifest.files_of(name, run), see):
-        if writing is not None:
+    size, rows_told = (campaign.folder / file).stat().st_size, 0.0
+    progress(f"reading {file}", 0.0)
+    for rows in read_rows(
+        campaign.folder, name, source, campaign.manifest.files_of(name, run), partial(watches.see, name, file)
+    ):
+        if reading.writing is not None:
             if stream is None:
-                stream = writing.stream(f"recordings/{run.id}/{name}", recording_columns(source, rows))
+                stream = reading.writing.stream(f"recordings/{run.id}/{name}", recording_columns(source, rows))
             stream.append(recording_table(source, rows))
         if out:
             keep = ~np.isin(rows.number, list(out))
             averager.add(rows.time[keep], {key: values[:, keep] for key, values in rows.signals.items()})
         else:
             averager.add(rows.time, rows.signals)
+        # a guess from the first piece is good enough for a bar
+        rows_told = rows_told or max(len(rows) * size / PIECE_BYTES, float(len(rows)))
+        progress(f"reading {file}", min(float(rows.number[-1]) / rows_told, 1.0) if len(rows) else None)
+        if reading.quick:
+            break
     if stream is not None:
         stream.close()
-    return averager.blocks()
-
-
-def recording_columns(source: Source, rows: Rows) -> list[str]:
-    """Return a recording's column names: time_s, then component and SI unit, as in ``Fx_N`` or ``target_x_m``."""
-    names = ["time_s"]
-    for signal, values in rows.signals.items():
-        names += _column_names(source, signal, values.shape[0])
-    return names
-
-
-def recording_table(source: Source, rows: Rows) -> dict[str, Floats]:
-    """Return a recording's columns of one batch."""
-    columns = {"time_s": rows.time}
-    for signal, values in rows.signals.items():
-        columns |= dict(zip(_column_names(source, signal, values.shape[0]), values, strict=True))
-    return columns
-
-
-def _column_names(source: Source, signal: str, width: int) -> list[str]:
-    kind, _, rest = signal.partition(".")
-    if signal == "wrench":
-        return ["Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm"]
-    if kind in ("position", "marker"):
-        return [f"{rest}_{axis}_m" for axis in "xyz"]
-    if kind == "quaternion":
-        return [f"{rest}_q{axis}" for axis in "wxyz"]
-    unit = _SI.get(signal, "")
-    names = [f"{signal.replace('.', '_')}{k + 1}_{unit}" for k in range(width)]
-    if kind == "joints" and source.joints is not None:
-        columns = source.joints.groups().get(rest or "position", ())
-        names = [f"{column}_{unit}" for column in columns] if len(columns) == width else names
-    return names
+    try:
+        return averager.blocks()
+    except ValueError:
+        raise InputError.at(file, "", "no reading is left of this log", "check rows = … and exclude") from None
 
 
 def _tabled_holds(campaign: Campaign, run: Run, first: str) -> Holds | None:

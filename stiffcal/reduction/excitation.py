@@ -1,0 +1,112 @@
+"""What each joint saw of the load: is there enough to identify its compliance?
+
+A first-order look before any fit: columns J Δτ of every joint's compliance, the scatter that is left, and the
+uncertainty that follows. It answers "which pose or load is still missing" while one can still measure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses, jacobians
+
+Floats = NDArray[np.float64]
+
+# A torque below this share of the largest joint's is none to speak of.
+NO_TORQUE = 1e-3
+# Above this relative uncertainty a stiffness is an order of magnitude, above the second it is nothing.
+POORLY_KNOWN, NOT_KNOWN = 0.3, 1.0
+
+
+@dataclass(frozen=True)
+class JointExcitation:
+    """What a joint saw.
+
+    Attributes
+    ----------
+    name : the joint. torque : largest change of torque about its axis within a run, N·m.
+    relative_std : standard uncertainty over value that a fit of joint compliances can expect; NaN where unknown.
+    identifiable : False where its compliance cannot be told. verdict : in words.
+    """
+
+    name: str
+    torque: float
+    relative_std: float
+    identifiable: bool
+    verdict: str
+
+
+def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
+    """Return what each joint saw of the load in the states that are used."""
+    used = states.select(states.used)
+    names = chain.joint_names
+    if len(used) == 0 or not used.setup.targets or not np.any(used.wrench):
+        return [JointExcitation(name, 0.0, np.nan, False, "no load was applied yet") for name in names]
+    torque, design, seen = _first_order(used, chain)
+    largest = np.abs(torque).max(axis=0)
+    sees = largest > NO_TORQUE * largest.max()
+    relative = _relative_std(design[:, sees], seen)
+    told = np.full(largest.size, np.nan)
+    told[sees] = relative
+    return [_verdict(name, float(largest[k]), float(told[k]), bool(sees[k])) for k, name in enumerate(names)]
+
+
+def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
+    """Return torque changes (n, J), columns (3n, J) and displacements (3n,), both about their run's mean."""
+    angles = chain.model_angles(states.joints)
+    _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
+    wrench = np.concatenate(
+        [np.einsum("nij,nj->ni", axes, states.wrench[:, :3]), np.einsum("nij,nj->ni", axes, states.wrench[:, 3:])],
+        axis=1,
+    )
+    torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench)
+    columns = jacobians(chain, angles, states.setup.targets[0])[:, :3] * torque[:, None, :]
+    seen = states.deflection[:, 0, :3].copy() if states.deflection_given else states.position[:, 0].copy()
+    if not states.deflection_given:
+        for k in np.unique(states.run):
+            own = states.run == k
+            torque[own] -= torque[own].mean(axis=0)
+            columns[own] -= columns[own].mean(axis=0)
+            seen[own] -= seen[own].mean(axis=0)
+    rows = np.isfinite(seen).ravel()
+    return torque, columns.reshape(-1, columns.shape[2])[rows], seen.ravel()[rows]
+
+
+def _relative_std(design: Floats, seen: Floats) -> Floats:
+    """Return standard uncertainty over value of non-negative compliances, errors scaled by what is left."""
+    from scipy.optimize import nnls
+
+    scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
+    gram, right = np.linalg.qr(design / scale)
+    value, _ = nnls(right, gram.T @ seen)
+    free = design.shape[0] - design.shape[1]
+    if free <= 0:
+        return np.full(design.shape[1], np.inf)
+    left = seen - design / scale @ value
+    variance = float(left @ left) / free
+    _, singular, turned = np.linalg.svd(right)
+    safe = np.where(singular > 1e-9 * singular[0], singular, np.nan)
+    spread = np.sqrt(variance * np.nansum((turned / safe[:, None]) ** 2, axis=0))
+    open_directions = np.isnan(safe) & True
+    for k in np.flatnonzero(open_directions):
+        spread[np.abs(turned[k]) > 0.1] = np.inf
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.where(value > 0.0, spread / np.maximum(value, 1e-300), np.inf))
+
+
+def _verdict(name: str, torque: float, relative: float, sees: bool) -> JointExcitation:
+    if not sees:
+        words = "sees no torque in these poses: load it with a lever arm about its axis"
+        return JointExcitation(name, torque, np.nan, False, words)
+    if relative > NOT_KNOWN:
+        words = "its stiffness cannot be told from the others': add poses or load directions that turn it more"
+        return JointExcitation(name, torque, relative, False, words)
+    if relative > POORLY_KNOWN:
+        words = f"poorly known, to about {100.0 * relative:.0f} %: more load about its axis would help"
+        return JointExcitation(name, torque, relative, True, words)
+    return JointExcitation(name, torque, relative, True, f"known to about {100.0 * relative:.2g} %")

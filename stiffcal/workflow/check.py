@@ -1,0 +1,195 @@
+"""What was understood of a campaign, every fault with its place, and what is still missing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.measurements.load_states import LoadStates
+    from stiffcal.reduction.plausibility import LogWatch
+    from stiffcal.workflow.watching import Watches
+
+SCHEMA = "stiffcal/check/1"
+
+
+def check_campaign(
+    folder: str | Path, quick: bool = False, run: str | None = None, progress: Progress = no_progress
+) -> dict[str, Any]:
+    """Read everything and say what was understood.
+
+    Parameters
+    ----------
+    folder : the campaign folder; files of runs that are still to be measured may be missing.
+    quick : only the first lines of each log.
+    run : only this run.
+
+    Returns
+    -------
+    The check document: ``sources`` (per file: rows, rate, span, gap, ranges, what moved), ``runs``, ``kinematics``,
+    ``joints`` (torque that each saw, and how well its stiffness could be known), ``ready``, ``missing``.
+
+    Raises
+    ------
+    InputError
+        With every fault of every file, each with file, line and column.
+    """
+    from stiffcal.campaign.loading import load_campaign
+    from stiffcal.reduction.screening import set_bumped_aside
+    from stiffcal.workflow.reducing import Reading, gather, placed_states
+    from stiffcal.workflow.watching import Watches, contradictions
+
+    campaign = load_campaign(Path(folder), check_files=False)
+    _check_run(campaign, run)
+    faults: list[Fault] = []
+    watches = Watches(campaign)
+    gathered, reduced = gather(campaign, progress, Reading(collected=faults, only=run, quick=quick), watches)
+    missing = _missing_files(campaign, run)
+    faults = [fault for fault in faults if not _is_missing(fault)]
+    document: dict[str, Any] = {
+        "schema": SCHEMA,
+        "warnings": [],
+        "campaign": campaign.name,
+        "sources": _sources(campaign, watches),
+    }
+    if gathered is not None and not faults:
+        progress("looking at load states", None)
+        states, registration = placed_states(campaign, gathered)
+        found, warnings = contradictions(states, campaign, registration is not None)
+        faults += found
+        if not faults:
+            states = states if quick else set_bumped_aside(states)
+            document |= _states(campaign, states, reduced)
+            document["warnings"] = watches.remarks() + warnings + [w for part in reduced for w in part.warnings]
+            if registration is not None:
+                document["registration"] = registration.as_document()
+            if not quick or any(source.is_states for source in campaign.manifest.sources.values()):
+                missing += _joints(campaign, states, document)
+    elif gathered is None and not faults:
+        missing.append("no load states yet: measure a run")
+    raise_faults(faults)
+    document["ready"] = not missing
+    document["missing"] = missing
+    return document
+
+
+def _check_run(campaign: Campaign, run: str | None) -> None:
+    names = [entry.id for entry in campaign.manifest.runs]
+    if run is not None and names and run not in names:
+        raise InputError.at("campaign.toml", "[[runs]]", f"there is no run {run!r}", f"runs: {', '.join(names[:20])}")
+
+
+def _is_missing(fault: Fault) -> bool:
+    return fault.reason == "no such file"
+
+
+def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
+    """Return one line for every file that is named and not there yet."""
+    told = []
+    for entry in campaign.manifest.runs:
+        if only in (None, entry.id):
+            absent = [file for file in entry.files.values() if not (campaign.folder / file).is_file()]
+            told += [f"run {entry.id}: {', '.join(absent)} not there yet"] if absent else []
+    for name in campaign.manifest.sources:
+        for file in campaign.manifest.files_of(name).values():
+            told += [f"source {name}: {file} not there yet"] if not (campaign.folder / file).is_file() else []
+    return told
+
+
+def _sources(campaign: Campaign, watches: Watches) -> list[dict[str, Any]]:
+    """Return what was seen of each file."""
+    return [
+        _file(campaign, source, watch)
+        for (source, _), watch in watches.logs.items()
+    ]  # fmt: skip
+
+
+def _file(campaign: Campaign, name: str, watch: LogWatch) -> dict[str, Any]:
+    source = campaign.manifest.sources[name]
+    units = {
+        column: unit.name
+        for signal in source.signals().values()
+        for column, unit in signal.columns_with_units().items()
+    }
+    told: dict[str, Any] = {"source": name, "file": watch.file, "rows": watch.n_rows}
+    if watch.sampled:
+        told["rate_hz"] = _number(1.0 / watch.interval if watch.interval > 0.0 else None)
+        told["span_s"] = _number(watch.last_s - watch.first_s)
+        told["longest_gap_s"] = _number(watch.longest)
+    signals = []
+    for signal, low in watch.low.items():
+        high, columns = watch.high[signal], watch.columns.get(signal, ())
+        for k, column in enumerate(columns[: low.size]):
+            signals.append(
+                {
+                    "signal": signal,
+                    "column": column,
+                    "unit": units.get(column, ""),
+                    "low_si": _number(low[k]),
+                    "high_si": _number(high[k]),
+                    "moved": bool(high[k] > low[k]),
+                }
+            )
+    told["columns"] = signals
+    return told
+
+
+def _number(value: Any) -> float | None:
+    """Return a finite float, or None."""
+    import math
+
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def _states(campaign: Campaign, states: LoadStates, reduced: list[Any]) -> dict[str, Any]:
+    """Return what was made of the runs, and whether kinematics meets the tracker."""
+    import numpy as np
+
+    from stiffcal.reduction.consistency import match_kinematics, work_of_load
+
+    clocks = {part.states.run[0]: part.clocks for part in reduced}
+    runs = []
+    loads = states.setup.targets and bool(np.any(states.wrench))
+    work = work_of_load(states, campaign.chain).work if loads else np.full(len(states.runs), np.nan)
+    for k, info in enumerate(states.runs):
+        own = states.run == k
+        runs.append(
+            {
+                "id": info.name,
+                "experiment": info.experiment,
+                "n_states": int((own & states.used).sum()),
+                "set_aside": [f"state {states.row[i]}: {states.set_aside[i]}" for i in np.flatnonzero(own & ~states.used)],
+                "largest_force_N": _number(np.linalg.norm(states.wrench[own, :3], axis=1).max(initial=0.0)),
+                "work_J": _number(work[k]),
+                "clock_ahead_s": {
+                    name: offset.as_document() for name, offset in clocks.get(info.name, {}).items()
+                },
+            }
+        )  # fmt: skip
+    match = match_kinematics(states, campaign.chain)
+    kinematics = {
+        "median_m": _number(match.median_m),
+        "worst_m": _number(match.worst_m),
+        "orientation_rad": _number(match.turned_rad),
+    }
+    return {"runs": runs, "kinematics": kinematics, "n_states": int(states.used.sum())}
+
+
+def _joints(campaign: Campaign, states: LoadStates, document: dict[str, Any]) -> list[str]:
+    """Add what each joint saw to the document; return what is missing to identify it."""
+    from stiffcal.reduction.excitation import joint_excitation
+
+    entries = joint_excitation(states, campaign.chain)
+    document["joints"] = [
+        {
+            "joint": entry.name,
+            "largest_torque_Nm": _number(entry.torque),
+            "expected_relative_std": _number(entry.relative_std),
+            "says": entry.verdict,
+        }
+        for entry in entries
+    ]
+    return [f"joint {entry.name}: {entry.verdict}" for entry in entries if not entry.identifiable]

@@ -1,0 +1,58 @@
+"""Recordings as tables: one row per reading, a unit in every column's name."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.manifest import Source
+from stiffcal.reduction.logs import Rows
+
+Floats = NDArray[np.float64]
+
+_SI = {
+    "joints": "rad",
+    "joints.command": "rad",
+    "joints.velocity": "radps",
+    "joints.torque": "Nm",
+    "joints.current": "A",
+    "mass": "kg",
+    "lengths": "m",
+    "displacement": "m",
+    "translation": "m",
+    "rotation": "rad",
+    "temperature": "K",
+    "hold": "s",
+}
+
+
+def recording_columns(source: Source, rows: Rows) -> list[str]:
+    """Return a recording's column names: time_s, then component and SI unit, as in ``Fx_N`` or ``target_x_m``."""
+    names = ["time_s"]
+    for signal, values in rows.signals.items():
+        names += _column_names(source, signal, values.shape[0])
+    return names
+
+
+def recording_table(source: Source, rows: Rows) -> dict[str, Floats]:
+    """Return a recording's columns of one batch."""
+    columns = {"time_s": rows.time}
+    for signal, values in rows.signals.items():
+        columns |= dict(zip(_column_names(source, signal, values.shape[0]), values, strict=True))
+    return columns
+
+
+def _column_names(source: Source, signal: str, width: int) -> list[str]:
+    kind, _, rest = signal.partition(".")
+    if signal == "wrench":
+        return ["Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm"]
+    if kind in ("position", "marker"):
+        return [f"{rest}_{axis}_m" for axis in "xyz"]
+    if kind == "quaternion":
+        return [f"{rest}_q{axis}" for axis in "wxyz"]
+    unit = _SI.get(signal, "")
+    names = [f"{signal.replace('.', '_')}{k + 1}_{unit}" for k in range(width)]
+    if kind == "joints" and source.joints is not None:
+        columns = source.joints.groups().get(rest or "position", ())
+        names = [f"{column}_{unit}" for column in columns] if len(columns) == width else names
+    return names
