@@ -1,4 +1,4 @@
-"""What each joint saw of the load: is there enough to identify its compliance?
+"""What each joint saw of the load, and whether that is enough to identify its compliance.
 
 A first-order look before any fit: columns J Δτ of every joint's compliance, the scatter that is left, and the
 uncertainty that follows. It answers "which pose or load is still missing" while one can still measure.
