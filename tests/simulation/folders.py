@@ -30,6 +30,9 @@ rpy_deg = [5.0, -8.0, 20.0]
 [frames.load_point]
 parent = "flange"
 xyz_m = [0.02, 0.0, 0.18]
+[tool]
+mass_kg = 14.0
+com_m = [0.01, -0.01, 0.10]
 """
 
 # One table of load states; wrench with moments, pose with a quaternion.

@@ -219,6 +219,86 @@ def test_runs_of_one_batch_are_those_of_single_runs(tmp_path: Path) -> None:
         np.testing.assert_allclose(one.position["target"], other.position["target"], atol=1e-11)
 
 
+PLUGIN = '''
+"""Two effects that the catalogue does not have, in the shape of a user's own file."""
+
+import numpy as np
+
+from stiffcal.model.effect import RZ, DocumentedEffect, Kind, ParameterSpec, Term, joint_node
+
+
+class Wandering(DocumentedEffect):
+    """The target wanders along x at a constant rate."""
+
+    name = "wandering"
+    kind = Kind.OBSERVATION
+    place_kind = "setup"
+    summary = "drift"
+    parameters = (ParameterSpec("x", "m/s", "rate", -1.0, 1.0, 1e-8, "made up"),)
+
+    def observation_columns(self, place, observed, shape):
+        column = np.zeros_like(observed.displacement)
+        column[:, 0] = observed.order.since_reference
+        return {"x": column}
+
+
+class Yielding(DocumentedEffect):
+    """Joint 1 goes on turning while the load is held."""
+
+    name = "yielding"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = "creep"
+    has_memory = True
+    parameters = (ParameterSpec("c", "rad/(N·m·s)", "rate", 0.0, 1.0, 1e-9, "made up"),)
+
+    def terms(self, place, chain, loads, shape):
+        node = joint_node(place.joints[0])
+        hold = np.zeros(loads.wrench.shape[2]) if loads.order is None else loads.order.hold
+        return (Term(node, RZ, "c", hold * loads.wrench[node, RZ]),)
+'''
+
+WITH_PLUGIN = (
+    MODEL
+    + """
+[[effects]]
+type = "wandering"
+parameters = { "wandering.setup.x" = { value = 1e-6 } }
+[[effects]]
+type = "yielding"
+joints = [1]
+parameters = { "yielding.j1.c" = { value = 1e-7 } }
+"""
+)
+
+
+def test_drift_and_creep_follow_time_and_hold(tmp_path: Path) -> None:
+    """A user's own effects: one seen on top of the displacement, one with the time held as its driver."""
+    (tmp_path / "own.py").write_text(PLUGIN, encoding="utf-8")
+    manifest = FRAMES.replace('robot = "robot.toml"', 'robot = "robot.toml"\nplugins = ["own.py"]') + TABLE
+    many = SETTINGS.replace("[loads]", "[loads]\nhold_points = 5")
+    campaign, settings = write_folder(tmp_path, manifest, many + POSES, WITH_PLUGIN)
+    frames = true_frames(campaign, settings)
+    acts = draw_acts(campaign, settings, frames, 3)
+    robot, tool = valued_robot(campaign), tool_weight(campaign.manifest)
+    without = robot.with_values({"wandering.setup.x": 0.0, "yielding.j1.c": 0.0})
+    program = acts[1].program
+    for name, kept in (("wandering.setup.x", "yielding.j1.c"), ("yielding.j1.c", "wandering.setup.x")):
+        played = play(robot.with_values({kept: 0.0}), acts, frames, tool)[1]
+        still = play(without, acts, frames, tool)[1]
+        time = program.start[:, None] + np.array([0.1, 0.5, 1.0]) * (program.end - program.start)[:, None]
+        path = program.path(time.ravel())
+        extra = (played.position_at("target", path) - still.position_at("target", path)).reshape(*time.shape, 3)
+        if name == "wandering.setup.x":
+            since = time - 0.5 * (program.start[0] + program.end[0])
+            np.testing.assert_allclose(extra[..., 0], 1e-6 * since, atol=1e-12)
+        else:
+            loaded = np.sqrt(np.sum(extra[:, -1] ** 2, axis=1)) > 5e-6
+            assert loaded.sum() > 4
+            grown = np.sum(extra[loaded, 1] * extra[loaded, 2], axis=1) / np.sum(extra[loaded, 2] ** 2, axis=1)
+            assert grown == pytest.approx(np.full(loaded.sum(), 0.5), abs=0.02)
+
+
 def test_rpy_is_the_inverse_of_its_rotation() -> None:
     rpy = np.random.default_rng(1).uniform(-1.5, 1.5, (200, 3))
     np.testing.assert_allclose(rpy_from_rotation(rotation_from_rpy(rpy)), rpy, atol=1e-12)
