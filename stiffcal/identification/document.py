@@ -52,7 +52,13 @@ def model_document(robot: CompliantRobot) -> dict[str, Any]:
 
 def ambiguity_document(ambiguity: Ambiguity) -> dict[str, Any]:
     """Return what cannot be told apart, and what is known of it."""
-    return {"parameters": list(ambiguity.names), "known": ambiguity.known or None, "reason": ambiguity.reason}
+    return {
+        "parameters": list(ambiguity.names),
+        "known": ambiguity.known or None,
+        "value": finite(ambiguity.value),
+        "std": finite(ambiguity.std),
+        "reason": ambiguity.reason,
+    }
 
 
 def fit_document(fit: Fit, states: LoadStates) -> dict[str, Any]:

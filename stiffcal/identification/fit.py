@@ -79,11 +79,16 @@ class Ambiguity:
     names : the parameters.
     known : the combination that is known, in words; "" where nothing is.
     reason : why, in words.
+    coefficients : of the known combination, one per name; empty where nothing is known.
+    value, std : of that combination, or None.
     """
 
     names: tuple[str, ...]
     known: str
     reason: str
+    coefficients: tuple[float, ...] = ()
+    value: float | None = None
+    std: float | None = None
 
 
 @dataclass(frozen=True)
@@ -107,6 +112,7 @@ class Fit:
     predicted : (m, n) model's displacement plus the run's offset.
     data : the observations that were fitted.
     iterations : Gauss–Newton steps taken.
+    held : full names of parameters left at their neutral value because nothing tells them apart.
     """
 
     robot: CompliantRobot
@@ -124,6 +130,7 @@ class Fit:
     predicted: Floats
     data: Observations
     iterations: int
+    held: frozenset[str] = frozenset()
 
     def parameter(self, name: str) -> Parameter:
         """Return a parameter by its full name; KeyError where there is none."""

@@ -32,17 +32,21 @@ class Identifiability:
     Attributes
     ----------
     identifiable : (p,).
+    held : (p,) True for those left at their neutral value, so that the others of their set carry what is known.
     condition : ratio of the largest to the smallest singular value, columns of unit length; infinite where a column is
         zero.
     ambiguities : sets that cannot be told apart.
     """
 
     identifiable: Booleans
+    held: Booleans
     condition: float
     ambiguities: tuple[Ambiguity, ...]
 
 
-def tell_apart(factor: Floats, names: tuple[str, ...], upper: Floats) -> Identifiability:
+def tell_apart(
+    factor: Floats, names: tuple[str, ...], upper: Floats, yielding: Booleans | None = None
+) -> Identifiability:
     """Find what the whitened, triangular observation matrix cannot tell.
 
     Parameters
@@ -50,16 +54,21 @@ def tell_apart(factor: Floats, names: tuple[str, ...], upper: Floats) -> Identif
     factor : (p, p) triangular factor of the whitened observation matrix.
     names : p full parameter names.
     upper : (p,) largest value that is possible; a standard uncertainty beyond it tells nothing.
+    yielding : (p,) True for shape parameters: where one of them takes part, it alone is called unknown, because the
+        law's size is still known with the shape at its best value.
     """
     p = len(names)
+    gives_way = np.zeros(p, dtype=np.bool_) if yielding is None else yielding
     if p == 0:
-        return Identifiability(np.zeros(0, dtype=np.bool_), 1.0, ())
+        none = np.zeros(0, dtype=np.bool_)
+        return Identifiability(none, none, 1.0, ())
     length = np.sqrt(np.sum(factor * factor, axis=0))
     identifiable = np.ones(p, dtype=np.bool_)
+    held = np.zeros(p, dtype=np.bool_)
     ambiguities: list[Ambiguity] = []
     # One standard uncertainty, all else known, is 1 / length.
     for i in np.flatnonzero(length * upper < 1.0):
-        identifiable[i] = False
+        identifiable[i], held[i] = False, True
         ambiguities.append(Ambiguity((names[i],), "", "no load in these data turns it"))
     remaining = np.flatnonzero(identifiable)
     condition = np.inf if len(remaining) < p else 1.0
@@ -71,13 +80,20 @@ def tell_apart(factor: Floats, names: tuple[str, ...], upper: Floats) -> Identif
         for blind in directions[singular < SAME_SIGNATURE * singular[0]]:
             share = np.abs(blind) / np.max(np.abs(blind))
             members = remaining[share > TAKES_PART]
+            if gives_way[members].any():
+                identifiable[members[gives_way[members]]] = False
+                held[members[gives_way[members]]] = True
+                continue
             identifiable[members] = False
+            # The one that came last into the model stands back; the others then stand for the set in predictions.
+            still = members[~held[members]]
+            held[still[-1:]] = True
             ambiguities.append(_name_ambiguity(blind[share > TAKES_PART], length[members], [names[i] for i in members]))
         alone = [i for i in remaining if identifiable[i] and _spread(factor, remaining, int(i)) > upper[i]]
         for i in alone:
-            identifiable[i] = False
+            identifiable[i], held[i] = False, True
             ambiguities.append(Ambiguity((names[i],), "", "what loads do to it is hidden behind the other parameters"))
-    return Identifiability(identifiable, condition, tuple(ambiguities))
+    return Identifiability(identifiable, held, condition, tuple(ambiguities))
 
 
 def _spread(factor: Floats, remaining: NDArray[np.int64], which: int) -> float:
@@ -97,9 +113,27 @@ def _name_ambiguity(blind: Floats, length: Floats, names: list[str]) -> Ambiguit
     if len(names) == 2:
         across = np.array([-blind[1], blind[0]]) * length
         across = across / across[np.argmax(np.abs(across))]
-        known = " + ".join(
-            f"{factor:.3g} × {name}" if abs(factor - 1.0) > 5e-4 else name
-            for factor, name in zip(across, names, strict=True)
+        return Ambiguity(
+            tuple(names),
+            combination(across.tolist(), names),
+            "their signatures agree in these poses and loads",
+            tuple(across.tolist()),
         )
-        return Ambiguity(tuple(names), known.replace("+ -", "− "), "their signatures agree in these poses and loads")
     return Ambiguity(tuple(names), "", "their signatures combine to each other in these poses and loads")
+
+
+def combination(coefficients: list[float], names: list[str]) -> str:
+    """Write a sum of parameters.
+
+    Examples
+    --------
+    >>> combination([1.0, -0.5], ["a", "b"])
+    'a − 0.5 × b'
+    """
+    words = ""
+    for coefficient, name in zip(coefficients, names, strict=True):
+        size = abs(coefficient)
+        sign = "−" if coefficient < 0.0 else "+"
+        term = name if abs(size - 1.0) < 5e-4 else f"{size:.3g} × {name}"
+        words += f" {sign} {term}" if words else (f"−{term}" if coefficient < 0.0 else term)
+    return words

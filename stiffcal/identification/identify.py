@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Progress, no_progress
-from stiffcal.identification.fit import NORMAL_95, Fit, Parameter
+from stiffcal.identification.fit import NORMAL_95, Ambiguity, Fit, Parameter
 from stiffcal.identification.identifiability import Identifiability, tell_apart
 from stiffcal.identification.least_squares import Reduced, reduce_blocks, take_out_offsets
 from stiffcal.identification.noise import (
@@ -28,9 +28,10 @@ from stiffcal.identification.noise import (
     whiten,
 )
 from stiffcal.identification.observation import Column, Observations, evaluate, free_columns, observe
+from stiffcal.identification.shapes import lacks_shape, start_shapes
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import ParameterSpec
+from stiffcal.model.effect import ParameterSpec, Place, Sort
 from stiffcal.reduction.load_cycles import find_load_cycles, repeat_groups
 
 Floats = NDArray[np.float64]
@@ -38,6 +39,8 @@ Booleans = NDArray[np.bool_]
 
 # A step below this share of the standard uncertainty changes nothing that anyone can see.
 SMALL_STEP = 1e-4
+# Laws with corners (friction, play) make steps rattle at this level, which is as invisible.
+SMALL_STEP_OF_SHAPES = 1e-2
 MAX_STEPS = 30
 # Huber's k: beyond this multiple of the typical length a reading counts less.
 HUBER_LIMIT = 2.5
@@ -134,14 +137,12 @@ def fit_observations(
 ) -> Fit:
     """Identify from prepared observations; see `identify_parameters`."""
     data = problem.data
-    columns = free_columns(robot, settings.fixed)
     progress("first-order pass", 0.1)
-    step = _Step(robot, None, None, raw_whitening(data, settings.noise or problem.stated))
-    reduced = reduce_blocks(evaluate(robot, data, columns, rigid=True), data, step.whitening)
-    told = _tell_apart(reduced, robot, columns)
-    amplitude = _solve(reduced, robot, columns, told, start=np.zeros(len(columns)))
-    step = _weigh(problem, _valued(robot, columns, amplitude), settings)
+    step = _first_pass(problem, robot, settings)
+    columns = free_columns(step.robot, settings.fixed)
+    amplitude = amplitudes(step.robot, columns)
     iterations, last, robust, weights = 0, np.inf, settings.loss == "huber", step.whitening
+    small = SMALL_STEP_OF_SHAPES if any(c.sort is Sort.SHAPE for c in columns) else SMALL_STEP
     while True:
         progress("balanced robot", min(0.9, 0.3 + 0.2 * iterations))
         weights = _huber(step, weights, data) if robust else step.whitening
@@ -154,13 +155,35 @@ def fit_observations(
         step = replace(step, robot=_valued(step.robot, columns, amplitude))
         # Steps contract evenly: the next one is foretold by this one and the ratio to the last.
         foretold = change * min(1.0, change / last) if iterations > 1 else change
-        settled = change < SMALL_STEP or (foretold < SMALL_STEP and not robust)
+        settled = change < small or (foretold < small and not robust)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             break
         if iterations <= REWEIGHTED_STEPS:
             step = _weigh(problem, step.robot, settings)
         last = change
     return _summarise(problem, step, columns, reduced, told, settings, iterations)
+
+
+def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> _Step:
+    """Return a start: amplitudes from the rigid chain, shapes from a profile about it."""
+    data = problem.data
+    whitening = raw_whitening(data, settings.noise or problem.stated)
+    columns = [c for c in free_columns(robot, settings.fixed) if c.sort is Sort.AMPLITUDE]
+    unshaped = [one for one in robot.placed if lacks_shape(one)]
+    # Laws whose shape is not known yet wait for it: their columns at some typical shape would mislead the others.
+    known = [c for c in columns if robot.placed[c.placed] not in unshaped]
+    reduced = reduce_blocks(evaluate(robot, data, known, rigid=True), data, whitening)
+    told = _tell_apart(reduced, robot, known)
+    start = _solve(reduced, robot, known, told, amplitudes(robot, known))
+    step = _weigh(problem, _valued(robot, known, start), settings)
+    if not unshaped:
+        return step
+    return replace(step, robot=start_shapes(step.robot, data, step.whitening, settings.fixed))
+
+
+def amplitudes(robot: CompliantRobot, columns: Sequence[Column]) -> Floats:
+    """Return the free parameters' present values, as the fit counts them."""
+    return np.array([robot.placed[c.placed].amplitude(c.symbol) for c in columns], dtype=np.float64)
 
 
 def raw_whitening(data: Observations, noise: Noise | None) -> Whitening:
@@ -197,16 +220,23 @@ def _tell_apart(reduced: Reduced, robot: CompliantRobot, columns: Sequence[Colum
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     lower, upper = _bounds(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
-    return tell_apart(reduced.factor, names, widest)
+    shapes = np.array([column.sort is Sort.SHAPE for column in columns], dtype=np.bool_)
+    return tell_apart(reduced.factor, names, widest, shapes)
 
 
 def _solve(
     reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], told: Identifiability, start: Floats
 ) -> Floats:
-    """Solve for the new amplitudes; those that cannot be told apart stay at their neutral value of zero."""
+    """Solve for the new amplitudes; those that cannot be told apart stay neutral: at zero, shapes where they are."""
     lower, upper = _bounds(robot, columns)
-    free = told.identifiable
-    result = np.where(free, start, 0.0)
+    free = ~told.held
+    shapes = np.array([column.sort is Sort.SHAPE for column in columns], dtype=np.bool_)
+    result = np.where(free | shapes, start, 0.0)
+    # A law bends with its shape: no step beyond a factor of two.
+    lower, upper = (
+        np.where(shapes, np.maximum(lower, start / 2), lower),
+        np.where(shapes, np.minimum(upper, start * 2), upper),
+    )
     if free.any():
         # The reduced target is for the step; bounds hold for the sum.
         target = reduced.target + reduced.factor @ start
@@ -229,11 +259,12 @@ def _weigh(problem: Problem, robot: CompliantRobot, settings: Settings) -> _Step
     data = problem.data
     if settings.noise is not None and settings.noise.force == settings.noise.moment == 0.0:
         return _Step(robot, settings.noise, None, whiten(settings.noise, data, None))
-    pieces = [block.sensitivity for block in evaluate(robot, data, (), with_sensitivity=True, rigid=True)]
-    sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)
+    found = list(evaluate(robot, data, (), with_sensitivity=True))
+    sensitivity = np.concatenate([block.sensitivity for block in found if block.sensitivity is not None], axis=2)
+    predicted = np.concatenate([block.predicted for block in found], axis=1)
     noise = settings.noise
     if noise is None:
-        repeats = noise_from_repeats(data, sensitivity, problem.groups)
+        repeats = noise_from_repeats(data, predicted, sensitivity, problem.groups)
         enough = repeats is not None and (repeats.dof >= ENOUGH_DOF or problem.stated is None)
         noise = repeats if enough else problem.stated
     if settings.equal_weights:
@@ -304,7 +335,7 @@ def _summarise(
     predicted = predict_observations(step.robot, data) if not step.robot.deformed else reduced.predicted
     residual = _without_offsets(data, predicted, step.whitening)
     white = step.whitening.apply(residual)
-    free = told.identifiable
+    free, known_ones = ~told.held, told.identifiable
     dof = reduced.dof - int(np.count_nonzero(free))
     chi2 = float(np.sum(white**2)) / dof if dof > 0 else np.nan
     known = step.noise is not None and not settings.equal_weights
@@ -315,7 +346,11 @@ def _summarise(
     covariance = inverse @ inverse.T * variance
     quantile = NORMAL_95 if known else student_95(dof)
     names = tuple(step.robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
-    free_names = tuple(name for name, one in zip(names, free, strict=True) if one)
+    free_names = tuple(name for name, one in zip(names, known_ones, strict=True) if one)
+    solved = [name for name, one in zip(names, free, strict=True) if one]
+    told_apart = tuple(_with_value(one, step.robot, columns, names, solved, covariance) for one in told.ambiguities)
+    kept = known_ones[free]
+    covariance = covariance[np.ix_(kept, kept)]
     spread = dict(zip(free_names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     parameters = tuple(_parameters(step.robot, spread, quantile, settings.fixed))
     noise_length: dict[str, float | None] = {"translation": None, "rotation": None}
@@ -327,7 +362,7 @@ def _summarise(
         covariance=covariance,
         free_names=free_names,
         condition=told.condition,
-        ambiguities=told.ambiguities,
+        ambiguities=told_apart,
         noise=step.noise,
         noise_length=noise_length,
         scaled=not known,
@@ -337,7 +372,25 @@ def _summarise(
         predicted=np.where(data.seen, data.measured - residual, 0.0),
         data=data,
         iterations=iterations,
+        held=frozenset(name for name, one in zip(names, told.held, strict=True) if one),
     )
+
+
+def _with_value(
+    ambiguity: Ambiguity,
+    robot: CompliantRobot,
+    columns: Sequence[Column],
+    names: Sequence[str],
+    solved: Sequence[str],
+    covariance: Floats,
+) -> Ambiguity:
+    """Fill in the value of the combination that is known."""
+    if not ambiguity.coefficients:
+        return ambiguity
+    weight = dict(zip(ambiguity.names, ambiguity.coefficients, strict=True))
+    value = amplitudes(robot, columns) @ [weight.get(name, 0.0) for name in names]
+    share = np.array([weight.get(name, 0.0) for name in solved])
+    return replace(ambiguity, value=float(value), std=float(np.sqrt(share @ covariance @ share)))
 
 
 def student_95(dof: int) -> float:
@@ -359,6 +412,10 @@ def _parameters(
                 value = one.values.get(spec.symbol, 0.0)
                 found.append(Parameter(name, one.effect.name, one.place, spec, value, None, None, True, True, False))
                 continue
+            if spec.discrete:
+                value = one.values.get(spec.symbol, spec.typical)
+                found.append(Parameter(name, one.effect.name, one.place, spec, value, None, None, False, True, False))
+                continue
             if name not in spread:
                 found.append(Parameter(name, one.effect.name, one.place, spec, None, None, None, False, False, False))
                 continue
@@ -369,11 +426,8 @@ def _parameters(
 
 
 def _estimated(
-    name: str, effect: str, place: object, spec: ParameterSpec, amplitude: float, std: float, quantile: float
+    name: str, effect: str, place: Place, spec: ParameterSpec, amplitude: float, std: float, quantile: float
 ) -> Parameter:
-    from stiffcal.model.effect import Place
-
-    assert isinstance(place, Place)
     low, high = _amplitude_bounds(spec)
     tiny = 1e-9 * max(std, 1e-300)
     at_bound = bool(amplitude <= low + tiny or amplitude >= high - tiny)

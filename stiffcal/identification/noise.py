@@ -1,8 +1,9 @@
 """How noisy the readings are: from repeats of the same load, else from what the manifest states.
 
 The scatter of repeats has four sources: the tracker's translation and rotation, and the force sensor's force and moment
-carried through the robot's compliance S. Repeats never hit the same load, so differences are taken after subtracting
-S ΔW. With d a contrast of a group of repeats (coefficients that sum to zero, squares that sum to one):
+carried through the robot's compliance S. Repeats never hit the same load, so the model's displacement is subtracted
+first: of two like loads it only has to tell a few per cent. With d a contrast of a group of repeats (coefficients that
+sum to zero, squares that sum to one):
 
     d ~ N(0, σ_t² I_t + σ_r² I_r + S (σ_F² I_F + σ_M² I_M) Sᵀ)
 
@@ -30,6 +31,8 @@ ENOUGH_DOF = 30
 LEAST_DOF = 6
 # Contrasts beyond this multiple of their median length come from bumped readings.
 WILD = 6.0
+# Shares of the total variance that still move by less than this are settled: a hundredth of what repeats can tell.
+SETTLED = 1e-4
 
 
 @dataclass(frozen=True)
@@ -157,12 +160,15 @@ def root_mean_square_length(squares: Floats, data: Observations, rotational: boo
     return float(np.sqrt(np.sum(squares[rows]) / n_vectors)) if n_vectors else None
 
 
-def contrasts(data: Observations, sensitivity: Floats, groups: Sequence[Integers]) -> tuple[Floats, Floats]:
+def contrasts(
+    data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers]
+) -> tuple[Floats, Floats]:
     """Return orthonormal contrasts of repeats, the load's difference taken out.
 
     Parameters
     ----------
     data : the observations.
+    predicted : (m, n) the present model's displacements.
     sensitivity : (m, 6, n).
     groups : positions (in ``data``) of states that repeat each other.
 
@@ -171,7 +177,7 @@ def contrasts(data: Observations, sensitivity: Floats, groups: Sequence[Integers
     differences : (c, m), zero mean under noise alone.
     compliance : (c, m, 6) the sensitivity that goes with each.
     """
-    moved = data.measured - np.einsum("akn,kn->an", sensitivity, data.wrench)
+    moved = data.measured - predicted
     differences, levers = [], []
     for group in groups:
         group = group[data.seen[:, group].all(axis=0)]
@@ -186,16 +192,19 @@ def contrasts(data: Observations, sensitivity: Floats, groups: Sequence[Integers
     return np.stack(differences), np.stack(levers)
 
 
-def noise_from_repeats(data: Observations, sensitivity: Floats, groups: Sequence[Integers]) -> Noise | None:
+def noise_from_repeats(
+    data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers]
+) -> Noise | None:
     """Estimate the four noise levels from repeats by maximum likelihood; None where repeats are too few.
 
     Parameters
     ----------
     data : the observations.
+    predicted : (m, n) the present model's displacements.
     sensitivity : (m, 6, n) of the present model.
     groups : positions of states that repeat each other.
     """
-    differences, levers = _without_wild(*contrasts(data, sensitivity, groups), data.rotational)
+    differences, levers = _without_wild(*contrasts(data, predicted, sensitivity, groups), data.rotational)
     n_rotational = int(np.count_nonzero(data.rotational))
     n_translational = len(data.rotational) - n_rotational
     if len(differences) * n_translational < LEAST_DOF:
@@ -231,7 +240,7 @@ def _without_wild(differences: Floats, levers: Floats, rotational: NDArray[np.bo
 
 
 def _variance_components(differences: Floats, levers: Floats, data: Observations) -> Floats:
-    """Return σ_t², σ_r² (in units of the scaled differences) and σ_F², σ_M² by Fisher scoring, none negative."""
+    """Return σ_t², σ_r² (in units of the scaled differences) and σ_F², σ_M², none negative."""
     m = differences.shape[1]
     kinds = [
         np.diag((~data.rotational).astype(np.float64)) * np.ones((len(differences), 1, 1)),
@@ -253,11 +262,11 @@ def _variance_components(differences: Floats, levers: Floats, data: Observations
         projected = np.einsum("cab,icbd->icad", inverse, basis)
         gradient = np.einsum("ca,icab,cb->i", weighted, basis, weighted)
         expected = np.einsum("icaa->i", projected)
-        # The EM-like multiplicative update keeps variances positive and never lowers the likelihood.
-        updated = variance[active] * np.sqrt(gradient / expected)
+        # The multiplicative update (expected against found) keeps variances positive.
+        updated = variance[active] * gradient / expected
         change = np.max(np.abs(updated - variance[active]) * size[active])
         variance[active] = updated
-        if change < 1e-6:
+        if change < SETTLED:
             break
     return variance
 

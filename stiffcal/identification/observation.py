@@ -251,9 +251,8 @@ def _evaluate_block(
     rigid: bool,
 ) -> Evaluation:
     model = replace(robot, deformed=False) if rigid else robot
-    inputs = Inputs(data.angles, data.wrench, data.setup)
-    loaded, unloaded = _rests(model, inputs, data.order)
-    predicted = np.zeros_like(data.measured) if rigid else _predicted(model, data, loaded, unloaded)
+    loaded, unloaded = rests(model, data)
+    predicted = np.zeros_like(data.measured) if rigid else predicted_displacement(model, data, loaded, unloaded)
     lever = _levers(loaded, data)
     found = np.zeros((len(columns), len(data.measured), data.n_states))
     rows = {(column.placed, column.symbol): row for row, column in enumerate(columns) if column.sort is Sort.AMPLITUDE}
@@ -271,13 +270,15 @@ def _evaluate_block(
     return Evaluation(part, predicted, found, sensitivity)
 
 
-def _rests(model: CompliantRobot, inputs: Inputs, order: StateOrder) -> tuple[Rest, Unloaded]:
+def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, Unloaded]:
+    """Return where the robot rests under load and under weight alone."""
+    inputs = Inputs(data.angles, data.wrench, data.setup)
     unloaded = rest_under_weight(model, inputs, FIT_TOLERANCE)
-    loaded = find_rest(model, inputs, order, unloaded.wrench, unloaded.displacement, FIT_TOLERANCE)
+    loaded = find_rest(model, inputs, data.order, unloaded.wrench, unloaded.displacement, FIT_TOLERANCE)
     return loaded, unloaded
 
 
-def _predicted(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
+def predicted_displacement(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
     """Return (m, n) predicted displacement, observation effects included."""
     displacement = np.stack(displacements(model, loaded, unloaded))
     shift = np.zeros_like(displacement)
@@ -292,27 +293,28 @@ def _predicted(model: CompliantRobot, data: Observations, loaded: Rest, unloaded
     return np.asarray((displacement + shift)[data.body, data.component])
 
 
-def _levers(loaded: Rest, data: Observations) -> dict[tuple[int, int], Floats]:
-    """Return (node, component) to (m, n): how the observations move with a small displacement of a node."""
+def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Floats:
+    """Return (m, n) how the observations move with one component of a node's small displacement."""
     n_joints = len(loaded.shape.bodies) - 2
+    frame = loaded.shape.nodes[node]
+    axis = frame.rotation[:, component % 3]
+    targets = loaded.inputs.setup.targets
+    full = np.zeros((len(targets), 6, axis.shape[1]))
+    for b, target in enumerate(targets):
+        if node > last_node_inboard(target.body, n_joints):
+            continue
+        if component < 3:
+            full[b, :3] = axis
+        else:
+            full[b, :3] = cross(axis, loaded.target(target).position - frame.position)
+            full[b, 3:] = axis
+    return np.asarray(full[data.body, data.component])
+
+
+def _levers(loaded: Rest, data: Observations) -> dict[tuple[int, int], Floats]:
+    """Return (node, component) to the lever, for all that the laws move."""
     wanted = {(term.node, term.component) for _, term in loaded.terms}
-    levers: dict[tuple[int, int], Floats] = {}
-    points = [loaded.target(target).position for target in loaded.inputs.setup.targets]
-    outermost = [last_node_inboard(target.body, n_joints) for target in loaded.inputs.setup.targets]
-    for node, component in wanted:
-        frame = loaded.shape.nodes[node]
-        axis = frame.rotation[:, component % 3]
-        full = np.zeros((len(points), 6, axis.shape[1]))
-        for b, point in enumerate(points):
-            if node > outermost[b]:
-                continue
-            if component < 3:
-                full[b, :3] = axis
-            else:
-                full[b, :3] = cross(axis, point - frame.position)
-                full[b, 3:] = axis
-        levers[node, component] = full[data.body, data.component]
-    return levers
+    return {key: lever_of(loaded, data, *key) for key in wanted}
 
 
 def _subtract_unloaded(
@@ -357,8 +359,8 @@ def _difference_columns(
         value = one.values.get(column.symbol, spec.typical if column.sort is Sort.SHAPE else 0.0)
         step = 1e-4 * max(abs(value), spec.typical)
         moved = model.with_values({one.parameter_name(column.symbol): value + step})
-        loaded, unloaded = _rests(moved, Inputs(data.angles, data.wrench, data.setup), data.order)
-        found[row] = (_predicted(moved, data, loaded, unloaded) - predicted) / step
+        loaded, unloaded = rests(moved, data)
+        found[row] = (predicted_displacement(moved, data, loaded, unloaded) - predicted) / step
 
 
 def _sensitivity(
@@ -387,5 +389,5 @@ def free_columns(robot: CompliantRobot, fixed: frozenset[str] = frozenset()) -> 
         Column(number, spec.symbol, spec.sort)
         for number, one in enumerate(robot.placed)
         for spec in one.effect.parameters
-        if one.parameter_name(spec.symbol) not in fixed
+        if one.parameter_name(spec.symbol) not in fixed and not spec.discrete
     ]

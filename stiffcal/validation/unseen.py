@@ -144,9 +144,8 @@ def left_out_residuals(fit: Fit, fold: Integers) -> Unseen:
     """
     data = fit.data
     whitening = _weights(fit, data, fit.robot)
-    fixed = frozenset(
-        one.name for one in fit.parameters if one.fixed or not one.identifiable
-    )  # what was not estimated is not estimated without a fold either
+    # What was held or not estimated is not estimated without a fold either.
+    fixed = fit.held | {one.name for one in fit.parameters if one.fixed}
     columns = free_columns(fit.robot, fixed)
     blocks = list(evaluate(fit.robot, data, columns))
     stack = np.concatenate([block.columns for block in blocks], axis=2)

@@ -1,0 +1,85 @@
+"""Where the shape parameters of a law start: a profile over the effect's own grid (variable projection).
+
+With the shape given, a law is linear in its amplitudes, and what it leaves of the residual is a matter of one small
+least-squares problem; the shape that leaves least is where Gauss–Newton starts (Golub and Pereyra 1973).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.least_squares import take_out_offsets, triangular
+from stiffcal.identification.noise import Whitening
+from stiffcal.identification.observation import Observations
+from stiffcal.identification.signatures import Linearised, Signature
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Sort
+
+Floats = NDArray[np.float64]
+
+
+def lacks_shape(one: PlacedEffect) -> bool:
+    """Return whether a shape parameter has no value yet."""
+    return any(spec.symbol not in one.values for spec in one.specs(Sort.SHAPE))
+
+
+def white_rows(stack: Floats, data: Observations, whitening: Whitening) -> Floats:
+    """Return (k, m · n): a stack with run offsets taken out, whitened, one row each."""
+    if data.free_offset:
+        stack, _ = take_out_offsets(stack, data.run, whitening)
+    return whitening.apply(np.where(data.seen, stack, 0.0)).reshape(len(stack), -1)
+
+
+def start_shapes(
+    robot: CompliantRobot, data: Observations, whitening: Whitening, fixed: frozenset[str] = frozenset()
+) -> CompliantRobot:
+    """Give every shape parameter that has none the value that leaves least of the residual, effect by effect.
+
+    Parameters
+    ----------
+    robot : valued but for the shapes and the amplitudes that go with them.
+    data, whitening : the observations and their noise.
+    fixed : full names that keep their values; their own effect's other shapes are still profiled.
+    """
+    for number, one in enumerate(robot.placed):
+        if not lacks_shape(one):
+            continue
+        others = replace(robot, placed=tuple(p for k, p in enumerate(robot.placed) if k != number))
+        state = Linearised.about(others, data)
+        known = [state.signature(p.effect, p.place, p.shape()) for p in others.placed if not lacks_shape(p)]
+        background = np.concatenate([s.columns for s in known] or [np.zeros((0, *data.measured.shape))])
+        residual = np.where(data.seen, data.measured - state.predicted, 0.0)
+        base = white_rows(np.concatenate([background, residual[None]]), data, whitening)
+        best, least = {spec.symbol: spec.typical for spec in one.specs(Sort.SHAPE)}, np.inf
+        for shape in state.shapes(one.effect, one.place):
+            trial = {**shape, **{s: v for s, v in one.values.items() if s in shape}}
+            left = remaining_squares(
+                base, white_rows_of(state.signature(one.effect, one.place, trial), data, whitening)
+            )
+            if left < least:
+                best, least = trial, left
+        robot = replace(
+            robot,
+            placed=tuple(
+                replace(p, values={**best, **p.values}) if k == number else p for k, p in enumerate(robot.placed)
+            ),
+        )
+    return robot
+
+
+def white_rows_of(signature: Signature, data: Observations, whitening: Whitening) -> Floats:
+    """Return (q, m · n) the whitened columns of a signature."""
+    return white_rows(signature.columns, data, whitening)
+
+
+def remaining_squares(base: Floats, columns: Floats) -> float:
+    """Return what is left of the last row of ``base`` after the other rows and ``columns`` took what they can."""
+    stack = np.concatenate([base[:-1], columns, base[-1:]])
+    scale = np.sqrt(np.sum(stack**2, axis=1))
+    kept = scale > 0.0
+    kept[-1] = True
+    factor = triangular((stack[kept] / np.where(scale[kept] > 0.0, scale[kept], 1.0)[:, None]).T)
+    return float(factor[-1, -1] ** 2 * scale[-1] ** 2)

@@ -1,0 +1,132 @@
+"""What an effect would add to the displacements of the present model: its signature.
+
+All about one balanced state of the robot: the rest is found once, and a candidate costs only its law and the levers of
+its nodes. Signatures are linear in the amplitudes, at given shape parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.observation import (
+    Observations,
+    lever_of,
+    predicted_displacement,
+    rests,
+)
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Effect, NodeLoads, Observed, Place, Sort
+from stiffcal.model.equilibrium import Rest, Unloaded
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Signature:
+    """An effect's displacements per unit of its amplitudes.
+
+    Attributes
+    ----------
+    effect, place : which.
+    shape : values of the shape parameters.
+    symbols : q amplitudes or set-up parameters.
+    columns : (q, m, n) displacement per unit of each.
+    fixed : (m, n) displacement without a free parameter (zero for most effects).
+    """
+
+    effect: Effect
+    place: Place
+    shape: Mapping[str, float]
+    symbols: tuple[str, ...]
+    columns: Floats
+    fixed: Floats
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """The present model at rest in all states.
+
+    Attributes
+    ----------
+    robot : chain and valued effects.
+    data : the observations.
+    loaded, unloaded : rests under load and under weight alone.
+    predicted : (m, n) displacements.
+    """
+
+    robot: CompliantRobot
+    data: Observations
+    loaded: Rest
+    unloaded: Unloaded
+    predicted: Floats
+    _levers: dict[tuple[int, int], Floats] = field(default_factory=dict)
+
+    @classmethod
+    def about(cls, robot: CompliantRobot, data: Observations) -> Linearised:
+        """Find the rests of a robot in all states."""
+        loaded, unloaded = rests(robot, data)
+        return cls(robot, data, loaded, unloaded, predicted_displacement(robot, data, loaded, unloaded))
+
+    @property
+    def loads(self) -> NodeLoads:
+        """What the nodes carry in all states."""
+        return NodeLoads(self.loaded.wrench, self.loaded.inputs.angles, self.data.order, self.loaded.weight)
+
+    def lever(self, node: int, component: int) -> Floats | None:
+        """Return (m, n) how the observations move with a node's small displacement; None where they do not."""
+        key = (node, component)
+        if key not in self._levers:
+            self._levers[key] = lever_of(self.loaded, self.data, node, component)
+        lever = self._levers[key]
+        return lever if lever.any() else None
+
+    def shapes(self, effect: Effect, place: Place) -> list[dict[str, float]]:
+        """Return the combinations of shape parameters to try, from the effect's own grid; empty where nothing shows."""
+        grid = effect.shape_grid(place, self.robot.chain, self.loads)
+        return [dict(zip(grid, values, strict=True)) for values in product(*(grid[s].tolist() for s in grid))]
+
+    def signature(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Signature:
+        """Return an effect's signature about the present model."""
+        data, chain = self.data, self.robot.chain
+        columns: dict[str, Floats] = {}
+
+        def add(symbol: str, values: Floats) -> None:
+            columns[symbol] = columns[symbol] + values if symbol in columns else values
+
+        for term in effect.terms(place, chain, self.loads, shape):
+            lever = self.lever(term.node, term.component)
+            if lever is not None:
+                add(term.symbol, lever * term.value)
+        bare = NodeLoads(self.unloaded.wrench, self.loaded.inputs.angles)
+        for term in effect.terms(place, chain, bare, shape):
+            lever = self.lever(term.node, term.component)
+            if lever is not None:
+                add(term.symbol, -lever * term.value)
+        full = np.zeros((len(data.setup.targets), 6, data.n_states))
+        full[data.body, data.component] = self.predicted
+        for symbol, seen in effect.observation_columns(place, Observed(full, data.order), shape).items():
+            add(symbol, seen[data.body, data.component])
+        for spec in effect.parameters:
+            if spec.sort is Sort.SETUP or (spec.sort is Sort.AMPLITUDE and spec.symbol not in columns):
+                difference = self._difference(effect, place, shape, spec.symbol, 1e-3 * spec.typical)
+                if difference is not None:
+                    add(spec.symbol, difference)
+        fixed = columns.pop("", np.zeros_like(data.measured))
+        symbols = tuple(columns)
+        stack = np.stack([columns[s] for s in symbols]) if symbols else np.zeros((0, *data.measured.shape))
+        return Signature(effect, place, dict(shape), symbols, stack, fixed)
+
+    def _difference(
+        self, effect: Effect, place: Place, shape: Mapping[str, float], symbol: str, step: float
+    ) -> Floats | None:
+        """Return the derivative by a parameter that changes the inputs, by difference of the whole balance."""
+        one = PlacedEffect(effect, place, {**shape, symbol: step})
+        moved = replace(self.robot, placed=(*self.robot.placed, one))
+        loaded, unloaded = rests(moved, self.data)
+        change = predicted_displacement(moved, self.data, loaded, unloaded) - self.predicted
+        return change / step if change.any() else None
