@@ -75,14 +75,16 @@ def _run(given: list[str]) -> int:
         report_usage(error, given[0] if given and given[0] in COMMANDS else "", as_json)
         return WRONG_INPUT
     except (KeyboardInterrupt, typer.Abort):
-        sys.stderr.write("interrupted; the store is as it was before this command\n")
-        return INTERRUPTED
+        code = INTERRUPTED
     except BrokenPipeError:
         raise
     except Exception as error:
         if debug:
             raise
         return report_fault(error, given, as_json)
+    # typer turns an interruption inside a command into this exit code and says nothing
+    if code == INTERRUPTED:
+        sys.stderr.write("interrupted; the store is as it was before this command\n")
     return code if isinstance(code, int) else OK
 
 

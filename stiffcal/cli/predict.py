@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -67,10 +67,11 @@ def predict(
 
 
 def show_prediction(console: Console, document: Document, most: int = 24) -> None:
-    """Draw deflection ± 95 % and the stiffness along the axes, state by state."""
-    table = plain_table("state>", "dx, dy, dz [mm], ± 95 %>", "rx, ry, rz [mrad]>", "stiffness along x, y, z [N/mm]>")
+    """Draw deflection ± 95 % and the force it takes per millimetre, state by state."""
+    console.print(f"deflection of {document['target']}, base axes; values from {document['values_from']}")
+    table = plain_table("state>", "dx [mm]>", "dy [mm]>", "dz [mm]>", "stiffness along x, y, z [N/mm]>")
     for number, state in enumerate(document["states"][:most], start=1):
-        table.add_row(str(number), _translations(state), _rotations(state), _stiffness(state["cartesian_stiffness"]))
+        table.add_row(str(number), *(_translation(state, k) for k in range(3)), _stiffness(state))
     console.print(table)
     if len(document["states"]) > most:
         console.print(f"{len(document['states']) - most} more in --json or -o FILE")
@@ -78,17 +79,16 @@ def show_prediction(console: Console, document: Document, most: int = 24) -> Non
         console.print(f"wrote {document['file']}", soft_wrap=True)
 
 
-def _translations(state: Document) -> str:
-    words = []
-    for k in range(3):
-        spread = 1.96e3 * state["covariance"][k][k] ** 0.5
-        words.append(f"{significant(1e3 * state['deflection'][k])} ± {significant(spread, 2)}")
-    return ", ".join(words)
+def _translation(state: Document, axis: int) -> str:
+    value = 1e3 * state["deflection"][axis]
+    # A picometre is the solver's rounding.
+    if abs(value) < 1e-6:
+        return "0"
+    half = 1.96e3 * state["covariance"][axis][axis] ** 0.5
+    return f"{significant(value)} ± {significant(half, 2)}" if half else significant(value)
 
 
-def _rotations(state: Document) -> str:
-    return ", ".join(significant(1e3 * value) for value in state["deflection"][3:])
-
-
-def _stiffness(matrix: list[list[Any]] | None) -> str:
-    return NOT_KNOWN if matrix is None else ", ".join(significant(1e-3 * matrix[k][k]) for k in range(3))
+def _stiffness(state: Document) -> str:
+    """Return force over deflection along each axis, the other directions free to give."""
+    gives = [state["cartesian_compliance"][k][k] for k in range(3)]
+    return ", ".join(significant(1e-3 / give) if give > 0.0 else NOT_KNOWN for give in gives)

@@ -113,7 +113,7 @@ def store_fit(data: Ingested, fit: Fit, loss: str) -> Document:
     history = stored_document(data.store, HISTORY) or dict(NO_HISTORY)
     identifier = str(1 + max((int(entry["id"]) for entry in history["fits"]), default=0))
     document = fit_document(fit, data.states)
-    document |= {"loss": loss, "fit_id": identifier, "key": key_of_fit(data, loss)}
+    document |= {"loss": loss, "fit_id": identifier, "key": key_of_fit(data, loss), **_expectation(data, fit)}
     entry = {
         "id": identifier,
         "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
@@ -129,3 +129,23 @@ def store_fit(data: Ingested, fit: Fit, loss: str) -> Document:
     table = observed_table(data.states, fit.data, fit.predicted, fit.residual)
     data.store.commit({FIT_STATES: table}, {IDENTIFY: document, HISTORY: history}, command="identify")
     return document
+
+
+def _expectation(data: Ingested, fit: Fit) -> Document:
+    """Return what error to expect in new poses: the numbers, and one sentence."""
+    from stiffcal.validation.unseen import unseen_residuals
+    from stiffcal.validation.validate import rms_of
+
+    unseen = unseen_residuals(data.states, fit)
+    if unseen.scheme == "none":
+        sentence = "what error to expect in new poses cannot be told from a single pose: measure in others too"
+        return {"expected_rms": None, "expected_error": sentence}
+    rms, deflection = rms_of(unseen.residual, unseen.data), rms_of(unseen.displacement, unseen.data)
+    error, whole = rms["translation"], deflection["translation"]
+    if error is None or not whole:
+        return {"expected_rms": rms, "expected_error": "no displacement was measured: no error can be told"}
+    sentence = (
+        f"in new poses like these expect an error of {1e3 * error:.3g} mm rms, "
+        f"{100.0 * error / whole:.3g} % of the deflection under such loads"
+    )
+    return {"expected_rms": rms, "expected_error": sentence}

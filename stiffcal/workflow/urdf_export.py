@@ -103,4 +103,5 @@ def _words(values: Floats) -> str:
 
 
 def _word(value: float) -> str:
-    return f"{value:.12g}"
+    # Adding zero turns −0 into 0.
+    return f"{value + 0.0:.12g}"

@@ -1,0 +1,38 @@
+"""The progress bar: nothing for what is quick or without a terminal, a bar for what takes longer."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from stiffcal.cli import progress
+from stiffcal.cli.progress import ProgressBar
+
+
+def test_quick_things_draw_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    bar = ProgressBar(terminal=True)
+    bar("reading", 0.5)
+    bar.stop()
+    assert "reading" not in capsys.readouterr().err
+
+
+def test_slow_things_draw_a_bar(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "PATIENCE_S", 0.01)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    bar = ProgressBar(terminal=True)
+    bar("reading the force log", 0.25)
+    time.sleep(0.3)
+    bar("reading the force log", 2.0)
+    time.sleep(0.2)
+    bar.stop()
+    told = capsys.readouterr()
+    assert "reading the force log" in told.err
+    assert told.out == ""
+
+
+def test_without_a_terminal_nothing_is_drawn(capsys: pytest.CaptureFixture[str]) -> None:
+    bar = ProgressBar(terminal=False)
+    bar("reading", None)
+    bar.stop()
+    assert capsys.readouterr().err == ""

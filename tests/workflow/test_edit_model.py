@@ -1,0 +1,55 @@
+"""`add` and `remove`: places in words, comments kept, errors that list the places."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.edit_model import edit_model
+
+
+def test_remove_and_add_back_keeps_comments(campaign: Path) -> None:
+    edit_model(campaign, "remove", "joint-compliance", where={"joints": "A2,6"})
+    document = edit_model(campaign, "add", "joint-compliance", where={"joints": "2,A6"})
+    (effect,) = document["model"]["effects"]
+    assert sorted(effect["joints"]) == [1, 2, 3, 4, 5, 6]
+    text = (campaign / "model.toml").read_text()
+    assert "# the drives, and nothing else" in text
+    assert "# one spring each" in text
+
+
+def test_all_adds_every_place(campaign: Path) -> None:
+    edit_model(campaign, "remove", "joint-compliance", where={"joints": "1,2,3"})
+    document = edit_model(campaign, "add", "joint-compliance", everywhere=True)
+    assert document["changes"] == ["added joint-compliance: j1, j2, j3"]
+
+
+def test_adding_what_is_there_changes_nothing(campaign: Path) -> None:
+    before = (campaign / "model.toml").read_text()
+    document = edit_model(campaign, "add", "joint-compliance", where={"joints": "1"})
+    assert "nothing changed" in document["changes"][0]
+    assert (campaign / "model.toml").read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("effect", "where", "message"),
+    [
+        ("joint-compliance", {}, r"none is given; say --joints, or --all; possible: j1, j2, j3, j4, j5, j6"),
+        ("joint-complience", {"joints": "1"}, "did you mean joint-compliance"),
+        ("joint-compliance", {"joints": "7"}, "no joint is called 7"),
+        ("joint-compliance", {"links": "swing"}, "say --joints instead"),
+    ],
+)
+def test_what_cannot_be_added(campaign: Path, effect: str, where: dict[str, str], message: str) -> None:
+    before = (campaign / "model.toml").read_text()
+    with pytest.raises(InputError, match=message):
+        edit_model(campaign, "add", effect, where=where)
+    assert (campaign / "model.toml").read_text() == before
+
+
+def test_removing_what_is_not_there(campaign: Path) -> None:
+    edit_model(campaign, "remove", "joint-compliance", where={"joints": "4"})
+    with pytest.raises(InputError, match="holds no joint-compliance at j4"):
+        edit_model(campaign, "remove", "joint-compliance", where={"joints": "4"})

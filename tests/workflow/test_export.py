@@ -1,0 +1,120 @@
+"""Exports, read by programs that are not ours."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import duckdb
+import numpy as np
+import pandas as pd
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.export import export_campaign
+from stiffcal.workflow.plot import plot_campaign
+from stiffcal.workflow.report import report_campaign
+from stiffcal.workflow.steps import Means, ingested
+from tests.workflow.small_campaign import POSES_DEG, STIFFNESS
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_states_hold_measured_predicted_and_residual(campaign: Path, ending: str) -> None:
+    file = campaign / f"states.{ending}"
+    export_campaign(campaign, output=file)
+    with duckdb.connect() as connection:
+        frame = connection.execute(f"select * from '{file.as_posix()}'").df()
+    assert len(frame) == 100
+    difference = frame["target_dz_m_measured"] - frame["target_dz_m_predicted"]
+    assert np.allclose(difference, frame["target_dz_m_residual"], atol=1e-12)
+    assert float(np.sqrt(np.mean(frame["target_dz_m_residual"] ** 2))) < 20e-6
+    assert np.degrees(frame["A1_rad"].iloc[0]) == pytest.approx(POSES_DEG[0][0])
+
+
+def test_store_tables_are_read_in_one_line(campaign: Path) -> None:
+    unseen = pd.read_parquet(campaign / "store" / "current" / "unseen.parquet")
+    assert {"state", "run", "row", "target_dx_m_residual"} <= set(unseen.columns)
+
+
+def test_model_as_json(campaign: Path) -> None:
+    file = campaign / "model.json"
+    export_campaign(campaign, output=file)
+    document = json.loads(file.read_text())
+    assert document["parameters"][0]["name"] == "joint-compliance.j1.c"
+    assert len(document["covariance"]) == 6
+
+
+def test_urdf_has_the_same_kinematics(campaign: Path) -> None:
+    pinocchio = pytest.importorskip("pinocchio")
+    file = campaign / "robot.urdf"
+    export_campaign(campaign, output=file)
+    model = pinocchio.buildModelFromUrdf(str(file))
+    data = model.createData()
+    angles = np.radians(POSES_DEG[1])
+    pinocchio.framesForwardKinematics(model, data, angles)
+    pose = data.oMf[model.getFrameId("flange")].homogeneous
+    from stiffcal.mechanics.kinematics import body_poses
+
+    chain = ingested(campaign, Means()).campaign.chain
+    positions, rotations = body_poses(chain, chain.model_angles(angles[None]))
+    assert np.allclose(pose[:3, 3], positions[0, -1], atol=1e-9)
+    assert np.allclose(pose[:3, :3], rotations[0, -1], atol=1e-9)
+    stiffness = [float(value) for value in _stiffnesses(file)]
+    assert np.allclose(stiffness, STIFFNESS, rtol=0.1)
+
+
+def _stiffnesses(file: Path) -> list[str]:
+    from xml.etree import ElementTree
+
+    return [element.attrib["value"] for element in ElementTree.parse(file).iter("stiffness")]
+
+
+def test_unknown_ending_and_missing_folder(campaign: Path) -> None:
+    with pytest.raises(InputError, match=r"no export is known for \.xlsx"):
+        export_campaign(campaign, output=Path("states.xlsx"))
+    with pytest.raises(InputError, match="its folder does not exist"):
+        export_campaign(campaign, output=campaign / "nowhere" / "states.csv")
+
+
+@pytest.mark.parametrize(
+    ("run", "against", "drawn"),
+    [
+        (None, None, "load-deformation of every run"),
+        ("pose2", None, "load-deformation of run pose2"),
+        (None, "torque:4", "residual against torque on joint 4"),
+        ("pose1", "angle:A2", "residual against angle of joint 2 in run pose1"),
+        (None, "force:z", "residual against force along z"),
+        (None, "load", "residual against load"),
+    ],
+)
+def test_plots(campaign: Path, run: str | None, against: str | None, drawn: str) -> None:
+    file = campaign / "plot.svg"
+    assert plot_campaign(campaign, output=file, run=run, against=against)["drawn"] == drawn
+    assert file.read_text(encoding="utf-8").rstrip().endswith("</svg>")
+
+
+@pytest.mark.parametrize(
+    ("run", "against", "message"),
+    [
+        ("pose9", None, "no run is called pose9; runs: pose1, pose2"),
+        (None, "torque:9", "no joint is called 9"),
+        (None, "moon", "nothing is known of moon"),
+        (None, "time", "time is not logged in this campaign"),
+    ],
+)
+def test_plots_that_cannot_be(campaign: Path, run: str | None, against: str | None, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        plot_campaign(campaign, output=campaign / "plot.svg", run=run, against=against)
+
+
+def test_report_is_a_pdf_with_the_stiffness_table(campaign: Path) -> None:
+    from pypdf import PdfReader
+
+    file = Path(report_campaign(campaign, Means(update=False))["file"])
+    assert file == campaign / "report.pdf"
+    text = "\n".join(page.extract_text() for page in PdfReader(file).pages)
+    assert "medium six-axis" in text
+    assert "98.5 % of the" in text
+    first = file.read_bytes()
+    report_campaign(campaign, Means(update=False))
+    assert file.read_bytes() == first
