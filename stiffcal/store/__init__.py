@@ -22,6 +22,7 @@ Where links cannot be replaced atomically (Windows, some network folders) a file
 name is the switch; ``current`` is then a directory junction, renewed right after it.
 """
 
+from stiffcal.store.columns import column_of, table_of, values_of
 from stiffcal.store.provenance import (
     Provenance,
     SourceChanges,
@@ -44,6 +45,9 @@ __all__ = [
     "Writing",
     "changed_settings",
     "changed_sources",
+    "column_of",
     "hash_sources",
+    "table_of",
+    "values_of",
     "versions",
 ]

@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
+from stiffcal.store.columns import Columns
 from stiffcal.store.generations import current_folder, file_of, held, read_index
 from stiffcal.store.writing import Writing, begin_writing
 
@@ -163,10 +164,10 @@ class Store:
 
         Examples
         --------
-        >>> import tempfile, pyarrow
+        >>> import tempfile, numpy
         >>> store = Store(tempfile.mkdtemp() + "/store")
         >>> with store.begin("ingest") as writing:
-        ...     writing.write_table("states", pyarrow.table({"run": ["a", "b"]}))
+        ...     writing.write_table("states", {"run": ["a", "b"], "Fx": numpy.array([0.0, 50.0])})
         ...     writing.write_document("provenance", {"schema": "example"})
         ...     writing.commit()
         >>> store.read_table("states").num_rows
@@ -176,7 +177,7 @@ class Store:
 
     def commit(
         self,
-        tables: Mapping[str, pa.Table] | None = None,
+        tables: Mapping[str, pa.Table | Columns] | None = None,
         documents: Mapping[str, Mapping[str, Any]] | None = None,
         keep_rest: bool = True,
         command: str = "stiffcal",

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as parquet
-from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.store.columns import Columns, column_of, table_of
 from stiffcal.store.generations import (
     GENERATIONS,
     INDEX,
@@ -37,7 +37,6 @@ from stiffcal.store.locking import writer_lock
 ROW_GROUP = 1 << 18
 
 Index = dict[str, dict[str, dict[str, object]]]
-Columns = Mapping[str, NDArray[Any] | Sequence[str]]
 
 
 @contextmanager
@@ -92,7 +91,7 @@ class TableStream:
     def append(self, columns: Columns | pa.RecordBatch) -> None:
         """Add rows: a record batch, or column name to array (or words) of equal length."""
         if not isinstance(columns, pa.RecordBatch):
-            arrays = [pa.array(columns[column.name], type=column.type) for column in self.schema]
+            arrays = [column_of(columns[name]) for name in self.schema.names]
             columns = pa.RecordBatch.from_arrays(arrays, schema=self.schema)
         self._pending.append(columns)
         self._n_pending += columns.num_rows
@@ -148,8 +147,10 @@ class Writing:
         self.folder = store / GENERATIONS / self._id
         self.folder.mkdir(parents=True)
 
-    def write_table(self, name: str, table: pa.Table) -> None:
-        """Write a table."""
+    def write_table(self, name: str, table: pa.Table | Columns) -> None:
+        """Write a table, or columns that are to become one."""
+        if not isinstance(table, pa.Table):
+            table = table_of(table)
         stream = self.stream(name, table.schema)
         for batch in table.to_batches(max_chunksize=ROW_GROUP):
             stream.append(batch)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import errno
 import json
 import os
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import duckdb
 import hypothesis.strategies as st
@@ -18,7 +20,7 @@ import pytest
 from hypothesis import given, settings
 
 from stiffcal.errors import InputError
-from stiffcal.store import Store
+from stiffcal.store import Store, table_of, values_of
 from stiffcal.store import generations as generations_module
 from stiffcal.store import writing as writing_module
 
@@ -280,3 +282,41 @@ def test_documents_hold_json_values_only(store: Store) -> None:
         store.commit(documents={"fit": {"x": float("nan")}})
     store.commit(documents={"fit": {"x": np.float64(1.5), "y": np.arange(2)}})
     assert store.read_document("fit") == {"x": 1.5, "y": [0, 1]}
+
+
+def test_columns_become_what_they_are() -> None:
+    columns: dict[str, Any] = {
+        "x": np.array([np.nan, 1.5]),
+        "n": np.array([3, 4], dtype=np.int32),
+        "ok": np.array([True, False]),
+        "word": ["µ", ""],
+        "array": np.array(["a", "bc"]),
+    }
+    made = table_of(columns)
+    assert made.column("x").to_pylist()[1] == 1.5
+    assert made.column("n").to_pylist() == [3, 4]
+    assert made.column("ok").to_pylist() == [True, False]
+    assert made.column("word").to_pylist() == ["µ", ""]
+    assert made.column("array").to_pylist() == ["a", "bc"]
+    made.validate(full=True)
+    for name, column in columns.items():
+        assert np.array_equal(values_of(made.column(name)), np.asarray(column), equal_nan=name == "x")
+        assert np.array_equal(values_of(made.column(name).slice(1)), np.asarray(column)[1:])  # the NaN comes first
+    assert np.array_equal(values_of(pa.array([1.0, None, 3.0])), [1.0, np.nan, 3.0], equal_nan=True)
+    assert values_of(made.slice(0, 0).column("x")).dtype == np.float64
+    with pytest.raises(ValueError, match="unequal length"):
+        table_of({"a": np.zeros(2), "b": np.zeros(3)})
+
+
+def test_neither_reading_nor_writing_imports_pandas(tmp_path: Path) -> None:
+    script = """
+import sys, numpy
+from stiffcal.store import Store, values_of
+store = Store(sys.argv[1])
+store.commit({"states": {"run": ["a"], "Fx": numpy.ones(1)}}, {"fit": {}})
+table = store.read_table("states")
+values_of(table.column("Fx")), values_of(table.column("run"))
+print("pandas" in sys.modules, "pyarrow.dataset" in sys.modules)
+"""
+    command = [sys.executable, "-c", script, str(tmp_path / "store")]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout.split() == ["False", "False"]

@@ -19,7 +19,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.csv as arrow_csv
 
@@ -36,6 +35,7 @@ from stiffcal.readers import (
 from stiffcal.readers.csv.faults import GAP_WORDS, check_last_line, find_fault
 from stiffcal.readers.csv.layout import Layout, open_log
 from stiffcal.readers.csv.lines import LogText
+from stiffcal.store.columns import values_of
 
 # Large enough that the parser's cost per block vanishes, small enough for flat memory.
 BLOCK = 1 << 22
@@ -159,9 +159,9 @@ def _batch(records: pa.RecordBatch, layout: Layout, wanted: Wanted, first_row: i
         if name in wanted.numbers:
             if column.null_count and name not in wanted.gaps:
                 raise pa.ArrowInvalid(f"an empty cell in column {name}")
-            numbers[name] = np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)
+            numbers[name] = values_of(column)
             continue
-        words: list[str] = [word.strip() for word in column.to_pylist()]
+        words: list[str] = [word.as_py().strip() for word in column]
         if not all(words):
             raise pa.ArrowInvalid(f"an empty cell in column {name}")
         if name in wanted.times:

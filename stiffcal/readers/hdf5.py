@@ -1,0 +1,269 @@
+"""HDF5 logs in the three layouts that are common.
+
+Options of the manifest (``hdf5 = {…}``), all optional:
+
+group : the group that holds the columns, "/" when absent.
+dataset : a dataset in it that holds all columns; absent: the only one with two dimensions or with fields, if there is
+    no dataset per column.
+
+Layouts: one dataset of one dimension per column; one dataset of two dimensions whose attribute ``columns`` (or
+``column_names``, ``names``, ``fields``, ``labels``) names its columns; one dataset of records with named fields. Units
+are taken from an attribute ``unit`` or ``units``.
+
+A writer that died leaves parts of a dataset unwritten, which HDF5 reads as zeros: such a dataset is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import InputError
+from stiffcal.readers import (
+    Batch,
+    Floats,
+    Header,
+    Options,
+    Wanted,
+    check_columns,
+    check_options,
+    first_not_finite,
+    nearest_name,
+    seconds_of_times,
+)
+
+BATCH_ROWS = 1 << 16
+NAME_ATTRIBUTES = ("columns", "column_names", "names", "fields", "labels")
+UNIT_ATTRIBUTES = ("unit", "units")
+# Conventions by which stored numbers are not the physical ones.
+SCALING_ATTRIBUTES = ("scale_factor", "add_offset", "scale", "offset", "gain")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The columns of a group: names, how to read rows of one, how many rows there are, units, the datasets behind."""
+
+    names: tuple[str, ...]
+    read: Callable[[str, int, int], NDArray[Any]]
+    lengths: dict[str, int]
+    units: dict[str, str]
+    datasets: dict[str, Any]
+
+
+class Hdf5Reader:
+    """Reads HDF5 files in batches of rows."""
+
+    name = "hdf5"
+
+    def recognises(self, path: Path) -> bool:
+        """Return True for a file that begins like HDF5, or is named so."""
+        return path.suffix.lower() in (".h5", ".hdf5", ".hdf", ".he5") or bool(path.is_file() and h5py.is_hdf5(path))
+
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+        """Return the columns of the group."""
+        shown = shown or str(path)
+        with _open(path, options, shown) as (columns, place):
+            if wanted is not None:
+                check_columns(wanted, columns.names, shown, place)
+            lengths = set(columns.lengths.values())
+            return Header(columns.names, columns.units, lengths.pop() if len(lengths) == 1 else None)
+
+    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+        """Yield the rows in batches.
+
+        Raises
+        ------
+        InputError
+            For a damaged or cut off file, a missing column, columns of unequal length or partly unwritten, a cell
+            that is no finite number.
+        """
+        shown = shown or str(path)
+        with _open(path, options, shown) as (columns, place):
+            check_columns(wanted, columns.names, shown, place)
+            n_rows = _checked_length(columns, wanted, shown)
+            for start in range(0, n_rows, BATCH_ROWS):
+                yield _batch(columns, wanted, start, min(start + BATCH_ROWS, n_rows), shown)
+
+    def place_of_row(self, path: Path, options: Options, row: int) -> str:
+        """Return ``row n``."""
+        return f"row {row}"
+
+
+READER = Hdf5Reader()
+
+
+@contextmanager
+def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, str]]:
+    check_options(options, {"group": str, "dataset": str}, "hdf5", shown)
+    if not path.is_file():
+        raise InputError.at(shown, "", "no such file", "correct the file's name")
+    group_name = str(options.get("group") or "/")
+    try:
+        with h5py.File(path, "r") as file:
+            if group_name not in file:
+                groups = [name for name, item in _walk(file) if isinstance(item, h5py.Group)]
+                raise InputError.at(shown, "hdf5.group", f"no group {group_name!r}", nearest_name(group_name, groups))
+            group = file[group_name]
+            dataset = options.get("dataset")
+            if isinstance(group, h5py.Dataset):
+                yield _columns_of_dataset(group, shown), group_name
+            elif dataset is not None:
+                if dataset not in group or not isinstance(group[dataset], h5py.Dataset):
+                    mend = nearest_name(str(dataset), list(group))
+                    raise InputError.at(shown, "hdf5.dataset", f"no dataset {dataset!r} in {group_name!r}", mend)
+                yield _columns_of_dataset(group[dataset], shown), f"dataset {dataset}"
+            else:
+                yield _columns_of_group(group, shown), f"group {group_name}"
+    except (OSError, RuntimeError) as error:
+        reason = f"no whole HDF5 file ({str(error).splitlines()[0]})"
+        raise InputError.at(
+            shown, "", reason, "close the program that writes it, copy it again, or log again"
+        ) from None
+
+
+def _walk(file: h5py.File) -> list[tuple[str, Any]]:
+    found: list[tuple[str, Any]] = []
+    file.visititems(lambda name, item: found.append((f"/{name}", item)))
+    return found
+
+
+def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
+    # `get` passes over links that lead nowhere.
+    datasets = {name: item for name in group if isinstance(item := group.get(name), h5py.Dataset)}
+    flat = {
+        name: item
+        for name, item in datasets.items()
+        if item.dtype.names is None and (item.ndim == 1 or (item.ndim == 2 and item.shape[1] == 1))
+    }
+    whole = [item for name, item in datasets.items() if name not in flat and item.ndim > 0]
+    if not flat and len(whole) == 1:
+        return _columns_of_dataset(whole[0], shown)
+
+    def read(name: str, start: int, end: int) -> NDArray[Any]:
+        return np.asarray(flat[name][start:end]).reshape(end - start)
+
+    units = {name: unit for name, item in flat.items() if (unit := _unit(item))}
+    return Columns(tuple(flat), read, {name: item.shape[0] for name, item in flat.items()}, units, flat)
+
+
+def _columns_of_dataset(dataset: Any, shown: str) -> Columns:
+    place = f"dataset {dataset.name}"
+    if dataset.dtype.names is not None and dataset.ndim == 1:
+        names = tuple(dataset.dtype.names)
+
+        def read_field(name: str, start: int, end: int) -> NDArray[Any]:
+            return np.asarray(dataset[name, start:end])
+
+        read = read_field
+    elif dataset.ndim == 2:
+        names = _named_columns(dataset, shown, place)
+
+        def read_column(name: str, start: int, end: int) -> NDArray[Any]:
+            return np.asarray(dataset[start:end, names.index(name)])
+
+        read = read_column
+    else:
+        reason = f"its shape {dataset.shape} is no table"
+        raise InputError.at(shown, place, reason, "name a group with one dataset per column, or a table")
+    units = _text_list(dataset, UNIT_ATTRIBUTES)
+    return Columns(
+        names,
+        read,
+        dict.fromkeys(names, dataset.shape[0]),
+        dict(zip(names, units, strict=True)) if len(units) == len(names) else {},
+        dict.fromkeys(names, dataset),
+    )
+
+
+def _named_columns(dataset: Any, shown: str, place: str) -> tuple[str, ...]:
+    names = tuple(_text_list(dataset, NAME_ATTRIBUTES))
+    if len(names) != dataset.shape[1]:
+        found = f"{len(names)} names for {dataset.shape[1]} columns" if names else "its columns have no names"
+        mend = f"write an attribute {NAME_ATTRIBUTES[0]!r} with one name per column"
+        raise InputError.at(shown, place, found, mend)
+    return names
+
+
+def _text_list(dataset: Any, attributes: tuple[str, ...]) -> list[str]:
+    for attribute in attributes:
+        if attribute in dataset.attrs:
+            value = dataset.attrs[attribute]
+            if isinstance(value, bytes | str):
+                return [part.strip() for part in _text(value).split(",")]
+            return [_text(part).strip() for part in np.asarray(value).ravel()]
+    return []
+
+
+def _text(value: object) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def _unit(dataset: Any) -> str:
+    found = _text_list(dataset, UNIT_ATTRIBUTES)
+    return found[0] if len(found) == 1 else ""
+
+
+def _checked_length(columns: Columns, wanted: Wanted, shown: str) -> int:
+    lengths = {name: columns.lengths[name] for name in wanted.names}
+    if len(set(lengths.values())) > 1:
+        short, long = min(lengths, key=lengths.__getitem__), max(lengths, key=lengths.__getitem__)
+        reason = f"{lengths[short]} rows, column {long} has {lengths[long]}: writing was interrupted"
+        raise InputError.at(shown, f"column {short}", reason, "log again, or cut all columns to one length in a copy")
+    n_rows = next(iter(lengths.values()), 0)
+    if n_rows == 0:
+        raise InputError.at(shown, "", "the columns have no rows", "log again, or leave the file out")
+    for name in wanted.names:
+        dataset = columns.datasets[name]
+        scaled = [attribute for attribute in SCALING_ATTRIBUTES if attribute in dataset.attrs]
+        if scaled and name in wanted.numbers:
+            reason = f"its attribute {scaled[0]!r} says that the numbers are scaled"
+            raise InputError.at(shown, f"column {name}", reason, "write the physical values, without that attribute")
+        if _unwritten(dataset):
+            reason = "parts of it were never written: writing was interrupted"
+            raise InputError.at(shown, f"column {name}", reason, "log again, or cut the rows off in a copy")
+    return n_rows
+
+
+def _unwritten(dataset: Any) -> bool:
+    """Return True where HDF5 would give fill values for rows that no one wrote."""
+    if dataset.chunks is None:
+        return dataset.size > 0 and dataset.id.get_storage_size() == 0 and not dataset.is_virtual
+    needed = int(np.prod([-(-size // chunk) for size, chunk in zip(dataset.shape, dataset.chunks, strict=True)]))
+    return int(dataset.id.get_num_chunks()) < needed
+
+
+def _batch(columns: Columns, wanted: Wanted, start: int, end: int, shown: str) -> Batch:
+    numbers: dict[str, Floats] = {}
+    texts: dict[str, list[str]] = {}
+    for name in wanted.names:
+        values = columns.read(name, start, end)
+        if name in wanted.numbers:
+            if values.dtype.kind not in "iuf":
+                reason = f"it holds {values.dtype}, not numbers"
+                raise InputError.at(shown, f"column {name}", reason, "name a column of numbers")
+            numbers[name] = values.astype(np.float64, copy=False)
+            continue
+        if values.dtype.kind not in "SUOiu":
+            raise InputError.at(
+                shown, f"column {name}", f"it holds {values.dtype}, not words", "name a column of words"
+            )
+        words = [_text(value).strip("\0 ") for value in values.tolist()]
+        if "" in words:
+            place = f"row {start + 1 + words.index('')}, column {name}"
+            raise InputError.at(shown, place, "the cell is empty", "fill it in in a copy of the file")
+        if name in wanted.times:
+            numbers[name] = seconds_of_times(words, shown, name, start + 1)
+        else:
+            texts[name] = words
+    bad = first_not_finite(numbers, wanted, start + 1)
+    if bad is not None:
+        mend = "give the reading, or delete the row in a copy of the file"
+        raise InputError.at(shown, f"row {bad[0]}, column {bad[1]}", f"{bad[2]} is not a finite number", mend)
+    return Batch(start + 1, numbers, texts)

@@ -1,0 +1,165 @@
+"""Parquet tables, as pandas, polars, DuckDB or a logger write them. No options.
+
+Numbers of any kind are read as float64; times may be timestamps or ISO 8601 words. A column inside a group goes by its
+path, ``pose.x``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as parquet
+
+from stiffcal.errors import InputError
+from stiffcal.readers import (
+    Batch,
+    Floats,
+    Header,
+    Options,
+    Wanted,
+    check_columns,
+    check_options,
+    first_not_finite,
+    seconds_of_times,
+)
+from stiffcal.store.columns import values_of
+
+BATCH_ROWS = 1 << 16
+NANOSECONDS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
+
+
+class ParquetReader:
+    """Reads Parquet files in batches of rows."""
+
+    name = "parquet"
+
+    def recognises(self, path: Path) -> bool:
+        """Return True for a file that begins like Parquet, or is named so."""
+        if path.suffix.lower() in (".parquet", ".pq"):
+            return True
+        try:
+            with path.open("rb") as file:
+                return file.read(4) == b"PAR1"
+        except OSError:
+            return False
+
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+        """Return the columns; units where a column's metadata holds ``unit`` or ``units``."""
+        shown = shown or str(path)
+        with _open(path, options, shown) as file:
+            columns = _leaves(file)
+            if wanted is not None:
+                check_columns(wanted, columns, shown, "schema")
+            units = {}
+            for column in file.schema_arrow:
+                for key in (b"unit", b"units"):
+                    if column.metadata and key in column.metadata:
+                        units[column.name] = column.metadata[key].decode("utf-8", "replace")
+            return Header(columns, units, file.metadata.num_rows)
+
+    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+        """Yield the rows in batches.
+
+        Raises
+        ------
+        InputError
+            For a damaged or cut off file, a missing column, a column that holds no numbers, an empty cell.
+        """
+        shown = shown or str(path)
+        with _open(path, options, shown) as file:
+            check_columns(wanted, _leaves(file), shown, "schema")
+            if file.metadata.num_rows == 0:
+                raise InputError.at(shown, "", "the table has no rows", "log again, or leave the file out")
+            row = 1
+            for records in file.iter_batches(BATCH_ROWS, columns=list(wanted.names), use_threads=False):
+                batch = _batch(records, wanted, row, shown)
+                row += len(batch)
+                yield batch
+
+    def place_of_row(self, path: Path, options: Options, row: int) -> str:
+        """Return ``row n``."""
+        return f"row {row}"
+
+
+READER = ParquetReader()
+
+
+@contextmanager
+def _open(path: Path, options: Options, shown: str) -> Iterator[parquet.ParquetFile]:
+    check_options(options, {}, "parquet", shown)
+    try:
+        with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+            yield file
+    except FileNotFoundError:
+        raise InputError.at(shown, "", "no such file", "correct the file's name") from None
+    except (pa.ArrowException, OSError) as error:
+        reason = f"no whole Parquet file ({str(error).splitlines()[0]})"
+        raise InputError.at(shown, "", reason, "copy it again from its origin, or log again") from None
+
+
+def _leaves(file: parquet.ParquetFile) -> tuple[str, ...]:
+    return tuple(file.schema.column(index).path for index in range(len(file.schema)))
+
+
+def _batch(records: pa.RecordBatch, wanted: Wanted, first_row: int, shown: str) -> Batch:
+    numbers: dict[str, Floats] = {}
+    texts: dict[str, list[str]] = {}
+    for name in wanted.names:
+        column = _column(records, name)
+        if column.null_count and name not in wanted.gaps:
+            row = first_row + next(index for index, value in enumerate(column) if not value.is_valid)
+            mend = "give the value, or delete the row in a copy of the file"
+            raise InputError.at(shown, f"row {row}, column {name}", "the cell is empty", mend)
+        if name in wanted.numbers:
+            numbers[name] = _numbers(column, name, shown)
+        elif name in wanted.times:
+            numbers[name] = _seconds(column, name, shown, first_row)
+        else:
+            texts[name] = _words(column, name, shown)
+    bad = first_not_finite(numbers, wanted, first_row)
+    if bad is not None:
+        mend = "give the reading, or delete the row in a copy of the file"
+        raise InputError.at(shown, f"row {bad[0]}, column {bad[1]}", f"{bad[2]} is not a finite number", mend)
+    return Batch(first_row, numbers, texts)
+
+
+def _column(records: pa.RecordBatch, name: str) -> pa.Array:
+    if name in records.schema.names:
+        return records.column(name)
+    group, *inner = name.split(".")
+    column = records.column(group)
+    for part in inner:
+        # `flatten` hands the group's own empty rows down to its members.
+        column = column.flatten()[column.type.get_field_index(part)]
+    return column
+
+
+def _numbers(column: pa.Array, name: str, shown: str) -> Floats:
+    kind = column.type
+    if pa.types.is_dictionary(kind):
+        column = column.dictionary_decode()
+        kind = column.type
+    if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+        raise InputError.at(shown, f"column {name}", f"it holds {kind}, not numbers", "name a column of numbers")
+    return values_of(column.cast(pa.float64(), safe=False))
+
+
+def _seconds(column: pa.Array, name: str, shown: str, first_row: int) -> Floats:
+    if pa.types.is_timestamp(column.type):
+        counts = values_of(column.cast(pa.int64()))
+        return (counts / (1_000_000_000 / NANOSECONDS[column.type.unit])).astype("float64")
+    return seconds_of_times(_words(column, name, shown), shown, name, first_row)
+
+
+def _words(column: pa.Array, name: str, shown: str) -> list[str]:
+    if pa.types.is_dictionary(column.type):
+        column = column.dictionary_decode()
+    if not (pa.types.is_string(column.type) or pa.types.is_large_string(column.type)):
+        # Run numbers are words as well.
+        if not pa.types.is_integer(column.type):
+            raise InputError.at(shown, f"column {name}", f"it holds {column.type}, not words", "name a column of words")
+        column = column.cast(pa.string())
+    return [str(word.as_py()).strip() for word in column]
