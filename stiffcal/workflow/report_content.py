@@ -137,7 +137,7 @@ def force_in_base(states: LoadStates, chain: Chain) -> Floats:
 
 
 def _loads(states: LoadStates, chain: Chain) -> tuple[Floats, NDArray[np.str_], NDArray[np.str_]]:
-    """Return force less the reference's (n, 3), direction labels as in ``validate``, branches."""
+    """Return force less the reference's (n, 3), direction labels, branches."""
     force = force_in_base(states, chain)
     cycles = find_load_cycles(states)
     for number in np.unique(states.run):
@@ -145,11 +145,25 @@ def _loads(states: LoadStates, chain: Chain) -> tuple[Floats, NDArray[np.str_], 
         chosen = members & states.reference
         if chosen.any() and not states.deflection_given:
             force[members] -= force[chosen][0]
-    axis = np.argmax(np.abs(force), axis=1)
-    sign = np.where(force[np.arange(len(force)), axis] > 0.0, "+", "−")
-    words = [f"mostly {s}{'xyz'[a]}" for s, a in zip(sign, axis, strict=True)]
-    direction = np.where(cycles.direction >= 0, words, "")
-    return force, direction.astype(np.str_), _branches(cycles)
+    return force, _direction_labels(states, force, cycles), _branches(cycles)
+
+
+def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> NDArray[np.str_]:
+    """Return (n,) one label for each direction of a run: the base axis that its force points along most.
+
+    A direction between two axes keeps one label, and two directions nearest to the same axis are told apart.
+    """
+    labels = np.full(len(force), "", dtype="<U16")
+    for number in np.unique(states.run):
+        taken: list[str] = []
+        for direction in np.unique(cycles.direction[(states.run == number) & (cycles.direction >= 0)]):
+            members = (states.run == number) & (cycles.direction == direction)
+            total = force[members].sum(axis=0)
+            axis = int(np.argmax(np.abs(total)))
+            word = f"mostly {'+' if total[axis] > 0.0 else '−'}{'xyz'[axis]}"
+            taken.append(word)
+            labels[members] = word if taken.count(word) == 1 else f"{word} ({taken.count(word)})"
+    return labels
 
 
 def _branches(cycles: LoadCycles) -> NDArray[np.str_]:
@@ -167,6 +181,8 @@ def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
     for number, info in enumerate(states.runs):
         members = states.run == number
         if not members.any():
+            # States count runs by number: a run of which nothing is left keeps its place.
+            found.append(ReportRun(info.name, np.full(states.joints.shape[1], np.nan), holdout=info.holdout))
             continue
         joints = np.mean(states.joints[members], axis=0)
         angles = chain.model_angles(joints[None])

@@ -102,9 +102,17 @@ def _draw_panel(axes: Axes, states: ReportStates, run: int, axis: int, styles: d
         x, y = (np.where(path < 0, np.nan, values[path]) for values in (force, predicted))
         axes.plot(x, y, color=canvas.MODEL, linewidth=0.7, linestyle=style, zorder=2)
     _draw_markers(axes, states, chosen, styles, (force, measured))
+    unloaded = np.flatnonzero(states.used & (states.run == run) & (states.direction == ""))
+    axes.plot(
+        force[unloaded], measured[unloaded], linestyle="none", marker="+", color=canvas.QUIET, markersize=3, zorder=2.5
+    )
     if states.set_aside is not None:
         aside = np.flatnonzero((states.run == run) & (states.set_aside != ""))
         axes.plot(force[aside], measured[aside], linestyle="none", marker="x", color=canvas.INK, markersize=4, zorder=4)
+
+
+def _direction_words(label: str) -> str:
+    return label if " " in label else f"direction {label}"
 
 
 def _joined(stretches: list[Integers]) -> Integers:
@@ -135,7 +143,7 @@ def _legend_handles(states: ReportStates, runs: list[int], styles: dict[str, tup
     from matplotlib.lines import Line2D
 
     handles: list[Any] = [
-        Line2D([], [], linestyle="none", marker=marker, color=colour, label=f"direction {label}")
+        Line2D([], [], linestyle="none", marker=marker, color=colour, label=_direction_words(label))
         for label, (colour, marker) in styles.items()
     ]
     branches: set[str] = set(states.branch[np.isin(states.run, runs)].tolist())
@@ -158,6 +166,8 @@ def _legend_handles(states: ReportStates, runs: list[int], styles: dict[str, tup
     handles.append(Line2D([], [], color=canvas.MODEL, label="model" + (", loading" if "unloading" in branches else "")))
     if "unloading" in branches:
         handles.append(Line2D([], [], color=canvas.MODEL, linestyle=(0, (4, 2)), label="model, unloading"))
+    if (states.used & np.isin(states.run, runs) & (states.direction == "")).any():
+        handles.append(Line2D([], [], linestyle="none", marker="+", color=canvas.QUIET, label="unloaded"))
     if _has_aside(states, runs):
         handles.append(Line2D([], [], linestyle="none", marker="x", color=canvas.INK, label="set aside"))
     return handles
@@ -191,7 +201,7 @@ def draw_load_deformation(states: ReportStates, run: int, name: str = "") -> Fig
         upper.set_ylabel(f"deflection D{letter} [mm]")
         lower.set_ylabel("residual [µm]")
         lower.set_xlabel(f"force F{letter} [N]")
-    canvas.share_legend(figure, _legend_handles(states, [run], styles), columns=6)
+    canvas.share_legend(figure, _legend_handles(states, [run], styles))
     return figure
 
 
@@ -222,7 +232,7 @@ def draw_load_deformation_sheet(states: ReportStates, runs: list[int], names: li
             panel.set_ylabel(f"D{letter} [mm]")
             if row == len(runs) - 1:
                 panel.set_xlabel(f"force F{letter} [N]")
-    canvas.share_legend(figure, _legend_handles(states, runs, many), columns=6)
+    canvas.share_legend(figure, _legend_handles(states, runs, many))
     return figure
 
 

@@ -20,17 +20,18 @@ def _draw_panel(axes: Axes, states: ReportStates, component: int, scale: float) 
     used = np.flatnonzero(states.used)
     used = used[canvas.thinned(np.linalg.norm(states.residual[used, :3], axis=1), MOST_POINTS)]
     measured, predicted = states.measured[:, component] * scale, states.best_prediction[:, component] * scale
+    unnamed = "unloaded" if (states.branch[used] != "").any() else "load state"
     limits = canvas.padded_limits(np.concatenate([measured[used], predicted[used]]))
     axes.plot(limits, limits, color=canvas.QUIET, linewidth=0.8, linestyle=(0, (6, 2)), zorder=1)
-    for branch, marker, size in (("loading", "o", 1.8), ("unloading", "s", 3.4), ("", "o", 2.4)):
+    for branch, marker, size in (("loading", "o", 1.8), ("unloading", "s", 3.4), ("", "D", 2.0)):
         pick = used[states.branch[used] == branch]
         if not pick.size:
             continue
-        colour = canvas.COLOURS[1 if branch == "unloading" else 0]
+        colour = canvas.BRANCH_COLOURS[branch]
         face = "none" if branch == "unloading" else colour
         axes.plot(
             predicted[pick], measured[pick], linestyle="none", marker=marker, markersize=size, markeredgewidth=0.4,
-            color=colour, markerfacecolor=face, label=branch or "load state", zorder=3,
+            color=colour, markerfacecolor=face, label=branch or unnamed, zorder=3,
         )  # fmt: skip
     axes.set_xlim(*limits)
     axes.set_ylim(*limits)

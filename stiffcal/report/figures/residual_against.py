@@ -29,12 +29,15 @@ def draw_residual_against(states: ReportStates, drivers: Sequence[Driver], noise
 
     Returns
     -------
-    Figure; residuals in µm, base axes; drivers in their own units.
+    Figure; residuals in µm (mm where they are large), base axes; drivers in their own units.
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 26 * len(drivers) if len(drivers) > 1 else 62)
     panels = figure.subplots(len(drivers), 3, sharey=True, squeeze=False)
     used = np.flatnonzero(states.used)
-    residual = states.residual * 1e6
+    unnamed = "unloaded" if (states.branch[used] != "").any() else "load state"
+    in_mm = float(np.nanmax(np.abs(states.residual[used, :3]), initial=0.0)) >= 5e-4
+    factor, unit = (1e3, "mm") if in_mm else (1e6, "µm")
+    residual = states.residual * factor
     used = used[canvas.thinned(np.linalg.norm(residual[used, :3], axis=1), MOST_POINTS)]
     limits = canvas.padded_limits(np.concatenate([residual[used, :3].ravel(), -residual[used, :3].ravel()]))
     for row, driver in enumerate(drivers):
@@ -42,18 +45,18 @@ def draw_residual_against(states: ReportStates, drivers: Sequence[Driver], noise
             panel = panels[row, axis]
             panel.axhline(0.0, color=canvas.QUIET, linewidth=0.6)
             if noise is not None:
-                half = 2e6 * noise / np.sqrt(3.0)
+                half = 2 * factor * noise / np.sqrt(3.0)
                 panel.axhspan(-half, half, color=canvas.PALE, alpha=0.6, linewidth=0, zorder=0.3, label="± 2 × noise")
-            for branch, marker, face in (("loading", "o", None), ("unloading", "s", "white"), ("", "o", None)):
+            for branch, marker, face in (("loading", "o", None), ("unloading", "s", "white"), ("", "D", None)):
                 pick = used[states.branch[used] == branch]
-                colour = canvas.COLOURS[1 if branch == "unloading" else 0]
+                colour = canvas.BRANCH_COLOURS[branch]
                 if pick.size:
                     panel.plot(
                         driver.values[pick], residual[pick, axis], linestyle="none", marker=marker, markersize=2.0,
-                        markeredgewidth=0.5, color=colour, markerfacecolor=face or colour, label=branch or "residual",
+                        markeredgewidth=0.5, color=colour, markerfacecolor=face or colour, label=branch or unnamed,
                     )  # fmt: skip
             panel.set_ylim(*limits)
             panel.set_xlabel(f"{driver.name} [{driver.unit}]")
-            panel.set_ylabel(f"residual {letter} [µm]")
+            panel.set_ylabel(f"residual {letter} [{unit}]")
     canvas.share_legend(figure, panels[0, 0].get_legend_handles_labels()[0])
     return figure

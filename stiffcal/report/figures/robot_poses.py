@@ -30,7 +30,8 @@ def residual_arrows(states: ReportStates, run: int) -> tuple[Floats, Floats]:
     """
     inside = np.flatnonzero(states.used & (states.run == run))
     picks = []
-    for label in dict.fromkeys(states.direction[inside].tolist()):
+    labels = list(dict.fromkeys(states.direction[inside].tolist()))
+    for label in [each for each in labels if each] or labels:
         members = inside[states.direction[inside] == label]
         picks.append(int(members[np.argmax(states.load[members])]))
     residual = states.residual[:, :3]
@@ -81,7 +82,7 @@ def _draw_arrows(axes: Axes, start: Floats, vectors: Floats, width: float = 0.8)
     for vector in vectors:
         axes.annotate(
             "", xy=tuple(start + vector), xytext=tuple(start), annotation_clip=False,
-            arrowprops={"arrowstyle": "-|>", "color": canvas.ACCENT, "linewidth": width, "mutation_scale": 4,
+            arrowprops={"arrowstyle": "-|>", "color": canvas.ARROW, "linewidth": width, "mutation_scale": 4,
                         "shrinkA": 0, "shrinkB": 0}, zorder=5,
         )  # fmt: skip
 
@@ -91,9 +92,11 @@ def _reach(runs: Sequence[ReportRun]) -> float:
     return max(float(np.linalg.norm(run.stick, axis=1).max()) for run in runs if run.stick is not None)
 
 
-def arrow_scale(runs: Sequence[ReportRun], states: ReportStates, share: float = 0.22) -> float:
-    """Magnification of the residual arrows that suits these runs: the longest takes `share` of the robot's reach."""
+def arrow_scale(runs: Sequence[ReportRun], states: ReportStates) -> float:
+    """Magnification of the residual arrows that suits these runs: single arrows may be longer than whole bunches."""
     drawn = [number for number, run in enumerate(runs) if run.stick is not None]
+    most = max((len(residual_arrows(states, number)[1]) for number in drawn), default=0)
+    share = 0.15 if most > 1 else 0.3
     longest = max(
         (
             float(np.linalg.norm(residual, axis=1).max(initial=0.0))
@@ -131,7 +134,7 @@ def draw_robot_poses(runs: Sequence[ReportRun], states: ReportStates | None, sca
         for number, run in drawn:
             assert run.stick is not None
             points = np.concatenate([run.stick, _end(run)[None]])
-            _draw_stick(panel, points @ view.T, "#6d6d6d", 0.6 if len(drawn) > 15 else 0.9, joints=len(drawn) <= 15)
+            _draw_stick(panel, points @ view.T, "#9a9a9a", 0.6 if len(drawn) > 15 else 0.9, joints=len(drawn) <= 15)
             if states is not None:
                 _, residual = residual_arrows(states, number)
                 _draw_arrows(panel, view @ _end(run), magnify * residual @ view.T, 0.7)

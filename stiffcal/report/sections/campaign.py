@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from stiffcal.report import wording
@@ -39,7 +41,9 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
         return (*rows, ("load states", "none"))
     load, deflection = states.load[states.used], np.linalg.norm(states.measured[states.used, :3], axis=1)
     directions = [label for label in dict.fromkeys(states.direction[states.used].tolist()) if label]
-    rows.append(("load states used", wording.count(int(states.used.sum()), "state")))
+    n_references = 0 if states.reference is None else int(states.reference.sum())
+    besides = f", and {wording.count(n_references, 'reference')} that they count from" if n_references else ""
+    rows.append(("load states used", wording.count(int(states.used.sum()), "state") + besides))
     if directions:
         rows.append(("directions of force", wording.listing(directions, 12)))
     rows.append(("loads", f"up to {wording.digits(float(load.max()))} N"))
@@ -78,7 +82,8 @@ def _runs(content: ReportContent) -> Table:
     rows = []
     for number, run in enumerate(content.runs):
         cells = [run.name + (" (holdout)" if run.holdout else "")]
-        cells += [f"{np.rad2deg(angle):.1f}".replace("-", "−") for angle in run.joints] if angles else []
+        degrees = [float(np.rad2deg(angle)) for angle in run.joints] if angles else []
+        cells += [f"{angle:.1f}".replace("-", "−") if math.isfinite(angle) else wording.DASH for angle in degrees]
         if states is not None:
             cells += _run_cells(states, number)
         rows.append(tuple(cells[: len(columns)]))

@@ -119,7 +119,7 @@ def _against_the_force(states: ReportStates, number: int) -> list[str]:
     """Name axes along which, at a direction's largest load, force and deflection have opposite signs and size."""
     inside = np.flatnonzero(states.used & (states.run == number))
     found = []
-    for label in dict.fromkeys(states.direction[inside].tolist()):
+    for label in filter(None, dict.fromkeys(states.direction[inside].tolist())):
         members = inside[states.direction[inside] == label]
         top = int(members[np.argmax(states.load[members])])
         force, deflection = states.force[top], states.measured[top, :3]
@@ -128,7 +128,7 @@ def _against_the_force(states: ReportStates, number: int) -> list[str]:
                 deflection
             )
             if telling and force[axis] * deflection[axis] < 0:
-                found.append(f"along {letter} in direction {label} ({wording.length(float(abs(deflection[axis])))})")
+                found.append(f"along {letter} under load {label} ({wording.length(float(abs(deflection[axis])))})")
     return found
 
 
@@ -149,7 +149,7 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -
     off = np.where(inside, np.linalg.norm(states.residual[:, :3], axis=1), -1.0)
     worst = int(np.argmax(off))
     caption = (
-        f"Deflection in each run, measured and predicted{unseen}. Farthest apart: {names[int(states.run[worst])]}, "
+        f"Deflection in each run, measured and predicted{unseen}. Farthest apart: run {names[int(states.run[worst])]}, "
         f"{wording.length(float(off[worst]))} under {wording.digits(float(states.load[worst]))} N."
     )
     for group in map(list, wording.in_sheets(singles, _MOST_SINGLES)):

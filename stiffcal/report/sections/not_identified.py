@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, Section
 from stiffcal.report.content import ReportContent
 from stiffcal.report.sections.stiffness import where_words
@@ -22,6 +23,15 @@ def section(content: ReportContent) -> Section | LeftOut:
         for each in content.identify.get("parameters", [])
         if not each.get("identifiable", True)
     ]
+    hardly = tuple(
+        f"{where_words(each.get('where', {}), content.joint_names)}, {each.get('effect', each['name'])}: hardly known, "
+        f"{_range_words(each)}"
+        for each in content.identify.get("parameters", [])
+        if each.get("poorly_known")
+    )
+    if hardly and not named and not open_ones:
+        text = "No parameter is beyond telling, but in these poses the loads tell little of the following."
+        return Section(_TITLE, (Paragraph(text), Items(hardly)))
     if not named and not open_ones:
         return Section(_TITLE, (Paragraph("Every parameter of the model can be told from these poses and loads."),))
     blocks: list[Block] = [
@@ -29,9 +39,19 @@ def section(content: ReportContent) -> Section | LeftOut:
             "The following cannot be told from these poses and loads. No number is given for it, rather than a "
             "wrong one."
         ),
-        Items(tuple(named + open_ones)),
+        Items((*named, *open_ones, *hardly)),
     ]
     return Section(_TITLE, tuple(blocks))
+
+
+def _range_words(parameter: dict[str, Any]) -> str:
+    """Say between which bounds a poorly known parameter lies, as a stiffness where it is one."""
+    ends = parameter.get("stiffness_interval")
+    if not ends or parameter.get("stiffness") is None or wording.unit_words(str(parameter.get("unit"))) != "rad/(N·m)":
+        return "its 95 % interval is wider than the value itself"
+    low, high = (wording.digits(end) for end in ends)
+    above = f"and {high} N·m/rad" if ends[1] is not None else "N·m/rad and no upper bound"
+    return f"95 % between {low} {above}"
 
 
 def _words(entry: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import Any
 
@@ -14,7 +15,7 @@ from stiffcal.report.sections.summary import noise_sentence
 
 ORDER = 70
 _TITLE = "Where the model fails"
-_GROUPS = (("by_direction", "direction of force"), ("by_load", "size of load"), ("by_branch", "branch"))
+_GROUPS = (("by_direction", "direction of force"), ("by_load", "load [N]"), ("by_branch", "branch"))
 _WORST_COLUMNS = {
     "residual_m": (Column("residual", "mm"), 1e3),
     "load": (Column("load", "N"), 1.0),
@@ -22,6 +23,7 @@ _WORST_COLUMNS = {
 }
 _DRIVERS_PER_PICTURE = 4
 _MOST_RUNS_PER_PICTURE = 60
+_JOINTS_PER_PICTURE = 7
 
 
 def section(content: ReportContent) -> Section | LeftOut:
@@ -55,7 +57,7 @@ def _translation(entry: dict[str, Any]) -> float:
     return wording.part(entry.get("rms"), "translation") or 0.0
 
 
-def _extremes(entries: list[dict[str, Any]]) -> str:
+def _extremes(entries: list[dict[str, Any]], kind: str = "") -> str:
     """Name the entries with the largest and the smallest residual, or say that all are alike."""
     low, high = min(entries, key=_translation), max(entries, key=_translation)
     least, most = _translation(low), _translation(high)
@@ -64,7 +66,7 @@ def _extremes(entries: list[dict[str, Any]]) -> str:
     if most < 1.15 * least:
         return f"much the same everywhere, {wording.length(least)} to {wording.length(most)} rms."
     return (
-        f"largest in {high['label']} ({wording.length(most)} rms), smallest in {low['label']} "
+        f"largest in {kind}{high['label']} ({wording.length(most)} rms), smallest in {kind}{low['label']} "
         f"({wording.length(least)}), a factor of {wording.digits(most / least, 2)}."
     )
 
@@ -83,28 +85,56 @@ def _by_run(validation: Document) -> list[Block]:
     blocks: list[Block] = []
     for start in range(0, len(entries), _MOST_RUNS_PER_PICTURE):
         group = entries[start : start + _MOST_RUNS_PER_PICTURE]
-        caption = f"Residual by run: {_extremes(group)}{_noise_words(validation)}"
+        caption = f"Residual by run: {_extremes(group, 'run ')}{_noise_words(validation)}"
         blocks.append(Picture(partial(draw_residuals_by_run, group, validation.get("noise")), caption))
     return blocks
 
 
 def _by_groups(validation: Document) -> list[Block]:
-    groups = [(title, validation[key]) for key, title in _GROUPS if len(validation.get(key) or []) > 1]
+    groups = [(title, _short(validation[key], "")) for key, title in _GROUPS if len(validation.get(key) or []) > 1]
     blocks: list[Block] = []
     if groups:
-        text = " ".join(f"By {title}: {_extremes(entries)}" for title, entries in groups)
-        missing = [title for key, title in _GROUPS if len(validation.get(key) or []) <= 1]
+        several = [(key, title) for key, title in _GROUPS if len(validation.get(key) or []) > 1]
+        text = " ".join(f"By {_plain(title)}: {_extremes(validation[key])}" for key, title in several)
+        missing = [_plain(title) for key, title in _GROUPS if len(validation.get(key) or []) <= 1]
         if missing:
             text += f" Not sorted by {wording.listing(missing)}: these data hold only one kind."
-        caption = f"Residual by {wording.listing([title for title, _ in groups])}. {text}{_noise_words(validation)}"
+        names = wording.listing([_plain(title) for title, _ in groups])
+        caption = f"Residual by {names}. {text}{_noise_words(validation)}"
         blocks.append(Picture(partial(draw_residuals_by, groups, validation.get("noise")), caption))
     angles = validation.get("by_joint_angle") or []
     if len(angles) > 1:
         caption = f"Residual by joint angle: {_extremes(angles)}{_noise_words(validation)}"
-        for start in range(0, len(angles), 30):
-            part = [("joint angle", angles[start : start + 30])]
-            blocks.append(Picture(partial(draw_residuals_by, part, validation.get("noise")), caption))
+        joints = list(dict.fromkeys(_joint_of(entry) for entry in angles))
+        for sheet in wording.in_sheets(range(len(joints)), _JOINTS_PER_PICTURE):
+            parts = [
+                (
+                    f"{joints[number]} [°]",
+                    _short([entry for entry in angles if _joint_of(entry) == joints[number]], "°"),
+                )
+                for number in sheet
+            ]
+            blocks.append(Picture(partial(draw_residuals_by, parts, validation.get("noise")), caption))
     return blocks
+
+
+def _plain(title: str) -> str:
+    return title.partition(" [")[0]
+
+
+def _joint_of(entry: dict[str, Any]) -> str:
+    """Which joint an entry of ``by_joint_angle`` is about: what its label says before the colon."""
+    return str(entry["label"]).partition(":")[0]
+
+
+def _short(entries: list[dict[str, Any]], unit: str) -> list[dict[str, Any]]:
+    """Write ranges as labels of whole numbers, degrees where `unit` says so; other labels stay."""
+    factor = 180.0 / math.pi if unit == "°" else 1.0
+    ranged = [entry for entry in entries if entry.get("low") is not None and entry.get("high") is not None]
+    labels = {
+        id(entry): f"{entry['low'] * factor:.0f} … {entry['high'] * factor:.0f}".replace("-", "−") for entry in ranged
+    }
+    return [entry | {"label": labels.get(id(entry), entry["label"])} for entry in entries]
 
 
 def _worst(validation: Document) -> list[Block]:
@@ -114,6 +144,8 @@ def _worst(validation: Document) -> list[Block]:
         return []
     keys = [key for key in worst[0] if any(entry.get(key) not in (None, "") for entry in worst)]
     keys = [key for key in keys if not isinstance(worst[0][key], dict | list)]
+    if len({entry.get("branch") for entry in worst}) == 1:
+        keys = [key for key in keys if key != "branch"]
     columns = tuple(_WORST_COLUMNS.get(key, (Column(key.replace("_", " "), align="left"), 1.0))[0] for key in keys)
     rows = tuple(
         tuple(_cell(entry.get(key), _WORST_COLUMNS.get(key, (None, 1.0))[1]) for key in keys) for entry in worst[:10]

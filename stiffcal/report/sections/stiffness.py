@@ -12,8 +12,8 @@ ORDER = 30
 _TITLE = "Stiffness"
 # Above this share of the value the half-width of its 95 % interval leaves little; used where the document does not say.
 _POORLY_KNOWN = 0.6
-_STIFFNESS_UNITS = {"rad/(N*m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
-_PRINTED_UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "rad/(N*m)": ("µrad/(N·m)", 1e6), "m/N": ("µm/kN", 1e9)}
+_STIFFNESS_UNITS = {"rad/(N·m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
+_PRINTED_UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "rad/(N·m)": ("µrad/(N·m)", 1e6), "m/N": ("µm/kN", 1e9)}
 
 
 def section(content: ReportContent) -> Section | LeftOut:
@@ -24,10 +24,11 @@ def section(content: ReportContent) -> Section | LeftOut:
     if not parameters:
         return LeftOut(_TITLE, "the model holds no parameter")
     blocks: list[Block] = [Paragraph(_lead(content.identify))]
-    springs = [each for each in parameters if "stiffness" in each]
-    others = [each for each in parameters if "stiffness" not in each]
+    unit_of = {str(each["name"]): wording.unit_words(str(each.get("unit", ""))) for each in parameters}
+    springs = [each for each in parameters if "stiffness" in each and unit_of[str(each["name"])] in _STIFFNESS_UNITS]
+    others = [each for each in parameters if each not in springs]
     for unit, (printed, scale) in _STIFFNESS_UNITS.items():
-        members = [each for each in springs if each.get("unit", "rad/(N*m)") == unit]
+        members = [each for each in springs if unit_of[str(each["name"])] == unit]
         if members:
             blocks.append(_stiffness_table(members, printed, scale, content.joint_names))
     if others:
@@ -145,7 +146,7 @@ def _other_table(members: list[Document], joint_names: tuple[str, ...]) -> Table
     rows: list[tuple[str, ...]] = []
     for each in members:
         unit = str(each.get("unit", ""))
-        printed, scale = _PRINTED_UNITS.get(unit, (wording.unit_words(unit), 1.0))
+        printed, scale = _PRINTED_UNITS.get(wording.unit_words(unit), (wording.unit_words(unit), 1.0))
         value = each.get("value")
         half = None if each.get("fixed") else _half_width(value, each.get("std"), each.get("interval"))
         rows.append(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, Section
+from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, Section
 from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.sections.sources import FIRST_PAGE_HOLDS, sources_table
 
@@ -21,7 +21,9 @@ def section(content: ReportContent) -> Section | LeftOut:
         for document in (content.ingest, content.identify, content.validate)
         for text in (document or {}).get("warnings", [])
     ]
-    blocks.extend(Paragraph(f"Note: {text}") for text in dict.fromkeys(warnings))
+    if warnings:
+        blocks.append(Paragraph("To be kept in mind:"))
+        blocks.append(Items(tuple(dict.fromkeys(warnings))))
     blocks.append(Facts(_provenance_rows(content)))
     if 0 < len(content.provenance.sources) <= FIRST_PAGE_HOLDS:
         blocks.append(sources_table(content.provenance.sources))
