@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test bench practice lint lock clean
+.PHONY: demo test bench practice lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -m stiffcal demo
 
@@ -34,6 +34,12 @@ COMPILE = $(UV) pip compile --quiet --universal --python-version 3.11 --generate
 lock:
 	$(COMPILE) -o requirements/run.txt
 	$(COMPILE) --group test -c requirements/run.txt -o requirements/test.txt
+
+# the example that `stiffcal demo` copies; installed packages have no campaigns/
+example:
+	mkdir -p stiffcal/workflow/example/figure-2
+	cd campaigns/irb4400 && cp README.md campaign.toml model.toml robot.toml simulate.toml ../../stiffcal/workflow/example/
+	cd campaigns/irb4400/figure-2 && cp campaign.toml model.toml robot.toml ../../../stiffcal/workflow/example/figure-2/
 
 clean:
 	rm -rf $(VENV) demo build dist

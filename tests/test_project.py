@@ -118,7 +118,7 @@ def test_package_data_goes_into_the_wheel(tmp_path: Path) -> None:
     command = [sys.executable, "-c", code, str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     names = set(zipfile.ZipFile(tmp_path / done.stdout.strip()).namelist())
-    data = [file for pattern in ("*.toml", "*.typ") for file in (ROOT / "stiffcal").rglob(pattern)]
+    data = [file for pattern in ("*.toml", "*.typ", "*.md") for file in (ROOT / "stiffcal").rglob(pattern)]
     assert {file.relative_to(ROOT).as_posix() for file in data} <= names
     assert "stiffcal/py.typed" in names
 
@@ -177,3 +177,12 @@ def test_make_test_and_ci_call_the_same() -> None:
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     for word in ("make --no-print-directory test", "ruff", "mypy", "lint-imports"):
         assert word in script
+
+
+def test_bundled_example_is_the_campaign() -> None:
+    """`make example` renews the copy."""
+    campaign, example = ROOT / "campaigns" / "irb4400", ROOT / "stiffcal" / "workflow" / "example"
+    copied = [file for file in example.rglob("*") if file.is_file()]
+    assert {"campaign.toml", "simulate.toml", "README.md"} <= {file.name for file in copied}
+    for file in copied:
+        assert file.read_bytes() == (campaign / file.relative_to(example)).read_bytes(), file

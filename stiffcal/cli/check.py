@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+import math
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.tables import plain_table
+from stiffcal.cli.wording import NOT_KNOWN, angle, length, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+READ_AS = {
+    **dict.fromkeys(("deg", "rad", "mrad", "rev", "arcmin", "arcsec"), (180.0 / math.pi, "°")),
+    **dict.fromkeys(("m", "mm", "um", "cm", "in", "inch"), (1e3, "mm")),
+    **dict.fromkeys(("N", "kN", "mN", "daN", "kgf", "lbf"), (1.0, "N")),
+    **dict.fromkeys(("N*m", "N*mm", "kN*m"), (1.0, "N·m")),
+}
+"""Unit in the log to (factor from SI, unit) in which ranges are read; rotations as angles."""
 
 
 def check(
@@ -38,49 +49,92 @@ def check(
 
 
 def show_check(console: Console, document: Document) -> None:
-    """Draw the check document, section by section as it comes."""
-    for key, value in document.items():
-        if key in {"schema", "warnings", "ready", "missing"}:
-            continue
-        _show(console, key.replace("_", " "), value, 0)
-    missing = document.get("missing") or []
+    """Draw what was understood: sources, ranges, runs, kinematics, joints; then the verdict."""
+    _show_sources(console, document["sources"])
+    _show_ranges(console, document["sources"])
+    _show_runs(console, document.get("runs", []))
+    kinematics = document.get("kinematics", {})
+    if kinematics.get("median_m") is not None:
+        turned = kinematics.get("orientation_rad")
+        words = f"kinematics meets the tracker within {length(kinematics['median_m'])} (median)"
+        words += f", {length(kinematics['worst_m'])} (worst)" if kinematics.get("worst_m") is not None else ""
+        console.print(words + (f", {angle(turned)} turned" if turned is not None else ""))
+    _show_joints(console, document.get("joints", []))
     if document["ready"]:
         console.print("ready")
-    else:
-        console.print("not ready:")
-        for item in missing:
-            _show(console, "", item, 1)
+        return
+    console.print("not ready:")
+    for line in document["missing"]:
+        console.print(f"  {line}", soft_wrap=True)
 
 
-def _show(console: Console, title: str, value: Any, depth: int) -> None:
-    indent = "  " * depth
-    if isinstance(value, dict):
-        console.print(f"{indent}{title}")
-        for key, item in value.items():
-            _show(console, str(key).replace("_", " "), item, depth + 1)
-    elif isinstance(value, list) and any(isinstance(item, dict | list) for item in value):
-        console.print(f"{indent}{title}")
-        for item in value:
-            if isinstance(item, dict):
-                console.print(
-                    f"{indent}  " + ", ".join(f"{k}: {_word(v)}" for k, v in item.items() if v not in (None, ""))
-                )
-            else:
-                _show(console, "", item, depth + 1)
-    else:
-        label = f"{title}: " if title else ""
-        console.print(f"{indent}{label}{_word(value)}", soft_wrap=True)
+def _by_source(files: list[Document]) -> dict[str, list[Document]]:
+    grouped: dict[str, list[Document]] = {}
+    for file in files:
+        grouped.setdefault(file["source"], []).append(file)
+    return grouped
 
 
-def _word(value: Any) -> str:
-    from stiffcal.cli.wording import NOT_KNOWN, significant
+def _show_sources(console: Console, files: list[Document]) -> None:
+    if not files:
+        return
+    table = plain_table("source", "files>", "rows>", "rate [1/s]>", "span [s]>", "longest gap [s]>")
+    for source, parts in _by_source(files).items():
+        rows = sum(part["rows"] for part in parts)
+        ranges = (_range(parts, key) for key in ("rate_hz", "span_s"))
+        gaps = [part["longest_gap_s"] for part in parts if part.get("longest_gap_s") is not None]
+        table.add_row(source, str(len(parts)), str(rows), *ranges, significant(max(gaps)) if gaps else NOT_KNOWN)
+    console.print(table)
 
-    if value is None:
+
+def _range(parts: list[Document], key: str) -> str:
+    values = [part[key] for part in parts if part.get(key) is not None]
+    if not values:
         return NOT_KNOWN
-    if isinstance(value, float):
-        return significant(value, 4)
-    if isinstance(value, list):
-        return ", ".join(_word(item) for item in value)
-    if isinstance(value, dict):
-        return ", ".join(f"{k} {_word(v)}" for k, v in value.items())
-    return str(value)
+    low, high = significant(min(values), 4), significant(max(values), 4)
+    return low if low == high else f"{low} … {high}"
+
+
+def _show_ranges(console: Console, files: list[Document]) -> None:
+    """Draw each column's range over all files of its source, in the units people read."""
+    table = plain_table("source", "signal", "column", "written in", "lowest>", "highest>", "", "moved")
+    shown = 0
+    for source, parts in _by_source(files).items():
+        columns: dict[tuple[str, str], list[Document]] = {}
+        for part in parts:
+            for column in part.get("columns", []):
+                columns.setdefault((column["signal"], column["column"]), []).append(column)
+        for (signal, name), found in columns.items():
+            shown += 1
+            low = min((one["low_si"] for one in found if one["low_si"] is not None), default=None)
+            high = max((one["high_si"] for one in found if one["high_si"] is not None), default=None)
+            factor, unit = READ_AS.get(found[0]["unit"], (1.0, found[0]["unit"]))
+            ends = (NOT_KNOWN if end is None else significant(end * factor, 4) for end in (low, high))
+            moved = sum(bool(one["moved"]) for one in found)
+            words = "no" if not moved else "yes" if moved == len(found) else f"in {moved} of {len(found)} files"
+            table.add_row(source, signal, name, found[0]["unit"], *ends, unit, words)
+    if shown:
+        console.print(table)
+
+
+def _show_runs(console: Console, runs: list[Document], most: int = 15) -> None:
+    if not runs:
+        return
+    table = plain_table("run", "experiment", "states>", "set aside>", "largest force [N]>")
+    for run in runs[:most]:
+        force = significant(run["largest_force_N"])
+        table.add_row(run["id"], run["experiment"], str(run["n_states"]), str(len(run["set_aside"])), force)
+    console.print(table)
+    if len(runs) > most:
+        console.print(f"  and {len(runs) - most} more runs (all in --json)")
+    for line in [f"run {run['id']}, {line}" for run in runs for line in run["set_aside"]][:most]:
+        console.print(f"set aside: {line}", soft_wrap=True)
+
+
+def _show_joints(console: Console, joints: list[Document]) -> None:
+    if not joints:
+        return
+    table = plain_table("joint", "largest torque [N·m]>", "its stiffness")
+    for joint in joints:
+        table.add_row(joint["joint"], significant(joint["largest_torque_Nm"]), joint["says"])
+    console.print(table)

@@ -44,11 +44,12 @@ def init_campaign(
     if table is None:
         from stiffcal.campaign.templates import write_template
 
-        written, guessed = write_template(folder, kind or "load"), []
+        written, guessed, unused = write_template(folder, kind or "load"), [], []
     else:
         from stiffcal.campaign.from_table import propose_campaign
 
         proposal = propose_campaign(folder, Path(table), urdf=urdf, robot=robot)
         written, guessed = proposal.files, list(proposal.guessed)
+        unused = [f"nothing was seen in column {name}: it is not used" for name in proposal.unused]
     files = [str(file) for file in written]
-    return {"schema": "stiffcal/init/1", "warnings": [], "files": files, "guessed": guessed}
+    return {"schema": "stiffcal/init/1", "warnings": unused, "files": files, "guessed": guessed}
