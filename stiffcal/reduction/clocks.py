@@ -220,30 +220,67 @@ def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
 
 def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> ClockOffset:
     """Refine a lag on the ramps between holds (on equal windows where there are no holds)."""
-    windows = _windows(one, find_holds(one.time, one.values))
     width = max(_interval(other.time), _interval(one.time))
+    windows = _windows(one, find_holds(one.time, one.values), width)
+    if not _follows_steps(windows, one, other, lag):
+        return ClockOffset(None, None, f"{other.source} does not follow the load steps that {one.source} saw")
     noise = np.maximum(noise_of(other.values), 1e-6 * np.maximum(np.ptp(other.values, axis=0), 1e-300))
     white = other.values / noise
     running = _Integral(one.time, one.values / np.maximum(noise_of(one.values), 1e-9 * np.ptp(one.values) + 1e-300))
     scale = max(width, 0.25 * float(np.median([ramp for _, _, ramp in windows])))
-    steps, weights = np.zeros(0), np.zeros(0)
+    steps = weights = gentle = np.zeros(0)
     for _ in range(12):
         steps, weights = _ramp_answers(windows, running, other.time, white, lag, scale)
         if steps.size == 0:
             return ClockOffset(None, None, f"no load step is seen by both {one.source} and {other.source}")
-        move = float(np.clip(_robust_mean(steps, weights), -scale, scale))
+        mean, gentle = _robust_mean(steps, weights)
+        move = float(np.clip(mean, -scale, scale))
         lag += move
         if abs(move) < 1e-6:
             break
-    return ClockOffset(lag, _spread(steps, weights, width))
+    return ClockOffset(lag, _spread(steps, weights, gentle, width))
 
 
-def _windows(one: SharedSignal, holds: Holds) -> list[tuple[float, float, float]]:
+def _follows_steps(
+    windows: Sequence[tuple[float, float, float]], one: SharedSignal, other: SharedSignal, lag: float
+) -> bool:
+    """Tell whether the steps of one log follow those of the other, linearly, beyond chance.
+
+    Two logs that merely wander agree somewhere over their whole length; their steps from hold to hold do not.
+    """
+    steps = [
+        (_step(one, begin, end), _step(other, begin + lag, end + lag))
+        for begin, end, _ in windows
+    ]  # fmt: skip
+    both = [(a, b) for a, b in steps if a is not None and b is not None]
+    n_free = one.values.shape[1]
+    if len(both) < n_free + 4:
+        return True  # too few to judge by
+    u, y = np.stack([a for a, _ in both]), np.stack([b for _, b in both])
+    y = y / np.maximum(np.sqrt(np.mean(y**2, axis=0)), 1e-300)
+    left = y - u @ np.linalg.lstsq(u, y, rcond=1e-6)[0]
+    share = float(np.sum(left**2) / np.sum(y**2))
+    return len(both) * float(np.log(1.0 / max(share, 1e-12))) > 3.0 * n_free + 10.0
+
+
+def _step(signal: SharedSignal, begin: float, end: float) -> Floats | None:
+    """Return what a log changed by from the first to the last quarter of a stretch, None where it has no readings."""
+    quarter = 0.25 * (end - begin)
+    a, b, c, d = np.searchsorted(signal.time, [begin, begin + quarter, end - quarter, end])
+    if a == b or c == d:
+        return None
+    return np.asarray(signal.values[c:d].mean(axis=0) - signal.values[a:b].mean(axis=0))
+
+
+def _windows(one: SharedSignal, holds: Holds, width: float) -> list[tuple[float, float, float]]:
     """Return begin, end and ramp time of the stretches that tell the lag."""
     if len(holds) >= 4:
         ramp = holds.reached[1:] - holds.left[:-1]
         margin = np.minimum(np.maximum(ramp, 0.0), 0.4 * np.minimum(np.diff(holds.left), np.diff(holds.reached)))
+        # on either side enough to know the level: of a slow log four readings
         margin = np.maximum(margin, 0.2 * (holds.left - holds.reached)[1:])
+        held = np.minimum((holds.left - holds.reached)[1:], (holds.left - holds.reached)[:-1])
+        margin = np.maximum(margin, np.minimum(4.0 * width, 0.9 * held))
         return [
             (float(a), float(b), float(r))
             for a, b, r in zip(holds.left[:-1] - margin, holds.reached[1:] + margin, ramp, strict=True)
@@ -291,7 +328,7 @@ def _ramp_answers(
     first, last = running._time[0] + scale, running._time[-1] - scale
     for begin, end, _ in windows:
         inside = slice(*np.searchsorted(time, [max(begin, first) + lag, min(end, last) + lag]))
-        if inside.stop - inside.start < 6:
+        if inside.stop - inside.start < 5:
             continue
         at = time[inside] - lag
         load = running.mean(at, scale)
@@ -321,25 +358,26 @@ def _ramp_answers(
     return np.array(steps), np.array(weights)
 
 
-def _robust_mean(steps: Floats, weights: Floats) -> float:
-    """Return the weighted mean with answers far from the weighted median let go gently (Huber's weights)."""
+def _robust_mean(steps: Floats, weights: Floats) -> tuple[float, Floats]:
+    """Return the weighted mean and the weights it used: answers far from the median are let go gently (Huber)."""
     order = np.argsort(steps)
     cumulated = np.cumsum(weights[order])
     centre = float(steps[order[int(np.searchsorted(cumulated, 0.5 * cumulated[-1]))]])
+    gentle = weights
     for _ in range(10):
         away = np.abs(steps - centre) * np.sqrt(weights)
         scale = max(1.4826 * float(np.median(away)), 1e-12)
         gentle = weights * np.minimum(1.0, 2.0 * scale / np.maximum(away, 1e-300))
         centre = float((gentle @ steps) / gentle.sum())
-    return centre
+    return centre, gentle
 
 
-def _spread(steps: Floats, weights: Floats, width: float) -> float:
+def _spread(steps: Floats, weights: Floats, gentle: Floats, width: float) -> float:
     """Return the standard uncertainty of the mean, s: scatter between ramps, not less than the noise within them."""
     within = 1.0 / np.sqrt(weights.sum())
-    share = weights / weights.sum()
+    share = gentle / gentle.sum()
     effective = 1.0 / float(share @ share)
     if effective < 2.0:
         return float(np.hypot(within, 0.5 * width))
-    scatter = np.sqrt(float(share @ steps**2) / (effective - 1.0))
+    scatter = np.sqrt(float(share**2 @ steps**2) * effective / (effective - 1.0))
     return float(max(within, scatter))

@@ -1,0 +1,90 @@
+"""Every true hold is found once, none is invented."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stiffcal.reduction.blocks import blocks_of
+from stiffcal.reduction.holds import Holds, find_holds
+from tests.reduction.practice import Floats, load_cycle, needs_practice, raw_runs, true_holds
+
+
+def matches(found: Holds, true: Floats) -> Floats:
+    """Return (h,) the share of each true hold that its best found hold covers; each found hold has to serve one."""
+    assert len(found) == len(true)
+    shared = np.minimum(found.end[:, None], true[:, 1]) - np.maximum(found.start[:, None], true[:, 0])
+    assert (np.argmax(shared, axis=1) == np.arange(len(true))).all()
+    return np.asarray(np.diag(shared) / (true[:, 1] - true[:, 0]))
+
+
+@needs_practice
+def test_raw_logs_give_the_holds_of_the_table() -> None:
+    for run in raw_runs():
+        true = true_holds(run.states.run[0])
+        assert matches(run.holds, true).min() > 0.8
+        union = np.maximum(run.holds.end, true[:, 1]) - np.minimum(run.holds.start, true[:, 0])
+        shared = np.minimum(run.holds.end, true[:, 1]) - np.maximum(run.holds.start, true[:, 0])
+        assert (shared / union).min() > 0.8
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {},
+        {"noise": 5.0},
+        {"noise": 0.0},
+        {"ramp": 0.02},
+        {"ramp": 8.0, "hold": 4.0},
+        {"rate": 1000.0},
+        {"rate": 5.0},
+        {"settle": 0.15},
+        {"breaks": True},
+        {"lead": 120.0},
+        {"hold": 60.0, "ramp": 3.0, "rate": 20.0, "lead": 60.0},
+    ],
+    ids=str,
+)
+def test_holds_of_made_up_logs(how: dict[str, Any]) -> None:
+    time, wrench, true = load_cycle(np.random.default_rng(5), **how)
+    blocks = blocks_of(time, {"wrench": wrench})
+    found = find_holds(blocks.time, blocks.mean["wrench"])
+    # the first and the last hold are open ended: cut to the usual length
+    assert matches(found, true)[1:-1].min() > 0.7
+    usual = np.median(found.end - found.start)
+    assert (found.end - found.start)[[0, -1]].max() < 1.3 * usual
+
+
+def test_spikes_do_not_cut_holds() -> None:
+    generator = np.random.default_rng(6)
+    time, wrench, true = load_cycle(generator)
+    wrench[generator.integers(0, len(time), 60)] += 200.0 * generator.normal(size=(60, 6))
+    assert matches(find_holds(time, wrench), true)[1:-1].min() > 0.8
+
+
+def test_what_is_dropped_is_said() -> None:
+    time, wrench, true = load_cycle(np.random.default_rng(7), lead=30.0)
+    found = find_holds(time, wrench)
+    reasons = {stretch.reason for stretch in found.dropped}
+    assert "load changing or settling" in reasons
+    assert any("before the first load" in reason for reason in reasons)
+    assert len(found) == len(true)
+
+
+def test_settling_is_left_out_of_the_mean() -> None:
+    time, wrench, _ = load_cycle(np.random.default_rng(8), settle=0.15)
+    _, ideal, true = load_cycle(np.random.default_rng(8), noise=0.0)
+    found = find_holds(time, wrench)
+    for k in range(1, len(true) - 1):
+        inside = (time >= found.start[k]) & (time <= found.end[k])
+        level = ideal[int((true[k, 0] + 1.0) * 100.0), :3]
+        assert np.abs(wrench[inside, :3].mean(axis=0) - level).max() < 1.0
+
+
+def test_noise_alone_is_one_hold_and_a_ramp_none() -> None:
+    time = np.arange(0.0, 30.0, 0.01)
+    noise = np.random.default_rng(9).normal(size=(time.size, 6))
+    assert len(find_holds(time, noise)) == 1
+    assert len(find_holds(time, noise + 20.0 * time[:, None])) == 0
