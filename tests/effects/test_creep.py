@@ -1,0 +1,85 @@
+"""creep: Kelvin–Voigt over the run's time stamps, against the analytic solution."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.effects.creep import Creep
+from stiffcal.measurements.load_states import Floats
+from stiffcal.model.effect import RZ, Place, StateOrder, joint_node
+from tests.effects.bench import bare_states, displacement, loads, order_of, robot_chain
+
+EFFECT = Creep()
+PLACE = Place("joints", (2,))
+NODE = joint_node(2)
+
+
+def crept(torque: Floats, order: StateOrder, time: float, weight: float = 0.0) -> Floats:
+    carried = loads({(NODE, RZ): torque}, order, {(NODE, RZ): weight})
+    return np.asarray(displacement(EFFECT, PLACE, {"c": 1.0, "time": time}, carried)[NODE, RZ])
+
+
+def test_a_held_load_comes_exponentially() -> None:
+    """Loaded right after t = 0 and held: c τ (1 − e^{−t/T}), whatever the steps."""
+    stamps = np.array([0.0, 1.0, 3.0, 3.5, 20.0, 60.0])
+    found = crept(np.array([0.0, *[100.0] * 5]), order_of([0] * 6, stamps), 15.0)
+    np.testing.assert_allclose(found, 100.0 * (1.0 - np.exp(-stamps / 15.0)), rtol=1e-13)
+
+
+def test_and_goes_exponentially() -> None:
+    stamps = np.array([0.0, 40.0, 50.0, 80.0])
+    found = crept(np.array([0.0, 100.0, 0.0, 0.0]), order_of([0] * 4, stamps), 20.0)
+    top = 100.0 * (1.0 - np.exp(-2.0))
+    np.testing.assert_allclose(found[1:], [top, top * np.exp(-0.5), top * np.exp(-2.0)], rtol=1e-13)
+
+
+def test_fine_steps_follow_a_sine_as_the_differential_equation_says() -> None:
+    """T x' = sin(ωt) − x from rest: (sin ωt − ωT cos ωt + ωT e^{−t/T}) / (1 + ω²T²)."""
+    time, omega = 5.0, 0.8
+    stamps = np.linspace(0.0, 30.0, 60001)
+    # load i acts from stamp i − 1 to stamp i: its value at the middle of the step makes the sum second-order exact
+    torque = np.sin(omega * (stamps - stamps[1] / 2.0))
+    torque[0] = 0.0
+    found = crept(torque, order_of([0] * len(stamps), stamps), time)
+    exact = np.sin(omega * stamps) - omega * time * (np.cos(omega * stamps) - np.exp(-stamps / time))
+    np.testing.assert_allclose(found, exact / (1.0 + (omega * time) ** 2), atol=1e-7)
+
+
+def test_weight_has_acted_for_long() -> None:
+    stamps = [0.0, 10.0, 20.0]
+    found = crept(np.full(3, 70.0), order_of([0] * 3, stamps), 15.0, weight=70.0)
+    np.testing.assert_allclose(found, 70.0, rtol=1e-14)
+
+
+def test_known_holds_count_instead_of_the_whole_step() -> None:
+    """100 s between stamps, but the load was held for 5 s only before its reading."""
+    order = order_of([0, 0], [0.0, 100.0], hold=[np.nan, 5.0])
+    np.testing.assert_allclose(crept(np.array([0.0, 100.0]), order, 10.0)[1], 100.0 * (1.0 - np.exp(-0.5)))
+    single = order_of([0], [0.0], hold=[5.0])
+    np.testing.assert_allclose(crept(np.array([100.0]), single, 10.0), 100.0 * (1.0 - np.exp(-0.5)))
+
+
+def test_runs_begin_anew() -> None:
+    stamps = [0.0, 10.0, 20.0, 1000.0, 1010.0, 1020.0]
+    torque = np.array([0.0, 50.0, 0.0] * 2)
+    found = crept(torque, order_of([0, 0, 0, 1, 1, 1], stamps), 15.0)
+    np.testing.assert_allclose(found[3:], found[:3])
+
+
+def test_without_time_the_load_is_held_for_ever() -> None:
+    carried = loads({(NODE, RZ): [30.0]})
+    assert displacement(EFFECT, PLACE, {"c": 1.0, "time": 10.0}, carried)[NODE, RZ, 0] == 30.0
+
+
+def test_what_is_lacking() -> None:
+    chain = robot_chain()
+    assert "time stamps" in str(EFFECT.lacking(chain, bare_states([0, 0, 0])))
+    timed = bare_states([0, 1, 2], time=np.arange(3.0))
+    assert "several states" in str(EFFECT.lacking(chain, timed))
+    assert EFFECT.lacking(chain, bare_states([0, 0, 0], time=np.arange(3.0))) is None
+
+
+def test_times_from_the_shortest_step_to_the_longest_run() -> None:
+    carried = loads({(NODE, RZ): np.ones(6)}, order_of([0, 0, 0, 1, 1, 1], [0, 6, 12, 1000, 1003, 1090]))
+    times = EFFECT.shape_grid(PLACE, robot_chain(), carried)["time"]
+    np.testing.assert_allclose(times[[0, -1]], [1.0, 90.0])

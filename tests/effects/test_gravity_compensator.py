@@ -1,0 +1,78 @@
+"""gravity-compensator: torque from the spring's geometry, its slope as added stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.effects.gravity_compensator import GravityCompensator
+from stiffcal.effects.joint_compliance import JointCompliance
+from stiffcal.measurements.load_states import Floats
+from stiffcal.mechanics.kinematics import body_poses
+from stiffcal.model.effect import Place
+from tests.effects.bench import bare_states, robot_chain, settled
+
+EFFECT = GravityCompensator()
+PLACE = Place("joints", (2,))
+ANCHOR, ARM = [0.05, 0.1, 0.15], [0.12, -0.35, 0.08]
+CHAIN = replace(
+    robot_chain(),
+    compensator={"joint": 2, "anchor_m": ANCHOR, "arm_m": ARM, "rate_N_m": 1e5, "preload_N": 2000.0},
+)
+
+
+def torque(angles: Floats, rate: float = 1e5) -> Floats:
+    joints = np.zeros((6, len(angles)))
+    joints[1] = angles
+    found = EFFECT.joint_torque(PLACE, CHAIN, joints, {"rate": rate})
+    assert found is not None
+    return found
+
+
+def length(angle: float) -> float:
+    """The spring's length by forward kinematics."""
+    joints = np.zeros((1, 6))
+    joints[0, 1] = angle
+    position, rotation = body_poses(CHAIN, joints)
+    anchor = position[0, 1] + rotation[0, 1] @ ANCHOR
+    return float(np.linalg.norm(position[0, 2] + rotation[0, 2] @ ARM - anchor))
+
+
+def test_torque_is_minus_the_slope_of_the_springs_energy() -> None:
+    natural = length(0.0) - 2000.0 / 1e5
+    for angle in (-1.2, -0.3, 0.0, 0.8):
+        step = 1e-5
+        energy = [0.5 * 1e5 * (length(angle + s) - natural) ** 2 for s in (-step, step)]
+        np.testing.assert_allclose(torque(np.array([angle]))[0], -(energy[1] - energy[0]) / (2 * step), rtol=1e-7)
+
+
+def test_preload_at_the_joints_zero() -> None:
+    slope = (length(1e-6) - length(-1e-6)) / 2e-6
+    np.testing.assert_allclose(torque(np.zeros(1))[0], -2000.0 * slope, rtol=1e-6)
+
+
+def test_proportional_to_the_rate_and_nothing_without() -> None:
+    angles = np.array([0.3, -0.7])
+    np.testing.assert_allclose(torque(angles, 3e5), 3.0 * torque(angles), rtol=1e-12)
+    assert EFFECT.joint_torque(PLACE, CHAIN, np.zeros((6, 1)), {}) is None
+
+
+def test_slope_adds_to_the_joints_stiffness() -> None:
+    """Under a small load the joint gives by Δτ / (k − ∂τ_s/∂q − what weight does), the last seen without spring."""
+    joints = CHAIN.model_angles(np.array([[0.0, -0.9, 0.3, 0.0, 0.2, 0.0]]))
+    wrench = np.array([[0.0, 0.0, 0.0, 30.0, 20.0, 10.0]])
+    spring = (JointCompliance(), PLACE, {"c": 1e-6})
+    alone = settled([spring], joints, wrench, chain=CHAIN).displacement[0, 0, 3:]
+    both = settled([spring, (EFFECT, PLACE, {"rate": 1e6})], joints, wrench, chain=CHAIN).displacement[0, 0, 3:]
+    around = joints[0, 1] + np.array([-1e-4, 1e-4])
+    added = -float(np.diff(torque(around, 1e6))[0]) / 2e-4
+    assert abs(added) > 1e4  # a few per cent of the drive's 1e6 N·m/rad
+    np.testing.assert_allclose(np.linalg.norm(alone) / np.linalg.norm(both), 1.0 + added * 1e-6, rtol=5e-3)
+
+
+def test_only_where_the_geometry_is_known() -> None:
+    assert EFFECT.places(CHAIN) == [PLACE]
+    assert EFFECT.places(robot_chain()) == []
+    assert "geometry" in str(EFFECT.lacking(robot_chain(), bare_states([0])))
+    assert EFFECT.lacking(CHAIN, bare_states([0])) is None
