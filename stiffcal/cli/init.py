@@ -14,6 +14,8 @@ from stiffcal.cli.options import AsJson
 if TYPE_CHECKING:
     from rich.console import Console
 
+MOST_GUESSES = 10
+
 
 def init(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to make.")],
@@ -53,5 +55,7 @@ def show_init(console: Console, document: Document) -> None:
     guessed = document["guessed"]
     if guessed:
         console.print("guessed, please look at these lines (`# ?`):")
-        for line in guessed:
+        for line in guessed[:MOST_GUESSES]:
             console.print(f"  {line}", soft_wrap=True)
+        if len(guessed) > MOST_GUESSES:
+            console.print(f"  and {len(guessed) - MOST_GUESSES} more lines with `# ?` (all in --json)")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from stiffcal.cli.wording import interval, places
+from stiffcal.cli.wording import interval, places, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -38,9 +38,7 @@ def show_parameters(console: Console, parameters: Sequence[dict[str, Any]]) -> N
         table = plain_table("effect", "place", "stiffness, ± 95 %>", "")
         for p in compliances:
             low, high = _ends(p.get("stiffness_interval"))
-            known = p["value"] is not None
-            words = interval(p["stiffness"], low, high) if known else "cannot be told"
-            table.add_row(p["effect"], places(p["where"]), words, _stiffness_unit(p["unit"]))
+            table.add_row(p["effect"], places(p["where"]), _stiffness(p, low, high), _stiffness_unit(p["unit"]))
         console.print(table)
     if others:
         table = plain_table("parameter", "place", "value, ± 95 %>", "")
@@ -49,6 +47,15 @@ def show_parameters(console: Console, parameters: Sequence[dict[str, Any]]) -> N
             words = interval(p["value"], low, high) if p["value"] is not None else "cannot be told"
             table.add_row(p["name"], places(p["where"]), f"{words} (fixed)" if p["fixed"] else words, p["unit"])
         console.print(table)
+
+
+def _stiffness(parameter: dict[str, Any], low: float | None, high: float | None) -> str:
+    if parameter["value"] is None:
+        return "cannot be told"
+    # A compliance of zero: these data show no give at all, and only say how stiff the joint is at least.
+    if parameter["stiffness"] is None:
+        return f"above {significant(low)}" if low else "rigid"
+    return interval(parameter["stiffness"], low, high) + (" (fixed)" if parameter["fixed"] else "")
 
 
 def _ends(ends: Sequence[float | None] | None) -> tuple[float | None, float | None]:
