@@ -93,7 +93,7 @@ def rows_of(source: Source, batch: Batch) -> Rows:
     numbers, words = batch.numbers, batch.texts.get(source.run.column or "", []) if source.run else []
     if not keep.all():
         numbers = {name: values[keep] for name, values in numbers.items()}
-        words = [word for word, kept in zip(words, keep, strict=True) if kept]
+        words = [words[k] for k in np.flatnonzero(keep)] if words else []
         number = number[keep]
     return Rows(number, _time(source, numbers, number), words, instrument_readings(source, numbers))
 
