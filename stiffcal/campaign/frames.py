@@ -102,7 +102,7 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
     InputError
         Two wrenches, or two instruments' frames for one set of targets, which load states cannot hold.
     """
-    load = _load(manifest)
+    load = _load(manifest, float(np.linalg.norm(chain.gravity)))
     targets, tracker = _targets(manifest)
     tool = manifest.tool
     return MeasurementSetup(
@@ -119,7 +119,7 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
     )
 
 
-def _load(manifest: Manifest) -> _Load:
+def _load(manifest: Manifest, gravity: float) -> _Load:
     loads: list[tuple[str, _Load]] = []
     for source, name, signal in manifest.signals():
         place = f"sources.{source}.{name}"
@@ -133,7 +133,6 @@ def _load(manifest: Manifest) -> _Load:
             loads.append((place, _Load(axes, point, signal.moments_measured, force, moment, signal.tared)))
         elif isinstance(signal, DeadWeight):
             mass = None if signal.sigma is None else signal.sigma.mass
-            gravity = 9.80665
             force = None if mass is None else mass * signal.unit_of("mass").factor * gravity
             loads.append((place, _Load("base", signal.point, False, force, None, "no")))
     if len(loads) > 1:

@@ -18,6 +18,7 @@ from stiffcal.campaign.checks import (
 )
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile, default_model, load_model
+from stiffcal.campaign.pruning import apart_from, validate_without_wrong_keys
 from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_faults
 from stiffcal.campaign.robot_file import RobotFile, chain_of
 from stiffcal.campaign.toml_reading import read_toml, validate
@@ -85,7 +86,7 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
     if not folder.is_dir():
         raise InputError.at(str(folder), "", "no such folder", "name a campaign folder, or make one: stiffcal init DIR")
     faults: list[Fault] = []
-    manifest = _collect(faults, lambda: load_manifest(folder))
+    manifest, doubtful = _what_is_right(folder, faults)
     robot_file = manifest.robot if manifest is not None else "robot.toml"
     robot = None
     if not escapes(robot_file) and (manifest is not None or (folder / robot_file).exists()):
@@ -94,16 +95,26 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
     count = len(outline.joint_names) if outline is not None else 6
     model = _collect(faults, lambda: load_model(folder, count))
     if manifest is not None:
-        faults += manifest_faults(manifest, outline.link_names if outline is not None else None)
-        faults += file_faults(manifest, folder, must_exist=check_files)
+        found = manifest_faults(manifest, outline.link_names if outline is not None else None)
+        found += file_faults(manifest, folder, must_exist=check_files)
         if outline is not None:
-            faults += robot_match_faults(manifest, outline.joint_names, robot_file)
+            found += robot_match_faults(manifest, outline.joint_names, robot_file)
+        faults += apart_from(doubtful, found)
     if model is not None and outline is not None:
         faults += model_match_faults(model, outline.joint_names, outline.link_names)
     raise_faults(faults)
     if manifest is None or robot is None or model is None:  # each of them would have left a fault
         raise InputError.at(str(folder), "", "the campaign could not be read", "correct its files")
     return Campaign(folder, manifest, robot, model, (folder / MODEL_FILE).exists())
+
+
+def _what_is_right(folder: Path, faults: list[Fault]) -> tuple[Manifest | None, tuple[str, ...]]:
+    """Load the manifest; where keys are wrong, what is left without them, and the places around them."""
+    manifest = _collect(faults, lambda: load_manifest(folder))
+    if manifest is not None:
+        return manifest, ()
+    document = _collect([], lambda: read_toml(folder / MANIFEST_FILE, MANIFEST_FILE))
+    return validate_without_wrong_keys(document, Manifest) if document is not None else (None, ())
 
 
 def _collect(faults: list[Fault], load: Callable[[], Loaded]) -> Loaded | None:

@@ -164,6 +164,37 @@ def test_all_faults_of_all_files_at_once(tmp_path: Path) -> None:
     } <= places
 
 
+def test_a_wrong_key_does_not_hide_the_other_faults(tmp_path: Path) -> None:
+    """Wrong keys, missing files, unknown frames and too few columns, all in one go, and no fault by consequence."""
+    manifest = changed(
+        MANIFEST,
+        ("[sources.table]", 'plugin = ["x"]\n[sources.table]'),
+        ('"raw/table.csv"', '"raw/tabel.csv"'),
+        ("A1..A6", "A1..A5"),
+        ('point = "tool"', 'pont = "tool"'),
+        ('body = "tool"', 'body = "prob"'),
+    )
+    places = [fault.place for fault in faults_of(write_campaign(tmp_path / "c", manifest))]
+    assert sorted(places) == [
+        "plugin",
+        "sources.table.deflection.body",
+        "sources.table.file",
+        "sources.table.joints.position",
+        "sources.table.wrench.pont",
+    ]
+
+
+def test_no_fault_follows_from_a_frame_that_could_not_be_read(tmp_path: Path) -> None:
+    manifest = changed(MANIFEST, ('parent = "flange"\n', ""))
+    assert one_fault(write_campaign(tmp_path / "c", manifest)).place == "frames.tool.parent"
+
+
+def test_a_run_without_a_name_is_one_fault(tmp_path: Path) -> None:
+    manifest = changed(MANIFEST, ("A1..A6", "A1..A5")) + '[[runs]]\nid = "a"\n[[runs]]\nholdout = true\n'
+    places = [fault.place for fault in faults_of(write_campaign(tmp_path / "c", manifest))]
+    assert places == ["runs[2].id", "sources.table.joints.position"]
+
+
 ROBOT_FAULTS = {
     "no convention": ([('convention = "modified-dh"\n', "")], "convention", "neither"),
     "both": ([("convention =", 'urdf = "r.urdf"\nconvention =')], "convention", "both"),

@@ -118,7 +118,7 @@ def test_setup_of_dead_weights_and_a_gauge() -> None:
     assert setup.wrench_point.body == 7
     assert setup.target_names == ("probe",)
     assert not setup.moments_measured
-    assert setup.sigma.force == pytest.approx(0.980665)
+    assert setup.sigma.force == pytest.approx(0.981)
 
 
 def test_two_loads_and_two_instruments_are_refused() -> None:

@@ -222,6 +222,15 @@ def test_names_of_links() -> None:
     ]  # fmt: skip
 
 
+def test_a_link_that_is_called_swing_keeps_the_name_to_itself() -> None:
+    """Six axes, the third joint's link called swing: the second's is then link2, as a body and as a beam."""
+    rows: list[dict[str, Any]] = [{"name": f"A{k}", "a_m": 0.5} for k in range(1, 7)]
+    rows[2]["link"] = {"name": "swing"}
+    found = chain_of(robot({"convention": "modified-dh", "joints": rows}), Path())
+    assert found.link_names[:3] == ("link1", "link2", "swing")
+    assert {name: beam.joint for name, beam in found.beams.items()}["link2"] == 2
+
+
 def test_urdf_agrees_with_pinocchio() -> None:
     pinocchio = pytest.importorskip("pinocchio")
     model = pinocchio.buildModelFromUrdf(str(DATA / "six.urdf"))
