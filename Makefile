@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test bench practice lint lock example clean
+.PHONY: demo test bench coverage practice lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -m stiffcal demo
 
@@ -16,10 +16,14 @@ test: $(VENV)/test.stamp
 	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
 bench: $(VENV)/test.stamp
-	@for f in tests/benchmarks/bench_*.py; do echo "== $$f"; $(BIN)/python "$$f" || exit 1; done
+	$(BIN)/python -m tests.benchmarks
+
+# 95 % intervals against the truth, over simulated campaigns whose robot is MuJoCo; takes minutes
+coverage: $(VENV)/test.stamp
+	$(BIN)/python -m tests.benchmarks.coverage
 
 practice: $(VENV)/test.stamp
-	$(BIN)/python -m pytest -q tests/campaigns
+	$(BIN)/python -m pytest -q -rs tests/campaigns
 
 lint: $(VENV)/test.stamp
 	$(BIN)/ruff check .
