@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
 import pyarrow.csv as arrow_csv
@@ -81,20 +80,21 @@ class CsvReader:
         """
         shown = shown or str(path)
         with open_log(path, options, shown, wanted) as (text, layout):
-            blank_rows: list[int] = []
             row = 0
             try:
-                for records in _parse(text, layout, wanted, blank_rows):
+                for records in _parse(text, layout, wanted):
                     batch = _batch(records, layout, wanted, row + 1, shown)
                     row += len(batch)
                     yield batch
             except pa.ArrowInvalid as error:
                 raise _placed(path, layout, wanted, row, shown, str(error)) from None
-            if row + len(blank_rows) != text.n_lines:
+            if row != text.n_lines:
                 raise _placed(path, layout, wanted, 0, shown, "a quotation mark runs over several lines")
             if row == 0:
                 place = f"line {layout.first_data_line}"
                 raise InputError.at(shown, place, "no data after the header", "log again, or leave the file out")
+            if text.suspect and (fault := find_fault(path, layout, wanted, 0, shown)) is not None:
+                raise fault
             check_last_line(text, layout, wanted, shown)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
@@ -102,7 +102,7 @@ class CsvReader:
         with open_log(path, options, str(path), Wanted(())) as (text, layout):
             found = 0
             for line in text.lines():
-                found += bool(line.strip()) or len(layout.columns) == 1
+                found += bool(line) or len(layout.columns) == 1
                 if found == row:
                     return f"line {text.line_number}"
         return f"data row {row}"
@@ -111,15 +111,8 @@ class CsvReader:
 READER = CsvReader()
 
 
-def _parse(text: LogText, layout: Layout, wanted: Wanted, blank_rows: list[int]) -> Iterator[pa.RecordBatch]:
+def _parse(text: LogText, layout: Layout, wanted: Wanted) -> Iterator[pa.RecordBatch]:
     """Yield pyarrow's record batches of the wanted columns, named c0, c1, … by their place in the file."""
-
-    def judge(row: Any) -> str:
-        if row.text.strip():
-            return "error"
-        blank_rows.append(row.number)
-        return "skip"
-
     names = [f"c{index}" for index in range(len(layout.columns))]
     numbers = set(wanted.numbers)
     types = {
@@ -129,9 +122,7 @@ def _parse(text: LogText, layout: Layout, wanted: Wanted, blank_rows: list[int])
         stream = arrow_csv.open_csv(
             pa.PythonFile(text, mode="r"),
             read_options=arrow_csv.ReadOptions(use_threads=False, block_size=BLOCK, column_names=names),
-            parse_options=arrow_csv.ParseOptions(
-                delimiter=layout.delimiter, ignore_empty_lines=False, invalid_row_handler=judge
-            ),
+            parse_options=arrow_csv.ParseOptions(delimiter=layout.delimiter, ignore_empty_lines=False),
             convert_options=arrow_csv.ConvertOptions(
                 column_types=types,
                 include_columns=list(types),

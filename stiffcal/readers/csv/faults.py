@@ -6,6 +6,7 @@ same rules.
 
 from __future__ import annotations
 
+import csv
 import math
 import re
 from pathlib import Path
@@ -13,7 +14,7 @@ from pathlib import Path
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted
 from stiffcal.readers.csv.layout import Layout
-from stiffcal.readers.csv.lines import LogText
+from stiffcal.readers.csv.lines import TAIL, LogText
 
 # What stands for a missing reading in the columns that may have gaps.
 GAP_WORDS = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "None")
@@ -32,7 +33,7 @@ def find_fault(path: Path, layout: Layout, wanted: Wanted, rows_read: int, shown
         for line in text.lines():
             if text.line_number < layout.first_data_line:
                 continue
-            if not line.strip():
+            if not line:
                 empty_line = empty_line or text.line_number
                 continue
             if empty_line and len(layout.columns) == 1:
@@ -53,7 +54,11 @@ def _line_fault(line: bytes, text: LogText, layout: Layout, wanted: Wanted, show
     if b"\0" in line:
         reason = "the line holds NUL bytes: writing the log was interrupted"
         return InputError.at(shown, place, reason, "log again, or delete the line in a copy of the file")
-    cells = layout.split(line.decode("utf-8", "replace"))
+    try:
+        cells = layout.split(line.decode("utf-8", "replace"), strict=True)
+    except csv.Error:
+        reason = "a quotation mark is opened and not closed, or followed by more than the cell's end"
+        return InputError.at(shown, place, reason, "correct the line in a copy of the file")
     if len(cells) != len(layout.columns):
         return _count_fault(cells, line, layout, shown, place, cut_off, row)
     for name in wanted.names:
@@ -83,10 +88,10 @@ def _count_fault(
         reason = f"the file is cut off in the middle of a line ({found} of {expected} cells)"
         return InputError.at(shown, place, reason, CUT_OFF)
     reason = f"{found} cell{'s' * (found != 1)}, the header has {expected}"
+    if not line.strip():
+        reason = "the line holds nothing but blanks"
     mend = "log again, or delete the line in a copy of the file"
-    if line.count(b'"') % 2:
-        reason += ": a quotation mark is opened and not closed"
-    elif row == 1:
+    if row == 1:
         mend = "check csv.skip_rows and csv.delimiter"
         if layout.delimiter == "," and found > expected:
             mend += "; decimal commas need another delimiter or quotation marks"
@@ -110,8 +115,6 @@ def _number_fault(cell: str, name: str, layout: Layout) -> tuple[str, str] | Non
         return f"the header stands here again ({cell!r})", "the log was started twice: make it two files"
     if cell.lower().lstrip("+-") in ("nan", "inf", "infinity") or cell in GAP_WORDS:
         return f"{cell!r} is not a finite number", "give the reading, or delete the line in a copy of the file"
-    if '"' in cell:
-        return f"{cell!r} is not a number: a quotation mark is opened and not closed", "correct the line in a copy"
     return f"{cell!r} is not a number", "correct the cell in a copy of the file, or name another column"
 
 
@@ -124,9 +127,12 @@ def check_last_line(text: LogText, layout: Layout, wanted: Wanted, shown: str) -
     last_column = layout.columns[-1]
     if not text.unfinished or last_column not in wanted.names:
         return
-    *before, last = text.tail.split(b"\n")[-60:]
+    *before, last = text.tail.split(b"\n")
+    if len(text.tail) == TAIL:
+        # The first of these begins somewhere in its line.
+        del before[0]
     cell = _last_cell(last, layout)
-    earlier = [_last_cell(line, layout) for line in before[1:] if line.strip()]
+    earlier = [_last_cell(line, layout) for line in before[-50:]]
     if cell.endswith('"'):
         return
     if last_column in wanted.numbers:
@@ -145,7 +151,7 @@ def check_last_line(text: LogText, layout: Layout, wanted: Wanted, shown: str) -
 
 
 def _last_cell(line: bytes, layout: Layout) -> str:
-    return line.decode("utf-8", "replace").rpartition(layout.delimiter)[2].strip()
+    return line.decode("utf-8", "replace").rpartition(layout.delimiter)[2].strip(" \t")
 
 
 def _decimals(cell: str, decimal: str) -> tuple[int, int] | None:

@@ -52,10 +52,11 @@ class Layout:
         """Number of the first line that can hold data."""
         return self.header_line + 1 + self.has_unit_row
 
-    def split(self, line: str) -> list[str]:
-        """Return the cells of one line, without the blanks around them."""
-        for row in csv.reader([line], delimiter=self.delimiter):
-            return [cell.strip() for cell in row]
+    def split(self, line: str, strict: bool = False) -> list[str]:
+        """Return the cells of one line, without the blanks around them; `strict`: `csv.Error` for stray quotation."""
+        for row in csv.reader([line], delimiter=self.delimiter, strict=strict):
+            # Blanks as the parser knows them: no-break spaces and the like belong to the cell.
+            return [cell.strip(" \t") for cell in row]
         return [""]
 
     def is_number(self, cell: str) -> bool:
@@ -65,6 +66,18 @@ class Layout:
                 return False
             cell = cell.replace(self.decimal, ".")
         return NUMBER.fullmatch(cell) is not None
+
+
+def stray_quote(delimiter: str) -> re.Pattern[bytes]:
+    """Return the pattern of a quotation mark that stands neither at the start nor at the end of a cell.
+
+    Examples
+    --------
+    >>> [bool(stray_quote(",").search(line)) for line in (b'"1","2"', b'1,"a ""b"" c"', b'1,"2"3')]
+    [False, False, True]
+    """
+    border = re.escape(delimiter.encode()) + rb'"\n'
+    return re.compile(rb"[^" + border + rb'][ \t]*"[ \t]*[^' + border + rb" \t]")
 
 
 @contextmanager
@@ -84,6 +97,7 @@ def open_log(path: Path, options: Options, shown: str, wanted: Wanted) -> Iterat
     try:
         layout = _read_layout(text, path, options, shown, wanted)
         text.keep_empty_lines = len(layout.columns) == 1
+        text.stray_quote = stray_quote(layout.delimiter)
         yield text, layout
     finally:
         text.close()

@@ -53,6 +53,8 @@ class LogText(io.RawIOBase):
     as_it_is : True where bytes are handed out undecoded.
     unfinished : True once the end was reached and the last line had no line end.
     tail : the last bytes that `read` has handed out.
+    stray_quote : what a quotation mark inside a cell looks like; the parser drops it without a word.
+    suspect : True once `read` came across that.
     """
 
     def __init__(
@@ -65,9 +67,11 @@ class LogText(io.RawIOBase):
         self.line_number = self.n_lines = 0
         self.unfinished = False
         self.tail = b""
+        self.stray_quote: re.Pattern[bytes] | None = None
+        self.suspect = False
         self.as_it_is = self.encoding == "utf-8" or (self.encoding in PLAIN and not decode)
         self._decoder = None if self.as_it_is else codecs.getincrementaldecoder(encoding)("strict")
-        self._file = _open_bytes(path, shown)
+        self._file, self._bytes = _open_bytes(path, shown)
         self._buffer = self._held = b""
         self._ended = self._started = self._closed_off = self._ended_line = False
         self._ends = self._taken = 0
@@ -83,6 +87,7 @@ class LogText(io.RawIOBase):
         """Close the file."""
         if not self.closed:
             self._file.close()
+            self._bytes.close()
         super().close()
 
     def next_line(self) -> bytes | None:
@@ -126,11 +131,12 @@ class LogText(io.RawIOBase):
             if data := self._whole_lines(chunk):
                 pieces.append(data)
                 room -= len(data)
-        if not pieces and self._started and not self._closed_off:
+        if self._ended and not self._buffer and self._started and not self._closed_off:
+            # Together with the last data: alone it could come as the third block of one line.
             self._closed_off = True
             self.unfinished = self._ends == 0
             self.n_lines += self.unfinished
-            pieces = [b"\n"] * bool(self._ends)
+            pieces += [b"\n"] * bool(self._ends)
         data = pieces[0] if len(pieces) == 1 else b"".join(pieces)
         self.n_lines += data.count(b"\n")
         self.tail = data[-TAIL:] if len(data) >= TAIL else (self.tail + data)[-TAIL:]
@@ -152,6 +158,8 @@ class LogText(io.RawIOBase):
             before = min(before + len(body) - len(bare), 1) if self._started else 0
             body = re.sub(rb"\n\n+", b"\n", bare) if b"\n\n" in bare else bare
         self._started = True
+        if self.stray_quote is not None and b'"' in body and self.stray_quote.search(body):
+            self.suspect = True
         return b"\n" * before + body if before else body
 
     def _pull(self, size: int = 1 << 16) -> bool:
@@ -186,13 +194,14 @@ class LogText(io.RawIOBase):
             raise InputError.at(self.shown, place, reason, "set csv.encoding to the encoding of the file") from None
 
 
-def _open_bytes(path: Path, shown: str) -> IO[bytes]:
+def _open_bytes(path: Path, shown: str) -> tuple[IO[bytes], IO[bytes]]:
+    """Return the bytes of the log, and of the file itself, which are others where it is packed."""
     try:
         file = path.open("rb", buffering=0)
         packed = file.read(2) == b"\x1f\x8b"
         file.seek(0)
     except OSError as error:
         raise InputError.at(
-            shown, "", f"cannot be read: {error.strerror}", "check the file's name and rights"
+            shown, "", f"cannot be read: {error.strerror}", "correct the file's name or rights"
         ) from None
-    return cast("IO[bytes]", gzip.GzipFile(fileobj=file)) if packed else cast("IO[bytes]", file)
+    return cast("IO[bytes]", gzip.GzipFile(fileobj=file) if packed else file), cast("IO[bytes]", file)

@@ -1,0 +1,340 @@
+"""CSV: what real loggers write is read to the last digit; what is broken is named by line and column."""
+
+from __future__ import annotations
+
+import gzip
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from numpy.typing import NDArray
+
+from stiffcal.errors import InputError
+from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import csv as csv_module
+
+READER = find_reader(Path("x.csv"))
+COLUMNS = ("t", "Fx", "Fy")
+WANTED = Wanted(COLUMNS)
+
+
+def read(content: bytes, wanted: Wanted = WANTED, name: str = "log.csv", **options: Any) -> dict[str, NDArray[Any]]:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        path.write_bytes(content)
+        row = 1
+        columns: dict[str, list[Any]] = {column: [] for column in wanted.names}
+        for batch in READER.read_batches(path, options, wanted, name):
+            assert batch.first_row == row
+            row += len(batch)
+            for column in wanted.names:
+                columns[column].extend(batch.numbers.get(column, batch.texts.get(column, ())))
+        return {column: np.array(values) for column, values in columns.items()}
+
+
+def fault(content: bytes, wanted: Wanted = WANTED, **options: Any) -> str:
+    with pytest.raises(InputError) as caught:
+        read(content, wanted, **options)
+    text = str(caught.value)
+    assert "\n" not in text
+    assert text.startswith("log.csv: ")
+    return text.removeprefix("log.csv: ")
+
+
+PLAIN = b"t,Fx,Fy\n0.0,1.5,-2.25\n0.1,+3e2,4\n"
+EXPECTED = {"t": [0.0, 0.1], "Fx": [1.5, 300.0], "Fy": [-2.25, 4.0]}
+
+
+@pytest.mark.parametrize(
+    ("content", "options"),
+    [
+        (PLAIN, {}),
+        (PLAIN.replace(b"\n", b"\r\n"), {}),
+        (PLAIN.replace(b"\n", b"\r"), {}),
+        (PLAIN.replace(b"\n", b"\n\n"), {}),
+        (PLAIN + b"\n\r\n\n", {}),
+        (b"\xef\xbb\xbf" + PLAIN, {}),
+        (PLAIN.replace(b",", b"\t"), {}),
+        (PLAIN.replace(b",", b"|"), {"delimiter": "|"}),
+        (PLAIN.replace(b",", b" ; "), {"delimiter": ";"}),
+        (PLAIN.replace(b",", b" "), {}),
+        (PLAIN.replace(b",", b"\t"), {"delimiter": "tab"}),
+        (PLAIN.replace(b",", b";").replace(b".", b","), {"decimal": ","}),
+        (b'"t","Fx","Fy"\n"0,0","1,5","-2,25"\n"0,1","3e2","4"\n', {"decimal": ","}),
+        (b"Logger 3; \xb5m\nsecond, line\n\n" + PLAIN, {"skip_rows": 3}),
+        (b"Logger 3; \xb5m\nsecond, line\n\n" + PLAIN, {"skip_rows": 3, "encoding": "latin-1"}),
+        (PLAIN.decode().encode("utf-16"), {"encoding": "utf-16"}),
+        (PLAIN.replace(b"Fy\n", b"Fy\ns,N,N\n"), {}),
+        (PLAIN.replace(b"Fy\n", b"Fy\n[s],[kN],[N*m]\n"), {}),
+        (PLAIN.replace(b"Fy\n", b"Fy\nSekunden,x,y\n"), {"unit_row": True}),
+        (b'note,t,Fx,Fy\n5",0.0,1.5,-2.25\n\xff\xfe,0.1,3e2,4\n', {}),
+        (PLAIN.replace(b"\n", b",\n"), {}),
+        (gzip.compress(PLAIN, mtime=0), {}),
+    ],
+)
+def test_what_loggers_write_is_read(content: bytes, options: dict[str, Any]) -> None:
+    found = read(content, **options)
+    assert {name: values.tolist() for name, values in found.items()} == EXPECTED
+
+
+def test_units_and_what_was_detected_are_reported(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes("t;Fx;Drehmoment\n[ms];[N];[N·m]\n1;2;3\n".encode("cp1252"))
+    header = READER.read_header(path, {"encoding": "cp1252"})
+    assert header.columns == ("t", "Fx", "Drehmoment")
+    assert header.units == {"t": "ms", "Fx": "N", "Drehmoment": "N·m"}
+    assert header.options["delimiter"] == ";"
+    assert READER.place_of_row(path, {"encoding": "cp1252"}, 1) == "line 3"
+
+
+def test_a_first_row_of_words_and_numbers_is_data() -> None:
+    wanted = Wanted(("Fx",), texts=("run",))
+    found = read(b"run,Fx\nm,1\nN,2\n", wanted)
+    assert found["run"].tolist() == ["m", "N"]
+    assert "line 2, column Fx: 'ERR'" in fault(b"run,Fx\na,ERR\nb,2\n", wanted)
+
+
+def test_words_times_and_gaps() -> None:
+    wanted = Wanted(("Fx", "m1"), texts=("run",), times=("when",), gaps=frozenset({"m1"}))
+    rows = ["Posé 1;2026-11-21T08:00:00,25;1;", "b;2026-11-21 09:00:01.5+01:00;2;NaN", "b;2026-11-21T08:00:02Z;3;4"]
+    content = "\n".join(["run;when;Fx;m1", *rows, ""])
+    found = read(content.encode("latin-1"), wanted, encoding="latin-1")
+    assert found["run"].tolist() == ["Posé 1", "b", "b"]
+    assert np.allclose(np.diff(found["when"]), [1.25, 0.5], atol=1e-6)
+    assert np.array_equal(found["m1"], [np.nan, np.nan, 4], equal_nan=True)
+    assert "line 3, column Fx: the cell is empty" in fault(
+        b"Fx,m1\n1,2\n,3\n", Wanted(("Fx", "m1"), gaps=frozenset({"m1"}))
+    )
+    assert "column when: 'noon' is not an ISO 8601 time" in fault(
+        b"when,Fx\nnoon,3\n", Wanted(("Fx",), times=("when",))
+    )
+
+
+HEADED = b"Logger\nfirmware 3\n" + PLAIN
+
+
+@pytest.mark.parametrize(
+    ("content", "options", "expected"),
+    [
+        (b"", {}, "the file is empty; log again"),
+        (b"t,Fx,Fy\n", {}, "line 2: no data after the header"),
+        (b"t,Fx,Fy", {}, "line 2: no data after the header"),
+        (b"a\nb\n", {"skip_rows": 5}, "the file ends before its header (csv.skip_rows = 5); correct csv.skip_rows"),
+        (HEADED, {"skip_rows": 1}, "line 2: no column 't'; the column names stand in line 3: set csv.skip_rows = 2"),
+        (PLAIN, {"delimiter": ";"}, 'the column names stand in line 1: set csv.delimiter = ","'),
+        (PLAIN.replace(b"Fx", b"fx"), {}, "line 1: no column 'Fx'; did you mean 'fx'?"),
+        (PLAIN.replace(b"Fx", b"Fx [N]"), {}, "line 1: no column 'Fx'; did you mean 'Fx [N]'?"),
+        (PLAIN.replace(b"Fy", b"Fx"), {}, "line 1: the column name 'Fx' stands 2 times; give every column"),
+        (PLAIN.replace(b"1.5", b"abc"), {}, "line 2, column Fx: 'abc' is not a number"),
+        (PLAIN.replace(b"1.5", b""), {}, "line 2, column Fx: the cell is empty"),
+        (PLAIN.replace(b"1.5", b"nan"), {}, "line 2, column Fx: 'nan' is not a finite number"),
+        (PLAIN.replace(b"1.5", b"-inf"), {}, "line 2, column Fx: '-inf' is not a finite number"),
+        (PLAIN.replace(b"1.5", b"1e999"), {}, "line 2, column Fx: '1e999' is too large"),
+        (PLAIN.replace(b"1.5,", b""), {}, "line 2: 2 cells, the header has 3"),
+        (PLAIN.replace(b"4\n", b"4,5\n"), {}, "line 3: 4 cells, the header has 3; log again"),
+        (PLAIN.replace(b".", b","), {}, "decimal commas need another delimiter"),
+        (
+            PLAIN.replace(b",", b";").replace(b".", b","),
+            {},
+            "line 2, column t: '0,0' has another decimal mark than '.'; set",
+        ),
+        (PLAIN.replace(b",", b";"), {"decimal": ","}, "has another decimal mark than ','; set csv.decimal = \".\""),
+        (PLAIN.replace(b"1.5", b"1 500.0"), {}, "line 2, column Fx: '1 500.0' has marks between thousands"),
+        (PLAIN + PLAIN, {}, "line 4, column t: the header stands here again ('t')"),
+        (PLAIN[:-10], {}, "line 3: the file is cut off in the middle of a line (1 of 3 cells)"),
+        (PLAIN[:-3], {}, "line 3: the file is cut off in the middle of a line (2 of 3 cells)"),
+        (PLAIN[:-2], {}, "line 3, column Fy: the file is cut off in the middle of a line ('')"),
+        (b"t,Fx,Fy\n0,1,2.125\n0,1,2.1", {}, "last line, column Fy: the file ends without a line end after '2.1'"),
+        (b"t,Fx,Fy\n0,1,100\n0,1,10", {}, "it may be cut off in the middle of a number"),
+        (PLAIN + b"\0\0\0\0\0\0", {}, "line 4: the line holds NUL bytes: writing the log was interrupted"),
+        (
+            PLAIN.replace(b"1.5", b'"1.5'),
+            {},
+            "line 2: a quotation mark is opened and not closed",
+        ),
+        (
+            PLAIN.decode().encode("utf-16"),
+            {},
+            'line 1: the line holds bytes that are no text (NUL); set csv.encoding = "utf-16"',
+        ),
+        (PLAIN.replace(b"Fx", b"\xb5"), {}, "line 1: byte 0xb5 is not utf-8; set csv.encoding"),
+        (PLAIN, {"encoding": "klingon"}, "csv.encoding: no encoding 'klingon'"),
+        (PLAIN, {"delimeter": ","}, "csv.delimeter: no such option; did you mean csv.delimiter?"),
+        (PLAIN, {"delimiter": ",,"}, "csv.delimiter: ',,' is not one character"),
+        (PLAIN, {"decimal": "'"}, 'csv.decimal: "\'" is no decimal mark'),
+        (PLAIN, {"skip_rows": True}, "csv.skip_rows: True is not a whole number"),
+        (gzip.compress(PLAIN, mtime=0)[:-12], {}, "the compressed file is damaged or cut off"),
+    ],
+)
+def test_faults_are_one_clear_line(content: bytes, options: dict[str, Any], expected: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read(content, **options)
+    assert expected in str(caught.value.faults[0])
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"raw/ft\.csv: cannot be read: No such file"):
+        list(READER.read_batches(tmp_path / "ft.csv", {}, WANTED, "raw/ft.csv"))
+
+
+def test_a_last_line_without_end_is_read_where_nothing_can_be_missing() -> None:
+    assert read(b"t,Fx,Fy\n0,1,2.125\n0,1,2.250")["Fy"].tolist() == [2.125, 2.25]
+    assert read(b"t,Fx,Fy,note\n0,1,2,a\n0,1,20,b")["Fy"].tolist() == [2, 20]
+
+
+def test_a_column_of_its_own_file() -> None:
+    wanted = Wanted(("x",))
+    assert read(b"x\n1\n2\n\n\n", wanted)["x"].tolist() == [1, 2]
+    assert "line 3, column x: the cell is empty" in fault(b"x\n1\n\n2\n", wanted)
+
+
+@pytest.mark.parametrize("block", [64, 100, 257])
+def test_blocks_do_not_matter(monkeypatch: pytest.MonkeyPatch, block: int) -> None:
+    monkeypatch.setattr(csv_module, "BLOCK", block)
+    values = np.random.default_rng(block).normal(size=(200, 3)).round(4)
+    lines = [b",".join(b"%.4f" % value for value in row) for row in values]
+    content = b"t,Fx,Fy\r\n" + b"".join(
+        line + (b"\r\n\r\n" if number % 7 == 0 else b"\r\n") for number, line in enumerate(lines)
+    )
+    found = read(content)
+    assert np.array_equal(np.column_stack([found[name] for name in COLUMNS]), values)
+    broken = content.replace(lines[150], lines[150] + b"x")
+    line = 2 + 150 + sum(number % 7 == 0 for number in range(150))
+    assert f"line {line}, column Fy: " in fault(broken)
+
+
+# ---- hostile logs: the same numbers or a fault, never other numbers -----------------------------------------------
+
+
+VALUES = np.array([[0.0, 1.5, -22.75], [0.1, 150.25, 4.0], [0.2, -3.125, 1e-05], [0.3, 7.0, 123456.5]])
+
+
+def written(delimiter: str, decimal: str) -> bytes:
+    rows = [delimiter.join(repr(float(value)) for value in row).replace(".", decimal) for row in VALUES]
+    return "\n".join([delimiter.join(COLUMNS), *rows, ""]).encode()
+
+
+def outcome(content: bytes, **options: Any) -> tuple[dict[str, NDArray[Any]], str]:
+    try:
+        return read(content, **options), ""
+    except InputError as error:
+        return {}, str(error.faults[0])
+
+
+def check_same_or_fault(content: bytes, **options: Any) -> None:
+    found, error = outcome(content, **options)
+    if error:
+        assert "\n" not in error
+        assert "after data row" not in error, f"the slow pass found nothing: {error}"
+        return
+    table = np.column_stack([found[name] for name in COLUMNS])
+    assert np.array_equal(table, VALUES[: len(table)])
+
+
+styles = st.sampled_from([(",", "."), (";", "."), (";", ","), ("\t", ",")])
+
+
+@settings(max_examples=200, deadline=None)
+@given(style=styles, cut=st.integers(0, 90))
+def test_a_log_cut_anywhere(style: tuple[str, str], cut: int) -> None:
+    content = written(*style)
+    check_same_or_fault(content[:cut], decimal=style[1])
+
+
+HOSTILE = rb"""
+ |nan|NaN|inf|-|--|#N/A|null|1e|0x1p3|1_0|1 0|1,0|1.0.0|1.234,5|1,234.5|1'0|"|"1|1"|"1"2|5%|5N|(5)|=5|1e400|-1e400
+12:30|True|ERR|Fx|infinity|nan(0)|1d3|''|1e5e5|+|+-5|e5|.|,|;|1 "2"|""1""
+"""
+CELLS = [cell for line in HOSTILE.strip(b"\n").split(b"\n") for cell in line.split(b"|")]
+hostile = st.sampled_from(
+    [
+        *CELLS,
+        b"",
+        b"\0",
+        b"\xb5",
+        b"\xff",
+        b"\xe2\x88\x925",
+        b"\xc2\xa05",
+        b"5\xc2\xa0",
+        b"\x1a",
+        b"\t",
+        b"\xef\xbb\xbf5",
+    ]
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(style=styles, row=st.integers(0, 3), column=st.integers(0, 2), cell=hostile)
+def test_a_hostile_cell(style: tuple[str, str], row: int, column: int, cell: bytes) -> None:
+    lines = written(*style).split(b"\n")
+    cells = lines[row + 1].split(style[0].encode())
+    cells[column] = cell
+    lines[row + 1] = style[0].encode().join(cells)
+    found, error = outcome(b"\n".join(lines), decimal=style[1], delimiter=style[0])
+    if error:
+        assert f"line {row + 2}" in error
+    else:
+        # What is still a number has to be the one that stands there.
+        number = cell.decode("utf-8", "replace").replace(style[1], ".")
+        assert found[COLUMNS[column]][row] == float(number.strip(' "\ufeff'))
+
+
+edits = st.lists(
+    st.tuples(
+        st.integers(0, 200),
+        st.sampled_from(
+            [
+                b"\n",
+                b"\r",
+                b"\r\n",
+                b",",
+                b";",
+                b'"',
+                b'"\n',
+                b"\0",
+                b" ",
+                b"\t",
+                b"\n\n",
+                b"x",
+                b"\xff",
+                b"\nt,Fx,Fy\n",
+                b"\n;;\n",
+            ]
+        ),
+    ),
+    min_size=1,
+    max_size=3,
+)
+
+
+@settings(max_examples=400, deadline=None)
+@given(style=styles, edits=edits, crlf=st.booleans())
+@example(style=(";", "."), edits=[(20, b'"'), (40, b'"')], crlf=False)
+def test_hostile_insertions(style: tuple[str, str], edits: list[tuple[int, bytes]], crlf: bool) -> None:
+    """Bytes that carry no digits, anywhere: a line cut in two, a stray quotation mark, NULs, a repeated header."""
+    content = written(*style)
+    if crlf:
+        content = content.replace(b"\n", b"\r\n")
+    # Not inside a number, where a line end or delimiter makes two good numbers of one: only cell borders are hurt.
+    for position, junk in edits:
+        borders = [index for index, byte in enumerate(content) if byte in b"\n" + style[0].encode()]
+        at = borders[position % len(borders)]
+        content = content[:at] + junk + content[at:]
+    check_same_or_fault(content, decimal=style[1], delimiter=style[0])
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    values=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=20),
+    delimiter=st.sampled_from(",;\t| "),
+    encoding=st.sampled_from(["utf-8", "latin-1", "cp1252", "utf-16", "utf-8-sig"]),
+)
+def test_every_float_comes_back_exactly(values: list[float], delimiter: str, encoding: str) -> None:
+    content = "".join(["t", delimiter, "Fx\n", *(f"{value!r}{delimiter}{value:.17e}\n" for value in values)])
+    found = read(content.encode(encoding), Wanted(("t", "Fx")), delimiter=delimiter, encoding=encoding)
+    assert found["t"].tolist() == values
+    assert found["Fx"].tolist() == values

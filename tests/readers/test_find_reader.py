@@ -1,0 +1,63 @@
+"""Formats are found by walking the folder; all of them meet one contract."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.readers import Wanted, find_reader, formats, seconds_of_times
+
+
+@pytest.mark.parametrize("name", formats())
+def test_every_format_meets_the_contract(name: str, tmp_path: Path) -> None:
+    reader = find_reader(Path("no-matter"), name)
+    assert reader.name == name
+    assert (reader.__doc__ or "").strip()
+    assert (Path(__file__).parent / f"test_{name}.py").exists(), "a reader needs its twin test"
+    with pytest.raises(InputError):
+        list(reader.read_batches(tmp_path / "missing", {}, Wanted(("x",)), "missing"))
+    (tmp_path / "junk").write_bytes(b"\x01\x02junk")
+    with pytest.raises(InputError, match="^junk: "):
+        list(reader.read_batches(tmp_path / "junk", {}, Wanted(("x",)), "junk"))
+
+
+ENDINGS = {
+    "csv": ("a.csv", "a.CSV", "a.tsv", "a.csv.gz"),
+    "hdf5": ("a.h5", "a.hdf5"),
+    "parquet": ("a.parquet", "a.pq"),
+}
+
+
+@pytest.mark.parametrize(("file", "name"), [(file, name) for name, files in ENDINGS.items() for file in files])
+def test_the_ending_tells_the_format(file: str, name: str) -> None:
+    assert find_reader(Path(file)).name == name
+
+
+def test_unknown_formats_are_named() -> None:
+    with pytest.raises(InputError, match="no reader for format 'cvs'; did you mean 'csv'"):
+        find_reader(Path("a.csv"), "cvs")
+    with pytest.raises(InputError, match="the format cannot be told from the file; say format = one of csv, hdf5"):
+        find_reader(Path("a.xyz"))
+
+
+def test_a_csv_log_costs_no_other_formats_import() -> None:
+    script = """
+import sys, pathlib, tempfile
+from stiffcal.readers import Wanted, find_reader
+path = pathlib.Path(tempfile.mkdtemp(), "a.csv")
+path.write_text("t,run\\n1,a\\n")
+assert len(list(find_reader(path).read_batches(path, {}, Wanted(("t",), texts=("run",))))) == 1
+print(sorted({"h5py", "pandas", "pyarrow.dataset"} & set(sys.modules)))
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_times_without_a_fraction_or_zone() -> None:
+    assert seconds_of_times(["1970-01-01T00:00:01", "19700101T000002Z"], "", "t", 1).tolist() == [1, 2]
+    with pytest.raises(InputError, match="row 8, column t: '12.5' is not an ISO 8601 time"):
+        seconds_of_times(["1970-01-01T00:00:01.5", "12.5"], "log.csv", "t", 7)

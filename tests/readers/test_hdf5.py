@@ -1,0 +1,118 @@
+"""HDF5: the three layouts give the same numbers; interrupted and damaged files are named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import hdf5 as hdf5_module
+
+READER = find_reader(Path("x.h5"))
+VALUES = np.random.default_rng(3).normal(size=(500, 3))
+NAMES = ("t", "ids1", "ids2")
+WANTED = Wanted(NAMES)
+
+
+def columns(file: h5py.File, **options: Any) -> None:
+    group = file.create_group("ids")
+    for index, name in enumerate(NAMES):
+        group.create_dataset(name, data=VALUES[:, index], **options)
+        group[name].attrs["unit"] = "um"
+    group["run"] = ["pose01"] * 500
+    group["when"] = [f"2026-11-21T08:00:{second % 60:02}Z" for second in range(500)]
+
+
+def matrix(file: h5py.File) -> None:
+    file["ids/log"] = VALUES
+    file["ids/log"].attrs["columns"] = list(NAMES)
+    file["ids/log"].attrs["units"] = "um,um,um"
+
+
+def records(file: h5py.File) -> None:
+    table = np.zeros(500, dtype=[(name, "f8") for name in NAMES])
+    for index, name in enumerate(NAMES):
+        table[name] = VALUES[:, index]
+    file["ids/log"] = table
+    file["ids/log"].attrs["units"] = ["um", "um", "um"]
+
+
+def fault(path: Path, wanted: Wanted = WANTED, **options: Any) -> str:
+    with pytest.raises(InputError) as caught:
+        list(READER.read_batches(path, {"group": "/ids", **options}, wanted, "raw/ids.h5"))
+    text = str(caught.value)
+    assert text.startswith("raw/ids.h5: ")
+    return text
+
+
+@pytest.mark.parametrize("write", [columns, matrix, records])
+def test_layouts(tmp_path: Path, write: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hdf5_module, "BATCH_ROWS", 128)
+    path = tmp_path / "ids.h5"
+    with h5py.File(path, "w") as file:
+        write(file)
+    header = READER.read_header(path, {"group": "/ids"}, wanted=WANTED)
+    assert header.units == dict.fromkeys(NAMES, "um")
+    batches = list(READER.read_batches(path, {"group": "/ids"}, WANTED))
+    assert [batch.first_row for batch in batches] == [1, 129, 257, 385]
+    assert np.array_equal(
+        np.concatenate([np.column_stack([batch.numbers[name] for name in NAMES]) for batch in batches]), VALUES
+    )
+    assert READER.place_of_row(path, {}, 5) == "row 5"
+
+
+def test_words_and_times(tmp_path: Path) -> None:
+    path = tmp_path / "ids.h5"
+    with h5py.File(path, "w") as file:
+        columns(file)
+    (batch,) = READER.read_batches(path, {"group": "ids"}, Wanted(("t",), texts=("run",), times=("when",)))
+    assert set(batch.texts["run"]) == {"pose01"}
+    assert batch.numbers["when"][1] - batch.numbers["when"][0] == 1
+    assert "column run: it holds object, not numbers" in fault(path, Wanted(("run",)))
+
+
+def test_names_that_are_not_there(tmp_path: Path) -> None:
+    path = tmp_path / "ids.h5"
+    with h5py.File(path, "w") as file:
+        columns(file)
+        file["other"] = VALUES
+    assert "no column 'ids3'; did you mean 'ids" in fault(path, Wanted(("ids3",)))
+    assert "hdf5.group: no group '/idz'; did you mean '/ids'?" in fault(path, group="/idz")
+    assert "hdf5.dataset: no dataset 'log' in '/ids'" in fault(path, dataset="log")
+    assert "its columns have no names; write an attribute 'columns'" in fault(path, group="/", dataset="other")
+    assert "hdf5.grp: no such option" in fault(path, grp="/")
+    with pytest.raises(InputError, match="no such file"):
+        READER.read_header(tmp_path / "x.h5", {})
+
+
+def test_interrupted_and_damaged_files(tmp_path: Path) -> None:
+    path = tmp_path / "ids.h5"
+    with h5py.File(path, "w") as file:
+        columns(file)
+        del file["ids/ids2"]
+        file["ids/ids2"] = VALUES[:400, 2]
+    assert "column ids2: 400 rows, column t has 500: writing was interrupted" in fault(path)
+    with h5py.File(path, "w") as file:
+        columns(file, chunks=(100,), maxshape=(None,))
+        for name in NAMES:
+            file["ids"][name].resize((900,))
+    assert "column t: parts of it were never written" in fault(path)
+    with h5py.File(path, "w") as file:
+        columns(file)
+        file["ids/ids1"][41] = np.nan
+    assert "row 42, column ids1: nan is not a finite number" in fault(path)
+    with h5py.File(path, "w") as file:
+        columns(file)
+        file["ids/ids1"].attrs["scale_factor"] = 0.1
+    assert "column ids1: its attribute 'scale_factor' says" in fault(path)
+    with h5py.File(path, "w") as file:
+        columns(file)
+    whole = path.read_bytes()
+    for size in (0, 100, 2000, len(whole) - 1):
+        path.write_bytes(whole[:size])
+        assert "no whole HDF5 file" in fault(path)
