@@ -71,7 +71,7 @@ def bumped_readings(states: LoadStates) -> dict[int, str]:
     kept = states.used & np.isfinite(white).all(axis=1)
     for number in np.unique(states.run[kept]):
         own = [group for group in groups if group.members.size and states.run[group.members[0]] == number]
-        for k, distance in _RunReadings(white, own, kept, bound).bumped():
+        for k, distance in _RunReadings(white, own, kept, cycles.left, bound).bumped():
             size = 1e3 * distance * float(np.sqrt(np.mean(noise[:3] ** 2)))
             found[k] = (
                 f"bumped: off by {distance:.0f} times the noise"
@@ -150,7 +150,8 @@ def _course(group: _Group, kept: Booleans) -> Floats | None:
 class _RunReadings:
     """The readings of one run while bumped ones are taken out: white (n, k) over the noise, groups, what is kept."""
 
-    def __init__(self, white: Floats, groups: list[_Group], kept: Booleans, bound: float) -> None:
+    def __init__(self, white: Floats, groups: list[_Group], kept: Booleans, left: Integers, bound: float) -> None:
+        self.left = left  # the direction that was loaded last
         self.white, self.groups, self.kept, self.bound = white, groups, kept.copy(), bound
         self.group_of = {int(k): group for group in groups for k in group.members}
         self.load = {int(k): float(x) for group in groups for k, x in zip(group.members, group.load, strict=True)}
@@ -194,9 +195,8 @@ class _RunReadings:
 
     def _unexplained(self, k: int) -> bool:
         """Tell whether neither repeats, nor neighbours in time, nor a jump between neighbours explain a reading."""
-        group, others = self.group_of[k], self._others(k)
-        if not group.loaded:
-            return self._far(self.white[k], self.white[others]) and not self._slipped(k)
+        if not self.group_of[k].loaded:
+            return self._far_unloaded(k) and not self._slipped(k)
         off = self._off_repeats(k)
         if off:
             if min(np.linalg.norm(away) for away in off.values()) <= np.sqrt(2.0) * self.bound:
@@ -205,10 +205,15 @@ class _RunReadings:
             return False
         return not self._slipped(k) and not self._at_a_jump(k)
 
-    def _far(self, reading: Floats, others: Floats) -> bool:
-        # of many unloaded readings two have to agree: two may be bumped alike
-        near = int((np.linalg.norm(others - reading, axis=1) <= self.bound).sum())
-        return near < (2 if len(others) >= 5 else 1)
+    def _far_unloaded(self, k: int) -> bool:
+        """Tell whether an unloaded reading is far from the others.
+
+        One that was reached the same way is enough to agree with; of the rest it takes two, since two may be bumped.
+        """
+        others = self._others(k)
+        near = others[np.linalg.norm(self.white[others] - self.white[k], axis=1) <= self.bound]
+        alike = (self.left[near] == self.left[k]) | (self.left[k] < 0)
+        return not alike.any() and near.size < (2 if others.size >= 5 else 1)
 
     def _off_repeats(self, k: int) -> dict[int, Floats]:
         """Return what a reading differs by from each repeat at like load, brought to its own load."""
