@@ -11,10 +11,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.identification.least_squares import take_out_offsets, triangular
+from stiffcal.identification.least_squares import triangular
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Observations
-from stiffcal.identification.signatures import Linearised, Signature
+from stiffcal.identification.projection import Projection
+from stiffcal.identification.signatures import Linearised
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Sort
 
@@ -24,13 +25,6 @@ Floats = NDArray[np.float64]
 def lacks_shape(one: PlacedEffect) -> bool:
     """Return whether a shape parameter has no value yet."""
     return any(spec.symbol not in one.values for spec in one.specs(Sort.SHAPE))
-
-
-def white_rows(stack: Floats, data: Observations, whitening: Whitening) -> Floats:
-    """Return (k, m · n): a stack with run offsets taken out, whitened, one row each."""
-    if data.free_offset:
-        stack, _ = take_out_offsets(stack, data.run, whitening)
-    return whitening.apply(np.where(data.seen, stack, 0.0)).reshape(len(stack), -1)
 
 
 def start_shapes(
@@ -44,6 +38,7 @@ def start_shapes(
     data, whitening : the observations and their noise.
     fixed : full names that keep their values; their own effect's other shapes are still profiled.
     """
+    space = Projection.of(data, whitening)
     for number, one in enumerate(robot.placed):
         if not lacks_shape(one):
             continue
@@ -52,13 +47,11 @@ def start_shapes(
         known = [state.signature(p.effect, p.place, p.shape()) for p in others.placed if not lacks_shape(p)]
         background = np.concatenate([s.columns for s in known] or [np.zeros((0, *data.measured.shape))])
         residual = np.where(data.seen, data.measured - state.predicted, 0.0)
-        base = white_rows(np.concatenate([background, residual[None]]), data, whitening)
+        base = space.rows(np.concatenate([background, residual[None]]))
         best, least = {spec.symbol: spec.typical for spec in one.specs(Sort.SHAPE)}, np.inf
         for shape in state.shapes(one.effect, one.place):
             trial = {**shape, **{s: v for s, v in one.values.items() if s in shape}}
-            left = remaining_squares(
-                base, white_rows_of(state.signature(one.effect, one.place, trial), data, whitening)
-            )
+            left = remaining_squares(base, space.rows(state.signature(one.effect, one.place, trial).columns))
             if left < least:
                 best, least = trial, left
         robot = replace(
@@ -68,11 +61,6 @@ def start_shapes(
             ),
         )
     return robot
-
-
-def white_rows_of(signature: Signature, data: Observations, whitening: Whitening) -> Floats:
-    """Return (q, m · n) the whitened columns of a signature."""
-    return white_rows(signature.columns, data, whitening)
 
 
 def remaining_squares(base: Floats, columns: Floats) -> float:

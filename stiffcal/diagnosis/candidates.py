@@ -1,0 +1,93 @@
+"""Who is tried: every effect at every place, with every shape of its grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from stiffcal.diagnosis.thresholds import MANY_SHAPES
+from stiffcal.identification.signatures import Linearised, Signature
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Effect, Place, Sort
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect at a place.
+
+    Attributes
+    ----------
+    effect, place : which.
+    n_parameters : free ones, shapes included.
+    """
+
+    effect: Effect
+    place: Place
+    n_parameters: int
+
+    @property
+    def name(self) -> str:
+        """``effect at place``."""
+        return f"{self.effect.name} {self.place.label}"
+
+
+@dataclass(frozen=True)
+class NotTried:
+    """An effect that these data cannot tell, and what it would need."""
+
+    effect: str
+    needs: str
+
+
+def list_candidates(
+    robot: CompliantRobot, states: LoadStates, catalogue: Mapping[str, Effect]
+) -> tuple[list[Candidate], list[NotTried]]:
+    """Return the effects that can be tried beside what the model holds, and those that cannot, with the reason.
+
+    Parameters
+    ----------
+    robot : the present model.
+    states : the campaign's load states.
+    catalogue : effects by name.
+    """
+    held = {(one.effect.name, one.place) for one in robot.placed}
+    candidates, not_tried = [], []
+    for effect in catalogue.values():
+        reason = effect.lacking(robot.chain, states)
+        if reason is not None:
+            not_tried.append(NotTried(effect.name, reason))
+            continue
+        places = effect.places(robot.chain)
+        if not places:
+            not_tried.append(NotTried(effect.name, f"no place on this robot: it sits on {effect.place_kind}"))
+        for place in places:
+            if (effect.name, place) in held or _stands_in_the_way(effect, place, robot):
+                continue
+            free = sum(1 for spec in effect.parameters)
+            candidates.append(Candidate(effect, place, free))
+    return candidates, not_tried
+
+
+def _stands_in_the_way(effect: Effect, place: Place, robot: CompliantRobot) -> bool:
+    """Return whether the model holds, at this place, what includes or excludes the effect."""
+    return any(
+        one.place == place
+        and (effect.name in (*one.effect.includes, *one.effect.excludes) or one.effect.name in effect.excludes)
+        for one in robot.placed
+    )
+
+
+def variants(candidate: Candidate, state: Linearised, chain: Chain) -> Iterator[Signature]:
+    """Return the candidate's signatures, one for each combination of its shape grid."""
+    if any(spec.sort is Sort.SHAPE for spec in candidate.effect.parameters):
+        shapes = state.shapes(candidate.effect, candidate.place)
+        if len(shapes) > MANY_SHAPES:
+            return
+    else:
+        shapes = [{}]
+    for shape in shapes:
+        signature = state.signature(candidate.effect, candidate.place, shape)
+        if signature.columns.any() or signature.fixed.any():
+            yield signature

@@ -1,0 +1,133 @@
+"""How a candidate does in poses it has not seen, from small matrices of inner products.
+
+For every pose (fold) f the inner products G_f of all whitened rows — base model, candidate, residual — are taken once.
+Leaving poses out is then subtraction, refitting everything else with the candidate is one small solve, and the error on
+a pose left out is a quadratic form. All folds, and all pairs of folds for the choice repeated inside each fold, go
+through one batched solve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+Integers = NDArray[np.int64]
+
+
+def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats) -> Floats:
+    """Solve batches of normal equations within bounds.
+
+    Parameters
+    ----------
+    normal : (…, k, k) inner products of the columns.
+    right : (…, k) inner products with the residual.
+    lower, upper : (k,) bounds of each parameter.
+
+    Returns
+    -------
+    (…, k). Parameters that leave their bounds are put on them and the others solved again, until none does: the
+    active-set path, without going back (a bound that should be left again costs a little of the candidate's score,
+    never its possibility).
+    """
+    k = normal.shape[-1]
+    diagonal = np.einsum("...kk->...k", normal)
+    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    scaled = normal / scale[..., :, None] / scale[..., None, :]
+    # Columns that agree to seven digits share what they explain instead of blowing up.
+    scaled = scaled + 1e-10 * np.eye(k)
+    target = right / scale
+    low, high = lower * scale, upper * scale
+    fixed = np.zeros(target.shape, dtype=np.bool_)
+    value = np.zeros_like(target)
+    for _ in range(k + 1):
+        free = ~fixed
+        masked = scaled * (free[..., :, None] & free[..., None, :]) + np.eye(k) * fixed[..., :, None]
+        shifted = np.where(free, target - np.einsum("...kl,...l->...k", scaled, np.where(fixed, value, 0.0)), value)
+        solution = np.linalg.solve(masked, shifted[..., None])[..., 0]
+        beyond = free & ((solution < low) | (solution > high))
+        if not beyond.any():
+            break
+        value = np.where(beyond, np.clip(solution, low, high), value)
+        fixed = fixed | beyond
+    return np.asarray(np.clip(solution, low, high) / scale)
+
+
+@dataclass(frozen=True)
+class Score:
+    """A candidate's errors, whitened sums of squares.
+
+    Attributes
+    ----------
+    fitted : with all poses.
+    unseen : (F,) on each pose left out.
+    nested : (F, F) on pose g with poses f and g left out (row f, column g; the diagonal is ``unseen``).
+    solution : (k,) parameters with all poses, base model first.
+    without : (F, k) parameters with each pose left out.
+    variant : which shape was best with all poses.
+    """
+
+    fitted: float
+    unseen: Floats
+    nested: Floats
+    solution: Floats
+    without: Floats
+    variant: int
+
+
+def quadratic(products: Floats, solution: Floats) -> Floats:
+    """Return |residual − columns x|² from (…, k + 1, k + 1) inner products, residual last."""
+    inner = np.einsum("...k,...kl,...l->...", solution, products[..., :-1, :-1], solution)
+    return np.asarray(
+        inner - 2.0 * np.einsum("...k,...k->...", solution, products[..., :-1, -1]) + products[..., -1, -1]
+    )
+
+
+def fold_products(rows: Floats, folds: list[Integers]) -> Floats:
+    """Return (F, k, k) inner products of rows (k, m · n), fold by fold."""
+    return np.stack([rows[:, fold] @ rows[:, fold].T for fold in folds])
+
+
+def score_variants(products: list[Floats], lower: Floats, upper: Floats, groups: Integers) -> Score:
+    """Score a candidate whose shape is chosen, in every fold anew, among variants.
+
+    Parameters
+    ----------
+    products : per variant (F, k + 1, k + 1) inner products, residual last.
+    lower, upper : (k,) bounds.
+    groups : (F,) group of each fold for the repeated choice.
+    """
+    n_groups = int(groups.max()) + 1
+    member = groups[None, :] == np.arange(n_groups)[:, None]
+    fitted, solutions, unseen, training, without = [], [], [], [], []
+    nested, nested_training = [], []
+    for one in products:
+        total = one.sum(axis=0)
+        solution = solve_within(total[:-1, :-1], total[:-1, -1], lower, upper)
+        fitted.append(float(quadratic(total, solution)))
+        solutions.append(solution)
+        rest = total - one
+        x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper)
+        without.append(x)
+        training.append(quadratic(rest, x))
+        unseen.append(quadratic(one, x))
+        grouped = np.einsum("gf,fkl->gkl", member.astype(np.float64), one)
+        twice = total - grouped[:, None] - grouped[None, :] + np.einsum("gh,gkl->ghkl", np.eye(n_groups), grouped)
+        y = solve_within(twice[..., :-1, :-1], twice[..., :-1, -1], lower, upper)
+        nested_training.append(quadratic(twice, y))
+        nested.append(quadratic(np.broadcast_to(grouped[None, :], twice.shape), y))
+    best = int(np.argmin(fitted))
+    chosen = np.argmin(training, axis=0)
+    picked = np.argmin(nested_training, axis=0)
+    folds = np.arange(len(groups))
+    return Score(
+        fitted[best],
+        np.stack(unseen)[chosen, folds],
+        np.take_along_axis(np.stack(nested), picked[None], axis=0)[0],
+        solutions[best],
+        np.stack(without)[chosen, folds],
+        best,
+    )

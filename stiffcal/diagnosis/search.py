@@ -1,0 +1,225 @@
+"""Several missing effects, found one after another, superfluous ones dropped again.
+
+Forward: the best supported candidate is added and everything refitted on the balanced robot, until nothing is
+supported. Then every effect that was added is taken out again and all candidates are tried in its place beside the
+others: one that is no longer needed is dropped, one that another beats is exchanged. What cannot be told from the best
+in that last look is its look-alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stiffcal.diagnosis.candidates import Candidate, NotTried, list_candidates
+from stiffcal.diagnosis.judge import Judgement, LackOfFit, fitted_values, judge_choice, lack_of_fit, leaders
+from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, MOST_EFFECTS
+from stiffcal.errors import Progress, no_progress
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import Problem, Settings, fit_observations, fit_problem
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Effect, Sort
+
+
+@dataclass(frozen=True)
+class Found:
+    """An effect that is missing.
+
+    Attributes
+    ----------
+    candidate : which, and where.
+    alternatives : those that cannot be told from it in these data.
+    judgement : how sure.
+    """
+
+    candidate: Candidate
+    alternatives: tuple[Candidate, ...]
+    judgement: Judgement
+
+
+@dataclass(frozen=True)
+class Search:
+    """What was found.
+
+    Attributes
+    ----------
+    first : the scan beside the present model.
+    found : effects to add, in order; empty where nothing is missing, or where what was found explains too little.
+    tried : the set that was reached, also where it explains too little.
+    final : the fit with ``tried`` added.
+    final_scan : the last look beside it.
+    before, after : residuals against noise, without and with ``tried``; None where the noise is not known.
+    explained : share of the avoidable error that goes with ``tried``.
+    unexplained : something is left that nothing accounts for.
+    not_tried : effects that these data cannot tell.
+    """
+
+    first: Scan
+    found: tuple[Found, ...]
+    tried: tuple[Found, ...]
+    final: Fit
+    final_scan: Scan
+    before: LackOfFit | None
+    after: LackOfFit | None
+    explained: float
+    unexplained: bool
+    not_tried: tuple[NotTried, ...]
+
+
+@dataclass(frozen=True)
+class Workbench:
+    """What a search works on."""
+
+    states: LoadStates
+    problem: Problem
+    catalogue: Mapping[str, Effect]
+    settings: Settings
+
+    def fit(self, robot: CompliantRobot) -> Fit:
+        """Fit a model on the balanced robot."""
+        return fit_observations(self.problem, robot, self.settings)
+
+    def scan(self, fit: Fit) -> Scan:
+        """Try everything beside a fit."""
+        candidates, _ = list_candidates(fit.robot, self.states, self.catalogue)
+        return scan_candidates(fit, candidates)
+
+
+def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
+    """Return the model with a candidate added, its shape where the scan found it best."""
+    values = {s: v for s, v in fitted_values(trial).items() if trial.candidate.effect.spec(s).sort is Sort.SHAPE}
+    added = PlacedEffect(trial.candidate.effect, trial.candidate.place, values)
+    # What the newcomer includes goes: its part is in the whole.
+    kept = tuple(
+        one
+        for one in robot.placed
+        if not (one.place == trial.candidate.place and one.effect.name in trial.candidate.effect.includes)
+    )
+    return replace(robot, placed=(*kept, added))
+
+
+def without(robot: CompliantRobot, candidate: Candidate) -> CompliantRobot:
+    """Return the model without an effect."""
+    kept = tuple(
+        one for one in robot.placed if not (one.effect.name == candidate.effect.name and one.place == candidate.place)
+    )
+    return replace(robot, placed=kept)
+
+
+def search_missing(
+    states: LoadStates,
+    robot: CompliantRobot,
+    catalogue: Mapping[str, Effect],
+    settings: Settings | None = None,
+    progress: Progress = no_progress,
+    problem: Problem | None = None,
+) -> Search:
+    """Find which effects the model lacks.
+
+    Parameters
+    ----------
+    states : the campaign's load states.
+    robot : the present model, valued or not.
+    catalogue : effects by name.
+    settings : how fits are made.
+    progress : told what is being done.
+    problem : prepared observations, where they are at hand.
+    """
+    bench = Workbench(states, problem or fit_problem(states, robot), catalogue, settings or Settings())
+    progress("fitting the present model", 0.05)
+    present = bench.fit(robot)
+    progress("trying every effect at every place", 0.15)
+    first = bench.scan(present)
+    fit, scan = present, first
+    chosen: list[Candidate] = []
+    while len(chosen) < MOST_EFFECTS:
+        best = _supported(scan)
+        if best is None:
+            break
+        progress(f"adding {best.candidate.name}", 0.2 + 0.1 * len(chosen))
+        fit = bench.fit(with_trial(fit.robot, best))
+        chosen.append(best.candidate)
+        scan = bench.scan(fit)
+    fit, scan, tried = _reconsider(bench, fit, scan, chosen, first, progress)
+    return _conclude(bench, present, first, fit, scan, tried)
+
+
+def _supported(scan: Scan) -> Trial | None:
+    """Return the leader of a scan where it is supported."""
+    near = leaders(scan)
+    if not near or not judge_choice(scan, near[0]).supported:
+        return None
+    return near[0]
+
+
+def _found(scan: Scan, candidate: Candidate) -> Found | None:
+    """Return what a scan says of a candidate: itself or the one that beats it; None where neither is supported."""
+    near = leaders(scan)
+    if not near or not judge_choice(scan, near[0]).supported:
+        return None
+    # The one that is in the model already stays unless another is really better.
+    same = [trial for trial in near if trial.candidate.name == candidate.name]
+    simpler = near[0].candidate.n_parameters < candidate.n_parameters
+    chosen = near[0] if simpler or not same else same[0]
+    others = tuple(trial.candidate for trial in near if trial.candidate.name != chosen.candidate.name)
+    return Found(chosen.candidate, others, judge_choice(scan, chosen))
+
+
+def _reconsider(
+    bench: Workbench, fit: Fit, scan: Scan, chosen: list[Candidate], first: Scan, progress: Progress
+) -> tuple[Fit, Scan, tuple[Found, ...]]:
+    """Take each added effect out again and see what belongs in its place."""
+    tried: dict[str, Found] = {}
+    for _ in range(2):
+        changed = False
+        for number, candidate in enumerate(list(chosen)):
+            progress(f"is {candidate.name} still needed?", 0.6 + 0.05 * number)
+            others = without(fit.robot, candidate)
+            look = first if len(chosen) == 1 else bench.scan(bench.fit(others))
+            found = _found(look, candidate)
+            if found is not None and found.candidate.name == candidate.name:
+                tried[candidate.name] = found
+                continue
+            changed = True
+            chosen.remove(candidate)
+            tried.pop(candidate.name, None)
+            base = look.fit.robot
+            if found is not None:
+                trial = next(t for t in look.trials if t.candidate.name == found.candidate.name)
+                base = with_trial(base, trial)
+                chosen.insert(number, found.candidate)
+                tried[found.candidate.name] = found
+            fit = bench.fit(base)
+            scan = bench.scan(fit)
+        if not changed:
+            break
+    return fit, scan, tuple(tried[candidate.name] for candidate in chosen if candidate.name in tried)
+
+
+def _conclude(bench: Workbench, present: Fit, first: Scan, fit: Fit, scan: Scan, tried: tuple[Found, ...]) -> Search:
+    _, not_tried = list_candidates(present.robot, bench.states, bench.catalogue)
+    after = lack_of_fit(fit, scan)
+    before = _against_noise_of(fit, present, first)
+    # Both errors in units of the final model's noise, which no missing effect has swollen.
+    e_before = before.ratio**2 if before is not None else float(np.sum(first.base.unseen) / first.dof)
+    e_after = after.ratio**2 if after is not None else float(np.sum(scan.base.unseen) / scan.dof)
+    avoidable = e_before - (1.0 if after is not None else 0.0)
+    explained = float(np.clip((e_before - e_after) / avoidable, 0.0, 1.0)) if avoidable > 0.0 else 1.0
+    unexplained = after is not None and not after.adequate
+    found = () if unexplained and explained < LEAST_EXPLAINED else tried
+    return Search(first, found, tried, fit, scan, before, after, explained, unexplained, tuple(not_tried))
+
+
+def _against_noise_of(fit: Fit, present: Fit, first: Scan) -> LackOfFit | None:
+    """Return the present model's residuals against the noise as the final model tells it."""
+    own = lack_of_fit(present, first)
+    if own is None or fit.noise is None or present.noise is None:
+        return own
+    before, after = present.noise_length["translation"], fit.noise_length["translation"]
+    if not before or not after:
+        return own
+    return replace(own, ratio=own.ratio * before / after)
