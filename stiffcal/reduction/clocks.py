@@ -260,7 +260,7 @@ def _follows_steps(
     y = y / np.maximum(np.sqrt(np.mean(y**2, axis=0)), 1e-300)
     left = y - u @ np.linalg.lstsq(u, y, rcond=1e-6)[0]
     share = float(np.sum(left**2) / np.sum(y**2))
-    return len(both) * float(np.log(1.0 / max(share, 1e-12))) > 3.0 * n_free + 10.0
+    return bool(len(both) * np.log(1.0 / max(share, 1e-12)) > 3.0 * n_free + 10.0)
 
 
 def _step(signal: SharedSignal, begin: float, end: float) -> Floats | None:

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.campaign.manifest import Manifest, Run
+from stiffcal.campaign.manifest import Manifest, Run, Source
 from stiffcal.campaign.signals import Pose
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_quaternion
-from stiffcal.reduction.logs import Rows, read_rows
+from stiffcal.reduction.logs import Rows, place_of_row, read_rows
 from stiffcal.reduction.markers import poses_of_markers
 from stiffcal.reduction.references import reference_states
 
@@ -75,6 +76,7 @@ def tabled_states(
             seen = None if watch is None else partial(watch, name, shown)
             rows = _joined(list(read_rows(folder, name, source, files, seen)))
             parts.append(_labelled(manifest, name, run, rows, shown))
+            _check_order(parts[-1], shown, partial(_place, folder, source, files))
         table = _stacked(parts)
         gathered = table if gathered is None else _beside(gathered, table, name)
     return gathered
@@ -132,27 +134,34 @@ def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown:
         {signal: np.ascontiguousarray(values.T) for signal, values in rows.signals.items() if signal != "hold"},
         {}, np.ones(n, dtype=np.int64), reasons,
     )  # fmt: skip
-    return _by_run(gathered, shown)
+    return _by_run(gathered)
 
 
-def _by_run(gathered: Gathered, shown: str) -> Gathered:
-    """Bring the states of each run together, order within a run kept; time must not run backwards there."""
+def _by_run(gathered: Gathered) -> Gathered:
+    """Bring the states of each run together, order within a run kept."""
     first: dict[str, int] = {}
     for name in gathered.run:
         first.setdefault(name, len(first))
     index = np.array([first[name] for name in gathered.run], dtype=np.int64)
     order = np.argsort(index, kind="stable")
-    ordered = pick(gathered, order)
-    time, same = ordered.time, np.diff(index[order]) == 0
-    back = np.flatnonzero(same & (np.diff(time) < 0.0))
+    return pick(gathered, order)
+
+
+def _check_order(states: Gathered, shown: str, place: Callable[[int], str]) -> None:
+    """Raise where time runs backwards within a run."""
+    same = np.array([a == b for a, b in pairwise(states.run)], dtype=np.bool_)
+    back = np.flatnonzero(same & (np.diff(states.time) < 0.0))
     if back.size:
         k = int(back[0]) + 1
         raise InputError.at(
-            shown, f"data row {ordered.number[k]}",
-            f"time runs backwards in run {ordered.run[k]}: {time[k]:g} s after {time[k - 1]:g} s",
+            shown, place(int(states.number[k])),
+            f"time runs backwards in run {states.run[k]}: {states.time[k]:g} s after {states.time[k - 1]:g} s",
             "put the rows in the order in which the states were reached, or leave time out",
         )  # fmt: skip
-    return ordered
+
+
+def _place(folder: Path, source: Source, files: Mapping[str, str], row: int) -> str:
+    return place_of_row(folder, source, files[""], row) if "" in files else f"data row {row}"
 
 
 def pick(gathered: Gathered, chosen: Integers | Booleans) -> Gathered:

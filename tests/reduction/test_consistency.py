@@ -1,0 +1,129 @@
+"""What cannot be is named with the mend that fits, and what can be is let pass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError
+from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_quaternion
+from stiffcal.reduction.consistency import check_kinematics, check_work, match_kinematics, work_of_load
+from stiffcal.reduction.plausibility import LogWatch
+from tests.reduction.practice import PRACTICE, Floats, needs_practice, reduced
+
+ALL = [f"{k:02d}" for k in range(1, 13)]
+
+
+@needs_practice
+@pytest.mark.parametrize("name", ALL)
+def test_sound_campaigns_pass(name: str) -> None:
+    states, chain = reduced(name).states, load_campaign(PRACTICE / name).chain
+    assert check_work(states, chain) == []
+    assert check_kinematics(states, chain, estimated=False) == []
+    assert (work_of_load(states, chain).work > 0.0).all()
+    assert match_kinematics(states, chain).median_m < 0.006
+
+
+@needs_practice
+def test_a_sensor_upside_down_is_told_from_acts_on() -> None:
+    states, chain = reduced("04").states, load_campaign(PRACTICE / "04").chain
+    (fault,) = check_work(replace(states, wrench=-states.wrench), chain)
+    assert "acts_on is the wrong way round" in fault.mend
+    for k, axis in enumerate("xyz"):
+        signs = np.where(np.arange(6) % 3 == k, 1.0, -1.0)
+        (fault,) = check_work(replace(states, wrench=states.wrench * signs), chain)
+        assert f"about {axis}" in fault.mend
+
+
+@needs_practice
+@pytest.mark.parametrize("estimated", [False, True])
+def test_the_one_change_that_fits_is_named(estimated: bool) -> None:
+    states, chain = reduced("01").states, load_campaign(PRACTICE / "01").chain
+
+    def told(joints: Floats) -> str:
+        (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated)
+        return str(fault)
+
+    for a, b in [(0, 1), (1, 2), (3, 5), (4, 5)]:
+        swapped = states.joints.copy()
+        swapped[:, [a, b]] = swapped[:, [b, a]]
+        assert f"joint columns A{a + 1} and A{b + 1} swapped" in told(swapped)
+    turned = states.joints * np.where(np.arange(6) == 2, -1.0, 1.0)
+    assert "joint A3 counted the other way" in told(turned)
+    assert "at joint A2" in told(states.joints + np.where(np.arange(6) == 1, np.pi / 2, 0.0))
+
+
+@needs_practice
+def test_tracker_axes_units_and_quaternion_order() -> None:
+    states, chain = reduced("01").states, load_campaign(PRACTICE / "01").chain
+    there = states.setup.base_from_tracker
+    own = (states.position[:, 0] - there[:3, 3]) @ there[:3, :3]
+
+    def told(readings: Floats) -> str:
+        position = (readings @ there[:3, :3].T + there[:3, 3])[:, None]
+        (fault,) = check_kinematics(replace(states, position=position), chain, estimated=False)
+        return str(fault)
+
+    assert "(Y, X, Z)" in told(own[:, [1, 0, 2]])
+    assert 'position = "m"' in told(own / 1000.0)
+    assert 'position = "mm"' in told(own * 1000.0)
+    quaternion = quaternion_from_rotation(there[:3, :3].T @ states.rotation[:, 0])
+    wrong = there[:3, :3] @ rotation_from_quaternion(quaternion[:, [1, 2, 3, 0]])
+    (fault,) = check_kinematics(replace(states, rotation=wrong[:, None]), chain, estimated=False)
+    assert "w first" in fault.mend
+
+
+@needs_practice
+def test_a_target_mounted_turned_is_no_fault() -> None:
+    states, chain = reduced("01").states, load_campaign(PRACTICE / "01").chain
+    mounting = rotation_from_quaternion(np.array([0.6, 0.0, 0.8, 0.0]))
+    assert check_kinematics(replace(states, rotation=states.rotation @ mounting), chain, estimated=False) == []
+
+
+def watch(sampled: bool = True) -> LogWatch:
+    return LogWatch(
+        "raw/ft.csv", lambda row: f"line {row + 1}", sampled, {"wrench": ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")}
+    )
+
+
+def test_time_over_batches() -> None:
+    log = watch()
+    wrench = np.random.default_rng(0).normal(size=(6, 100))
+    log.see(np.arange(1, 101), np.arange(100) * 0.01, {"wrench": wrench})
+    log.see(np.arange(101, 201), 5.0 + np.arange(100) * 0.01, {"wrench": wrench})
+    assert log.interval == pytest.approx(0.01)
+    assert any("a gap of 4.01 s" in remark for remark in log.remarks())
+    with pytest.raises(InputError, match="line 202: time runs backwards: 3 s after 5.99 s"):
+        log.see(np.arange(201, 301), 3.0 + np.arange(100) * 0.01, {"wrench": wrench})
+
+
+def test_stuck_and_saturated_channels_are_remarked_on() -> None:
+    log = watch()
+    wrench = np.random.default_rng(1).normal(size=(6, 400))
+    wrench[1] = 3.25
+    wrench[2] = np.minimum(10.0 * np.sin(np.arange(400) / 40.0), 8.0)
+    log.see(np.arange(1, 401), np.arange(400) * 0.01, {"wrench": wrench})
+    remarks = "\n".join(log.remarks())
+    assert "column Fy stands still at 3.25" in remarks
+    assert "column Fz stays at its extreme" in remarks
+    assert "Fx" not in remarks
+
+
+@pytest.mark.parametrize(
+    ("signal", "value", "words"),
+    [
+        ("joints", 90.0, "an angle of 90 rad"),
+        ("wrench", 4e5, "a load of 4e\\+05 N"),
+        ("translation", 1.0, "a displacement of 1 m"),
+        ("position.target", 1800.0, "millimetres"),
+        ("lengths", 5.0, "micrometres"),
+    ],
+)
+def test_what_cannot_be_has_row_and_column(signal: str, value: float, words: str) -> None:
+    values = np.zeros((3, 10))
+    values[1, 7] = value
+    with pytest.raises(InputError, match=f"line 8.*{words}"):
+        watch(sampled=False).see(np.arange(0, 10), np.full(10, np.nan), {signal: values})

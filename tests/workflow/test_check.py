@@ -1,0 +1,101 @@
+"""Check: what was understood, what is missing, every fault with its place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.check import check_campaign
+from tests.reduction.test_states import MANIFEST, folder_of
+from tests.workflow.campaigns_to_break import copied, edit, edit_table, needs_practice, one_run
+
+
+@needs_practice
+def test_a_raw_run_is_understood(tmp_path: Path) -> None:
+    document = check_campaign(one_run(tmp_path))
+    told = {source["source"]: source for source in document["sources"]}
+    assert told["ft"]["rate_hz"] == pytest.approx(100.0, rel=0.01)
+    assert told["tracker"]["rate_hz"] == pytest.approx(25.0, rel=0.01)
+    assert told["tracker"]["span_s"] == pytest.approx(140.08)
+    assert told["ft"]["rows"] == 13915
+    column = next(entry for entry in told["tracker"]["columns"] if entry["column"] == "X")
+    assert column["unit"] == "mm"
+    assert column["low_si"] == pytest.approx(1.805, abs=0.001)
+    assert document["kinematics"]["median_m"] < 0.02
+    assert document["runs"][0]["n_states"] == 49
+    assert document["runs"][0]["clock_ahead_s"]["tracker"]["value"] == pytest.approx(1.3523, abs=0.01)
+
+
+@needs_practice
+def test_a_whole_campaign_is_ready(tmp_path: Path) -> None:
+    document = check_campaign(copied("01", tmp_path))
+    assert document["ready"] is True
+    assert document["missing"] == []
+    assert all(joint["expected_relative_std"] < 0.1 for joint in document["joints"])
+
+
+@needs_practice
+def test_quick_reads_the_beginning(tmp_path: Path) -> None:
+    document = check_campaign(copied("13-raw", tmp_path), quick=True)
+    assert document["ready"] is True
+    assert document["kinematics"]["median_m"] < 0.02
+
+
+@needs_practice
+def test_runs_still_to_be_measured_are_missing_not_wrong(tmp_path: Path) -> None:
+    folder = copied("13-raw", tmp_path)
+    for path in (folder / "raw").glob("pose0[2-6]_*"):
+        path.unlink()
+    document = check_campaign(folder)
+    assert document["ready"] is False
+    assert any("pose02" in line for line in document["missing"])
+    assert [run["id"] for run in document["runs"]] == ["pose01"]
+
+
+@needs_practice
+def test_one_run_alone(tmp_path: Path) -> None:
+    document = check_campaign(copied("13-table", tmp_path), run="pose03")
+    assert [run["id"] for run in document["runs"]] == ["pose03"]
+
+
+@needs_practice
+def test_every_faulty_file_is_named(tmp_path: Path) -> None:
+    folder = copied("13-raw", tmp_path)
+    edit(folder / "raw/pose01_tracker.csv", ("\n400,0;", "\n300,0;"))
+    edit(folder / "raw/pose02_ft.csv", ("Time,Fx,Fy", "Time,Fx,Fyy"))
+    with pytest.raises(InputError) as raised:
+        check_campaign(folder)
+    assert {fault.file for fault in raised.value.faults} == {"raw/pose01_tracker.csv", "raw/pose02_ft.csv"}
+
+
+def test_a_joint_that_sees_no_torque_is_named(tmp_path: Path) -> None:
+    # forces in the plane of the arm through the first axis: joint 1 is never turned
+    table = "A1,A2,A3,Fx,Fy,Fz,dx,dy,dz\n"
+    table += "".join(
+        f"0,{a},{b},0.1,0,{z},0.1,0,0.2\n" for a, b, z in [(-20, 40, 0.2), (-50, 70, -0.2), (-10, 90, 0.3)]
+    )
+    manifest = MANIFEST.replace("xyz_m = [0.0, 0.0, 0.2]", "xyz_m = [0.1, 0.0, 0.0]")
+    document = check_campaign(folder_of(tmp_path, manifest, table))
+    assert document["ready"] is False
+    assert any("A1" in line and "no torque" in line for line in document["missing"])
+
+
+def test_a_fault_of_the_table_has_line_and_column(tmp_path: Path) -> None:
+    folder = folder_of(tmp_path, MANIFEST)
+    edit(folder / "raw/table.csv", ("0,-30,30,0,0.2", "0,-30,30,0,oops"))
+    with pytest.raises(InputError, match=r"raw/table\.csv: line 3.*Fy"):
+        check_campaign(folder)
+
+
+@needs_practice
+def test_swapped_joints_are_named(tmp_path: Path) -> None:
+    folder = copied("13-table", tmp_path)
+
+    def swap(header: list[str], _: list[list[str]]) -> None:
+        header[3], header[4] = header[4], header[3]
+
+    edit_table(folder, swap)
+    with pytest.raises(InputError, match="joint columns A1 and A2 swapped"):
+        check_campaign(folder)
