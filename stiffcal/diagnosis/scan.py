@@ -64,6 +64,8 @@ class Scan:
     n_columns : parameters of the base model that were free.
     n_tried : how many signatures were compared, shapes included.
     space : whitened rows.
+    columns : (p, m, n) of the base model's free parameters, about the fit.
+    residual : (m, n) measured minus predicted, offsets not taken out.
     """
 
     fit: Fit
@@ -76,6 +78,8 @@ class Scan:
     n_columns: int
     n_tried: int
     space: Projection
+    columns: Floats
+    residual: Floats
 
 
 def weights_of(fit: Fit) -> Whitening:
@@ -147,7 +151,7 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     trials[:REFINED] = [refined(trial) for trial in trials[:REFINED]]
     trials.sort(key=lambda trial: float(np.sum(trial.score.unseen)))
     dof = int(np.count_nonzero(data.seen)) - (len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0)
-    return Scan(fit, base, tuple(trials), tuple(folds), fold, groups, dof, len(columns), max(n_tried, 1), space)
+    return Scan(fit, base, tuple(trials), tuple(folds), fold, groups, dof, len(columns), max(n_tried, 1), space, own, residual)
 
 
 def _refined(

@@ -1,0 +1,83 @@
+"""The error in unseen poses, in metres and radians, of the present model and of each candidate beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.observation import free_columns
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.validation.unseen import unseen_residuals, with_lost_freedom
+from stiffcal.validation.validate import rms_of
+
+Floats = NDArray[np.float64]
+
+
+def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
+    """Return (m, n) residuals with each pose left out in turn, its run's offset taken out.
+
+    Parameters
+    ----------
+    scan : the scan.
+    trial : the candidate, None for the present model.
+    """
+    score = scan.base if trial is None else trial.score
+    columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.signature.columns])
+    residual = scan.residual if trial is None else scan.residual - trial.signature.fixed
+    residual = residual.copy()
+    for number, fold in enumerate(np.unique(scan.fold_of_state)):
+        part = scan.fold_of_state == fold
+        residual[:, part] -= np.einsum("kmn,k->mn", columns[:, :, part], score.without[number])
+    return with_lost_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
+
+
+def left_out_rms(scan: Scan, trial: Trial | None) -> dict[str, float | None]:
+    """Return the rms in unseen poses, m and rad."""
+    return rms_of(left_out_residual(scan, trial), scan.fit.data)
+
+
+def fitted_rms(states: LoadStates, fit: Fit) -> dict[str, float | None]:
+    """Return a fit's rms in unseen poses, m and rad."""
+    unseen = unseen_residuals(states, fit)
+    return rms_of(unseen.residual, unseen.data)
+
+
+def contribution(scan: Scan, trial: Trial) -> Floats:
+    """Return (m, n) what the candidate adds to the displacements, its run's mean taken out."""
+    count = len(trial.signature.symbols)
+    amplitude = trial.score.solution[len(trial.score.solution) - count :]
+    added = np.einsum("qmn,q->mn", trial.signature.columns, amplitude) + trial.signature.fixed
+    return np.asarray(scan.space.centred(added[None])[0])
+
+
+def size_at_tool(scan: Scan, trial: Trial) -> float:
+    """Return the rms of what the candidate adds at the tool, m."""
+    return float(rms_of(contribution(scan, trial), scan.fit.data)["translation"] or 0.0)
+
+
+def poses_helped(scan: Scan, trial: Trial) -> int:
+    """Return in how many poses the unseen error falls."""
+    return int(np.count_nonzero(trial.score.unseen < scan.base.unseen))
+
+
+def valued_with(scan: Scan, trial: Trial) -> CompliantRobot:
+    """Return the model with the candidate, both valued as the scan found them with all poses."""
+    fit = scan.fit
+    fixed = fit.held | {one.name for one in fit.parameters if one.fixed}
+    columns = free_columns(fit.robot, fixed)
+    values: dict[str, float] = {}
+    for column, step in zip(columns, trial.score.solution, strict=False):
+        one = fit.robot.placed[column.placed]
+        amplitude = one.amplitude(column.symbol) + step
+        inverse = one.effect.spec(column.symbol).inverse
+        values[one.parameter_name(column.symbol)] = (
+            (1.0 / amplitude if amplitude > 0.0 else np.inf) if inverse else float(amplitude)
+        )
+    from stiffcal.diagnosis.judge import fitted_values
+
+    robot = fit.robot.with_values(values)
+    added = PlacedEffect(trial.candidate.effect, trial.candidate.place, fitted_values(trial))
+    return CompliantRobot(robot.chain, (*robot.placed, added), robot.deformed)
