@@ -24,8 +24,12 @@ class JointCompliance(DocumentedEffect):
     Law: δ_Rz = c τ, with τ the whole torque about the joint's axis, weight included (Wang, Zhang and Fuhlbrigge 2009,
     eq. 7; c = 1 / k_θ).
 
-    Assumes that the drive is linear, without play or friction, and that everything else is rigid. Holds for torques
-    well above the friction of the gear and well below its limit.
+    Assumes that the drive is linear, without play or friction, and that everything else is rigid. On robots whose axes
+    are coupled mechanically the drive sits on the logged axis: it carries τ_drive = Mᵀ τ and turns the model joints by
+    M δ (coupling = "mechanical" in robot.toml).
+
+    Limits: holds for torques well above the friction of the gear and well below its limit. What else turns the tool
+    about the same axis (base about z, tool about the last axis, a wrist's bearing) goes into the same number.
     """
 
     name = "joint-compliance"
