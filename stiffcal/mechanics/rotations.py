@@ -35,11 +35,14 @@ def cross_matrix(vector: Floats) -> Floats:
 
 def exponential_coefficients(squared_angle: Floats) -> tuple[Floats, Floats]:
     """Return sin(x)/x and (1 − cos x)/x² for x² given, exact at zero (Rodrigues' formula)."""
-    small = squared_angle < _SERIES_BELOW
-    safe = np.where(small, 1.0, squared_angle)
-    angle = np.sqrt(safe)
     series_a = 1.0 - squared_angle / 6.0 * (1.0 - squared_angle / 20.0)
     series_b = 0.5 - squared_angle / 24.0 * (1.0 - squared_angle / 30.0)
+    small = squared_angle < _SERIES_BELOW
+    # Deflections are always that small; trigonometry would be half the work of a sweep.
+    if small.all():
+        return series_a, series_b
+    safe = np.where(small, 1.0, squared_angle)
+    angle = np.sqrt(safe)
     half = np.sin(angle / 2.0)
     return np.where(small, series_a, np.sin(angle) / angle), np.where(small, series_b, 2.0 * half * half / safe)
 

@@ -45,10 +45,23 @@ class Shape:
     ----------
     bodies : J + 2 frames, base to flange, on the deformed chain.
     nodes : 2J + 2 frames of the nodes before their own displacement.
+    small : (2J + 2, 6, n) the nodes' displacements, node axes; None for the rigid chain.
     """
 
     bodies: list[StackedFrame]
     nodes: list[StackedFrame]
+    small: Floats | None = None
+
+    def origin(self, node: int) -> Floats:
+        """Return where a node turns about, (3, n) in base axes: its origin after its own shift.
+
+        A node that shifts and turns gives the more work to its moment the farther it has shifted: moments that belong
+        to the turn are those about the shifted origin.
+        """
+        frame = self.nodes[node]
+        if self.small is None or not self.small[node, :3].any():
+            return frame.position
+        return np.asarray(frame.position + from_frame(frame.rotation, self.small[node, :3]))
 
 
 @dataclass(frozen=True)
@@ -114,7 +127,7 @@ def chain_shape(chain: Chain, angles: Floats, small: Floats | None) -> Shape:
     if small is not None and small[-1].any():
         flange = flange.displaced(small[-1])
     bodies.append(flange)
-    return Shape(bodies, nodes)
+    return Shape(bodies, nodes, small)
 
 
 def _shifted_along_z(frame: StackedFrame, distance: float) -> StackedFrame:
@@ -136,7 +149,7 @@ def _inverse(rigid: Floats) -> Floats:
 
 
 def node_wrenches(chain: Chain, shape: Shape, inputs: Inputs, forces: Floats | None = None) -> Floats:
-    """Return what every node carries: load and outboard weight, in node axes about the node.
+    """Return what every node carries: load and outboard weight, in node axes about the node's shifted origin.
 
     Parameters
     ----------
@@ -150,7 +163,11 @@ def node_wrenches(chain: Chain, shape: Shape, inputs: Inputs, forces: Floats | N
     """
     setup = inputs.setup
     reading = inputs.wrench if forces is None else forces
-    axes = shape.bodies[setup.wrench_axes.body].moved(setup.wrench_axes.transform)
+    # Base axes are those of the ground, whatever the foundation does.
+    ground = setup.wrench_axes.body == 0
+    axes = (base_frame(reading.shape[1]) if ground else shape.bodies[setup.wrench_axes.body]).moved(
+        setup.wrench_axes.transform
+    )
     point = shape.bodies[setup.wrench_point.body].point(setup.wrench_point.transform[:3, 3])
     force = from_frame(axes.rotation, reading[:3])
     moment = from_frame(axes.rotation, reading[3:]) if setup.moments_measured else np.zeros_like(force)
@@ -176,7 +193,7 @@ def node_wrenches(chain: Chain, shape: Shape, inputs: Inputs, forces: Floats | N
                 continue
             frame = shape.nodes[node]
             result[node, :3] = to_frame(frame.rotation, total_force)
-            result[node, 3:] = to_frame(frame.rotation, total_moment - cross(frame.position, total_force))
+            result[node, 3:] = to_frame(frame.rotation, total_moment - cross(shape.origin(node), total_force))
     return result
 
 
