@@ -21,6 +21,11 @@ def test_diagonal() -> None:
     np.testing.assert_allclose(moved, [1e-6, 4e-6, 9e-6, 4e-5, 1e-4, 1.8e-4])
 
 
+def test_units() -> None:
+    units = {spec.symbol: spec.unit for spec in EFFECT.parameters}
+    assert units == {f"r{axis}": "rad/(N·m)" for axis in "xyz"} | {f"t{axis}": "m/N" for axis in "xyz"}
+
+
 def test_the_robot_leans_about_the_base_wherever_joint_1_points() -> None:
     """F along base x at height h: turn F h about base y, target moves by turn × place.
 

@@ -55,6 +55,11 @@ def test_known_holds_count_instead_of_the_whole_step() -> None:
     """100 s between stamps, but the load was held for 5 s only before its reading."""
     order = order_of([0, 0], [0.0, 100.0], hold=[np.nan, 5.0])
     np.testing.assert_allclose(crept(np.array([0.0, 100.0]), order, 10.0)[1], 100.0 * (1.0 - np.exp(-0.5)))
+    # the load before it acts on until the new one comes: up for 20 s, on for 7 s more, then 3 s of the next
+    order = order_of([0, 0, 0], [0.0, 20.0, 30.0], hold=[np.nan, np.nan, 3.0])
+    before = 50.0 * (1.0 - np.exp(-2.7))
+    after = 100.0 + (before - 100.0) * np.exp(-0.3)
+    np.testing.assert_allclose(crept(np.array([0.0, 50.0, 100.0]), order, 10.0)[2], after, rtol=1e-13)
     single = order_of([0], [0.0], hold=[5.0])
     np.testing.assert_allclose(crept(np.array([100.0]), single, 10.0), 100.0 * (1.0 - np.exp(-0.5)))
 

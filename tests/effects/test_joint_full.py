@@ -48,3 +48,17 @@ def test_a_compliance_that_gives_energy_away_is_impossible() -> None:
     assert reason is not None
     assert "negative eigenvalue" in reason
     assert EFFECT.impossible({"c44": 1e-7, "c66": 1e-7, "c46": 0.9e-7}) is None
+
+
+def test_a_compliance_that_just_holds_is_possible() -> None:
+    assert EFFECT.impossible({"c44": 1e-7, "c66": 1e-7, "c46": 1e-7}) is None
+
+
+def test_units_bounds_and_sizes_follow_the_block() -> None:
+    blocks = {"c12": ("m/N", 5e-9), "c35": ("rad/N", 2.6e-8), "c46": ("rad/(N·m)", 1.4e-7)}
+    for symbol, (unit, typical) in blocks.items():
+        assert (EFFECT.spec(symbol).unit, EFFECT.spec(symbol).typical) == (unit, typical)
+        assert EFFECT.spec(symbol).lower == -EFFECT.spec(symbol).upper
+    for k in range(1, 7):
+        assert EFFECT.spec(f"c{k}{k}").lower == 0.0
+        assert EFFECT.spec(f"c{k}{k}").compliance

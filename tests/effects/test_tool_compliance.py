@@ -19,6 +19,11 @@ def test_diagonal() -> None:
     np.testing.assert_allclose(moved, [1e-7, 4e-7, 9e-7, 4e-5, 1e-4, 1.8e-4])
 
 
+def test_units() -> None:
+    units = {spec.symbol: spec.unit for spec in EFFECT.parameters}
+    assert units == {f"r{axis}": "rad/(N·m)" for axis in "xyz"} | {f"t{axis}": "m/N" for axis in "xyz"}
+
+
 def test_the_same_in_every_pose_seen_from_the_flange() -> None:
     rng = np.random.default_rng(7)
     chain = robot_chain()
