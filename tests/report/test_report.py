@@ -89,6 +89,8 @@ def test_same_content_gives_same_bytes(small_report: Path, tmp_path: Path) -> No
     again = tmp_path / "again.pdf"
     build_report(made_up_content(), again)
     assert again.read_bytes() == small_report.read_bytes()
+    assert again.read_bytes().rstrip(b"\n").endswith(b"%%EOF")
+    assert [each.name for each in tmp_path.iterdir()] == ["again.pdf"]
 
 
 def test_every_font_is_embedded_and_none_else_used(small_report: Path) -> None:

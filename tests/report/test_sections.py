@@ -1,0 +1,114 @@
+"""What single sections say: stiffness with its uncertainty, what stays open, noise, where the model fails."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from stiffcal.report.blocks import Section, Table
+from stiffcal.report.sections import all_sections, not_identified, residuals, stiffness, summary
+from tests.report.made_up import made_up_content
+
+
+def compliance(**changes: Any) -> dict[str, Any]:
+    """A well known joint compliance in the form of the identify document."""
+    return {
+        "name": "joint-compliance.j2.c", "effect": "joint-compliance", "where": {"joints": [2]}, "value": 2e-6,
+        "std": 2e-8, "interval": [1.9608e-6, 2.0392e-6], "unit": "rad/(N·m)", "fixed": False, "identifiable": True,
+        "stiffness": 5e5, "stiffness_std": 5e3, "stiffness_interval": [490388.0, 509996.0],
+    } | changes  # fmt: skip
+
+
+def table_of(parameter: dict[str, Any]) -> Table:
+    content = made_up_content(n_runs=1)
+    content = replace(content, identify=(content.identify or {}) | {"parameters": [parameter]})
+    made = stiffness.section(content)
+    assert isinstance(made, Section)
+    (table,) = [block for block in made.blocks if isinstance(block, Table)]
+    return table
+
+
+def cells(parameter: dict[str, Any]) -> list[str]:
+    return [cell.replace("\u202f", " ") for cell in table_of(parameter).rows[0]]
+
+
+@pytest.mark.parametrize("unit", ["rad/(N·m)", "rad/(N*m)"])
+def test_stiffness_with_both_ways_to_write_its_unit(unit: str) -> None:
+    assert cells(compliance(unit=unit)) == [
+        "joint 2 (A2)", "joint-compliance", "500 000", "± 9 800", "1.0", "490 000 … 510 000",
+    ]  # fmt: skip
+
+
+def test_lopsided_interval_keeps_the_linear_half_width() -> None:
+    found = cells(compliance(stiffness_std=2e5, stiffness_interval=[2.8e5, 2.3e6], poorly_known=True))
+    assert found[3] == "± 392 000"
+    assert found[5:] == ["280 000 … 2 300 000", "poorly known"]
+    assert "Poorly known: joint 2 (A2)" in table_of(compliance(poorly_known=True)).caption
+
+
+def test_no_upper_bound_is_said() -> None:
+    found = cells(compliance(stiffness_std=6e5, stiffness_interval=[2.8e5, None], poorly_known=True))
+    assert found[5:] == ["above 280 000", "poorly known, no upper bound"]
+
+
+def test_parameters_without_a_value_are_dashes_never_numbers() -> None:
+    nothing = dict.fromkeys(("value", "std", "interval", "stiffness", "stiffness_std", "stiffness_interval"))
+    found = cells(compliance(identifiable=False, **nothing))
+    assert found[2:] == ["–", "–", "–", "–", "cannot be told from these data"]
+
+
+def test_fixed_parameter_has_no_uncertainty() -> None:
+    found = cells(compliance(fixed=True, std=None, interval=None, stiffness_std=None, stiffness_interval=None))
+    assert found[2:] == ["500 000", "–", "–", "–", "given, not fitted"]
+
+
+def test_parameter_that_is_no_stiffness_has_its_own_unit() -> None:
+    play = {
+        "name": "backlash.j4.width", "effect": "backlash", "where": {"joints": [4]}, "value": 1.8e-3, "std": 1e-4,
+        "interval": [1.604e-3, 1.996e-3], "unit": "rad", "fixed": False, "identifiable": True,
+    }  # fmt: skip
+    assert cells(play) == ["backlash.j4.width", "joint 4", "1.80", "± 0.196", "mrad"]
+
+
+def test_open_and_hardly_known_parameters_are_named() -> None:
+    content = made_up_content(n_runs=1)
+    open_one = compliance(identifiable=False, value=None)
+    reason = {"parameters": ["a", "b"], "known": "a + b", "reason": "the base's turn about z is joint 1's"}
+    identify = (content.identify or {}) | {"parameters": [open_one], "not_identifiable": [reason]}
+    text = repr(not_identified.section(replace(content, identify=identify)))
+    assert "the base's turn about z is joint 1's" in text
+    assert "joint-compliance.j2.c (joint 2 (A2)): no value" in text
+    hardly = (content.identify or {}) | {"parameters": [compliance(poorly_known=True)], "not_identifiable": []}
+    text = repr(not_identified.section(replace(content, identify=hardly))).replace("\\u202f", " ")
+    assert "hardly known, 95 % between 490 000 and 510 000 N·m/rad" in text
+
+
+def test_noise_is_given_or_said_to_be_unknown() -> None:
+    assert "scatter 27.7 µm rms" in summary.noise_sentence({"noise": {"translation": 2.77e-5, "rotation": None}})
+    for nothing in ({"noise": None}, {}, {"noise": {"translation": None, "rotation": None}}):
+        assert "cannot be judged" in summary.noise_sentence(nothing)
+
+
+def test_thresholds_that_do_not_hold_are_said() -> None:
+    content = made_up_content(n_runs=1)
+    failed = replace(content, validate=(content.validate or {}) | {"passed": False})
+    assert "thresholds do not hold" in repr(summary.section(failed))
+    assert "thresholds do not hold" not in repr(summary.section(content))
+
+
+def test_one_bad_run_is_named() -> None:
+    content = made_up_content()
+    by_run = [
+        {"label": name, "n": 9, "rms": {"translation": rms, "rotation": None}, "max": {"translation": 2 * rms}}
+        for name, rms in (("good", 2e-5), ("bad", 9e-5))
+    ]
+    text = repr(residuals.section(replace(content, validate=(content.validate or {}) | {"by_run": by_run})))
+    assert "largest in run bad (90.0 µm rms), smallest in run good (20.0 µm), a factor of 4.5" in text
+
+
+def test_sections_stand_in_a_fixed_order() -> None:
+    orders = [module.ORDER for module in all_sections()]
+    assert orders == sorted(set(orders))
+    assert len(orders) >= 11
