@@ -12,12 +12,13 @@ import pytest
 
 from stiffcal.identification.identify import predict_observations
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
-from stiffcal.measurements.load_states import Floats, MeasurementSetup
+from stiffcal.measurements.load_states import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Inputs, NodeLoads, Observed, ParameterSpec, Place, Sort
-from stiffcal.model.equilibrium import chain_shape, node_wrenches, rest_under_weight
+from stiffcal.model.equilibrium import rest_under_weight
+from stiffcal.model.shape import chain_shape, node_wrenches
 from tests.effects.bench import bare_states, robot_chain
 from tests.independent.robots import SIX_STIFFNESS, force_sensor_setup, six_axis_joints
 
@@ -58,24 +59,22 @@ def chain() -> Chain:
     return replace(robot_chain(), compensator=geometry)
 
 
-def setup_for(effect: Effect) -> MeasurementSetup:
-    """Return a full set-up, or a force-only one for the effect that needs it."""
-    full = force_sensor_setup(chain())
-    force_only = replace(full, moments_measured=False)
-    lacking = effect.lacking(chain(), bare_states([0], setup=full)) or ""
-    return force_only if "moments" in lacking else full
+def measures_moments(effect: Effect) -> bool:
+    """True but for the effect that needs a force-only set-up."""
+    return "moments" not in (effect.lacking(chain(), bare_states([0])) or "")
 
 
-def observations(effect: Effect) -> Observations:
-    """Return four poses, three cycles of load each, times, a warming room and drives that are pushed off a little."""
+@cache
+def observations(moments: bool) -> Observations:
+    """Return four poses, three cycles of load each, with times and drives that are pushed off a little."""
     rng = np.random.default_rng(21)
     load = np.tile([0.0, 0.5, 1.0, 0.4, -0.6, -1.0, -0.3, 0.2], 3)
     run = np.repeat(np.arange(4), len(load))
     direction = rng.normal(size=(4, 6)) * np.repeat([250.0, 40.0], 3)
     wrench = np.tile(load, 4)[:, None] * direction[run]
     wrench += rng.normal(size=wrench.shape) * np.repeat([30.0, 5.0], 3)
-    setup = setup_for(effect)
-    if not setup.moments_measured:
+    setup = replace(force_sensor_setup(chain()), moments_measured=moments)
+    if not moments:
         wrench[:, 3:] = 0.0
     joints = six_axis_joints(rng, 4)[run] + 1e-6 * rng.normal(size=(len(run), 6))
     n = len(run)
@@ -84,8 +83,10 @@ def observations(effect: Effect) -> Observations:
     return observe(states, chain())
 
 
-def node_loads(data: Observations) -> NodeLoads:
+@cache
+def node_loads(moments: bool) -> NodeLoads:
     """Return what the nodes carry on the rigid chain in these states."""
+    data = observations(moments)
     inputs = Inputs(data.angles, data.wrench, data.setup)
     rigid = CompliantRobot(chain(), ())
     unloaded = rest_under_weight(rigid, inputs)
@@ -102,7 +103,7 @@ def placed(effect: Effect, place: Place) -> CompliantRobot:
         if not (effect.name == drive.name or drive.name in effect.includes) or (k + 1) not in place.joints
     )
     values = {spec.symbol: spec.typical for spec in effect.parameters}
-    for symbol, grid in effect.shape_grid(place, chain(), node_loads(observations(effect))).items():
+    for symbol, grid in effect.shape_grid(place, chain(), node_loads(measures_moments(effect))).items():
         if len(grid):
             values[symbol] = float(grid[len(grid) // 2])
     return CompliantRobot(chain(), (*drives, PlacedEffect(effect, place, values)))
@@ -183,7 +184,7 @@ def test_reasons_are_sentences(effect: Effect) -> None:
 
 
 def test_zero_load_gives_zero(effect: Effect) -> None:
-    data = observations(effect)
+    data = observations(measures_moments(effect))
     still = replace(data.order, motor=np.zeros_like(data.order.motor))
     n = data.n_states
     nothing = NodeLoads(np.zeros((14, 6, n)), data.angles, still, np.zeros((14, 6, n)))
@@ -195,7 +196,7 @@ def test_zero_load_gives_zero(effect: Effect) -> None:
 
 
 def test_neutral_parameters_change_no_observation(effect: Effect) -> None:
-    data = observations(effect)
+    data = observations(measures_moments(effect))
     place = effect.places(chain())[0]
     neutral = {spec.symbol: 0.0 for spec in effect.parameters if spec.sort is not Sort.SHAPE and not spec.inverse}
     seen = Observed(np.random.default_rng(1).normal(size=(1, 6, data.n_states)), data.order)
@@ -215,7 +216,7 @@ def test_neutral_parameters_change_no_observation(effect: Effect) -> None:
 
 
 def test_grids_lie_within_the_bounds(effect: Effect) -> None:
-    carried = node_loads(observations(effect))
+    carried = node_loads(measures_moments(effect))
     shapes = {spec.symbol: spec for spec in effect.parameters if spec.sort is Sort.SHAPE}
     for place in effect.places(chain()):
         grid = effect.shape_grid(place, chain(), carried)
@@ -226,7 +227,7 @@ def test_grids_lie_within_the_bounds(effect: Effect) -> None:
 
 
 def test_driver_has_a_value_per_state(effect: Effect) -> None:
-    carried = node_loads(observations(effect))
+    carried = node_loads(measures_moments(effect))
     for place in effect.places(chain()):
         driver = effect.driver(place, chain(), carried)
         if driver is not None:
@@ -236,8 +237,8 @@ def test_driver_has_a_value_per_state(effect: Effect) -> None:
 
 
 def test_terms_name_the_effects_own_amplitudes(effect: Effect) -> None:
-    data = observations(effect)
-    carried = node_loads(data)
+    data = observations(measures_moments(effect))
+    carried = node_loads(measures_moments(effect))
     amplitudes = {spec.symbol for spec in effect.parameters if spec.sort is Sort.AMPLITUDE} | {""}
     for place in effect.places(chain()):
         one = placed(effect, place).placed[-1]
@@ -267,7 +268,7 @@ def derivatives(name: str) -> dict[str, Floats]:
     """Return symbol to (m, n): the identification's columns at the last place."""
     effect = EFFECTS[name]
     robot = placed(effect, effect.places(chain())[-1])
-    data = observations(effect)
+    data = observations(measures_moments(effect))
     own = [column for column in free_columns(robot) if column.placed == len(robot.placed) - 1]
     blocks = list(evaluate(robot, data, own))
     found = np.concatenate([block.columns for block in blocks], axis=2)
@@ -284,7 +285,7 @@ def differences(name: str, spec: ParameterSpec) -> Floats:
     ends = []
     for value in (at - step, at + step):
         moved = robot.with_values({one.parameter_name(spec.symbol): 1.0 / value if spec.inverse else value})
-        ends.append(predict_observations(moved, observations(effect)))
+        ends.append(predict_observations(moved, observations(measures_moments(effect))))
     return np.asarray((ends[1] - ends[0]) / (2.0 * step))
 
 
