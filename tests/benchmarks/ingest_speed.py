@@ -108,7 +108,8 @@ def load_at(time_s: NDArray[np.float64], loads: NDArray[np.float64]) -> NDArray[
     """Return the load at each time: in turns of `TURN_S` it goes straight from one to the next and is held."""
     turn = (time_s / TURN_S).astype(int)
     share = np.minimum((time_s - turn * TURN_S) / RAMP_S, 1.0)[:, None]
-    return loads[(turn - 1) % N_LOADS] * (1 - share) + loads[turn % N_LOADS] * share
+    before, now = loads[(turn - 1) % N_LOADS], loads[turn % N_LOADS]
+    return np.asarray(before + share * (now - before), dtype=np.float64)
 
 
 def write_forces(path: Path, loads: NDArray[np.float64], size: int, chance: np.random.Generator) -> int:

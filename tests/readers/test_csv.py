@@ -207,6 +207,23 @@ def test_blocks_do_not_matter(monkeypatch: pytest.MonkeyPatch, block: int) -> No
     assert f"line {line}, column Fy: " in fault(broken)
 
 
+def test_a_stray_mark_at_the_border_of_two_blocks_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(csv_module, "BLOCK", 64)
+    for width in range(1, 40):
+        filler = b"0.5," + b"1" * width + b",2\n"
+        content = b"t,Fx,Fy\n" + 3 * filler + b'0.6,"1"2,3\n' + 3 * filler
+        assert "line 5: a quotation mark is opened and not closed" in fault(content)
+
+
+def test_reading_may_stop_anywhere(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"t,Fx,Fy\n" + b"0.5,1.25,-3\n" * 1_500_000)
+    for _ in range(5):
+        for batch in READER.read_batches(path, {}, WANTED):
+            assert len(batch) > 1000
+            break
+
+
 # ---- hostile logs: the same numbers or a fault, never other numbers -----------------------------------------------
 
 

@@ -139,6 +139,10 @@ class LogText(io.RawIOBase):
             pieces += [b"\n"] * bool(self._ends)
         data = pieces[0] if len(pieces) == 1 else b"".join(pieces)
         self.n_lines += data.count(b"\n")
+        before = self.tail[-8:]
+        quoted = b'"' in data or b'"' in before
+        if quoted and self.stray_quote is not None and self.stray_quote.search(before + data):
+            self.suspect = True
         self.tail = data[-TAIL:] if len(data) >= TAIL else (self.tail + data)[-TAIL:]
         return data
 
@@ -158,8 +162,6 @@ class LogText(io.RawIOBase):
             before = min(before + len(body) - len(bare), 1) if self._started else 0
             body = re.sub(rb"\n\n+", b"\n", bare) if b"\n\n" in bare else bare
         self._started = True
-        if self.stray_quote is not None and b'"' in body and self.stray_quote.search(body):
-            self.suspect = True
         return b"\n" * before + body if before else body
 
     def _pull(self, size: int = 1 << 16) -> bool:
