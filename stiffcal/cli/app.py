@@ -26,6 +26,8 @@ COMMANDS = {
     "ingest": "Turn raw logs into load states in the Parquet store.",
     "identify": "Fit the model: each stiffness with its uncertainty.",
     "validate": "Hold the model against poses the fit has not seen.",
+    "diagnose": "Learn which physical effect the model lacks.",
+    "improve": "Add what is missing, step by step.",
     "history": "List every fit: model, error in unseen poses, noise.",
     "plot": "Draw load against deformation, or the residual.",
     "report": "Write the report as a PDF (DIR/report.pdf).",

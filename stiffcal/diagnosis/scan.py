@@ -151,7 +151,9 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     trials[:REFINED] = [refined(trial) for trial in trials[:REFINED]]
     trials.sort(key=lambda trial: float(np.sum(trial.score.unseen)))
     dof = int(np.count_nonzero(data.seen)) - (len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0)
-    return Scan(fit, base, tuple(trials), tuple(folds), fold, groups, dof, len(columns), max(n_tried, 1), space, own, residual)
+    return Scan(
+        fit, base, tuple(trials), tuple(folds), fold, groups, dof, len(columns), max(n_tried, 1), space, own, residual
+    )
 
 
 def _refined(

@@ -6,6 +6,7 @@ numbers take from mere noise is its share.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -111,7 +112,7 @@ def _per_run(data: Observations, features: Floats) -> Floats:
     whole = _per_component(data, features)
     edges = np.append(run_edges(data.run), data.n_states)
     pieces = []
-    for start, end in zip(edges[:-1], edges[1:], strict=True):
+    for start, end in itertools.pairwise(edges):
         piece = np.zeros_like(whole)
         piece[:, :, start:end] = whole[:, :, start:end]
         pieces.append(piece)

@@ -30,7 +30,7 @@ def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
     residual = residual.copy()
     for number, fold in enumerate(np.unique(scan.fold_of_state)):
         part = scan.fold_of_state == fold
-        residual[:, part] -= np.einsum("kmn,k->mn", columns[:, :, part], score.without[number])
+        residual[:, part] -= np.tensordot(score.without[number], columns[:, :, part], axes=1)
     return with_lost_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 
 

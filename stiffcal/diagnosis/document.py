@@ -1,0 +1,208 @@
+"""A diagnosis as the JSON interface writes it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice, leaders
+from stiffcal.diagnosis.scan import Scan, Trial, chosen_in_every_fold, confidence
+from stiffcal.diagnosis.search import Found, Search
+from stiffcal.diagnosis.structure import what_it_follows
+from stiffcal.diagnosis.unseen_error import fitted_rms, left_out_rms, size_at_tool, valued_with
+from stiffcal.diagnosis.words import candidate_in_words, explain
+from stiffcal.identification.document import finite, parameter_document
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.planning.separate import separating_measurement
+
+SCHEMA = "stiffcal/diagnose/1"
+
+Rms = dict[str, float | None]
+
+
+def candidate_document(candidate: Candidate) -> dict[str, Any]:
+    """Return effect and place."""
+    return {"effect": candidate.effect.name, "where": candidate.place.as_where()}
+
+
+def _lack(lack: LackOfFit | None) -> dict[str, Any] | None:
+    if lack is None:
+        return None
+    dof = [lack.dof[0], finite(lack.dof[1])]
+    return {"statistic": lack.statistic, "dof": dof, "p_value": lack.p_value}
+
+
+def _missing(found: Found) -> dict[str, Any]:
+    alternatives = [candidate_document(one) for one in found.alternatives]
+    return {**candidate_document(found.candidate), "alternatives": alternatives}
+
+
+def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
+    """Return the document of ``diagnose``.
+
+    Parameters
+    ----------
+    states : the campaign's load states.
+    search : what was found.
+    """
+    scan = search.first
+    noise = search.final.noise_length if search.final.noise is not None else None
+    before = left_out_rms(scan, None)
+    adequate = None if search.before is None else not search.tried and search.before.adequate
+    remainder = what_it_follows(search.final_scan if search.found else scan, states)
+    document = {
+        "schema": SCHEMA,
+        "warnings": _warnings(search),
+        "adequate": adequate,
+        "noise": noise,
+        "rms": before,
+        "lack_of_fit": _lack(search.before),
+        "missing": [_missing(one) for one in search.found],
+        "findings": _findings(search, before, noise),
+        "next_measurement": _next_measurement(states, search),
+        "not_tried": [{"effect": one.effect, "needs": one.needs} for one in search.not_tried],
+        "unexplained": search.unexplained if search.after is not None else None,
+        "structure": [{"follows": one.what, "share": one.share, "seen": one.words} for one in remainder]
+        if search.unexplained or search.after is None
+        else [],
+        "explained_by_missing": search.explained if search.tried else None,
+        "heldout_rms_with_missing": fitted_rms(states, search.final) if search.found else before,
+        "heldout_rms_after_choosing": _after_choosing(scan, before),
+        "parameters_with_missing": [parameter_document(one) for one in search.final.parameters] if search.found else [],
+        "n_candidates": len(scan.trials),
+        "n_signatures": scan.n_tried,
+    }
+    document["summary"] = summary(search, before, noise)
+    return document
+
+
+def _warnings(search: Search) -> list[str]:
+    words = []
+    if search.before is None:
+        words.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
+    if len(search.first.folds) < 6:
+        words.append(f"only {len(search.first.folds)} poses: what holds in unseen poses is known poorly")
+    return words
+
+
+def _after_choosing(scan: Scan, before: Rms) -> Rms:
+    """Return the unseen error with the choice repeated in every fold, scaled from whitened squares."""
+    squares, base = float(chosen_in_every_fold(scan).sum()), float(np.trace(scan.base.nested))
+    factor = math.sqrt(max(squares, 0.0) / base) if base > 0.0 else 1.0
+    return {kind: None if value is None else value * factor for kind, value in before.items()}
+
+
+def _findings(search: Search, before: Rms, noise: Rms | None) -> list[dict[str, Any]]:
+    """Return the ranking for the next single step, best first."""
+    scan = search.first
+    near = leaders(scan)
+    names = [one.candidate.name for one in near]
+    shares = confidence(scan)
+    after_choosing = _after_choosing(scan, before)
+    ranked = sorted(
+        scan.trials, key=lambda one: names.index(one.candidate.name) if one.candidate.name in names else len(names)
+    )
+    documents = []
+    for place, trial in enumerate(ranked):
+        judgement = judge(scan, trial)
+        leads = place == 0 and bool(near)
+        if leads:
+            judgement = judge_choice(scan, trial)
+        verdict = "rejected"
+        if judgement.supported:
+            verdict = "supported" if leads else "possible"
+        after = left_out_rms(scan, trial)
+        alternatives = [
+            one.candidate for one in near if one.candidate.name in names and one.candidate.name != trial.candidate.name
+        ] if trial.candidate.name in names else []  # fmt: skip
+        explanation = None
+        if verdict != "rejected":
+            explanation = explain(scan, trial, before["translation"], after["translation"], alternatives)
+        documents.append(
+            {
+                **candidate_document(trial.candidate),
+                "verdict": verdict,
+                "explains": _explains(scan, trial),
+                "size_m": size_at_tool(scan, trial),
+                "p_value": judgement.p_value,
+                "heldout_rms_before": before,
+                "heldout_rms_after": after,
+                "heldout_rms_after_choosing": after_choosing if leads else None,
+                "confidence": shares.get(trial.candidate.name, 0.0),
+                "parameters": [
+                    {"symbol": symbol, "value": finite(value), "unit": trial.candidate.effect.spec(symbol).unit}
+                    for symbol, value in fitted_values(trial).items()
+                ],
+                "alternatives": [candidate_document(one) for one in alternatives],
+                "why": explanation.text if explanation is not None else _why_rejected(scan, trial),
+                "evidence": {
+                    "seen": explanation.seen,
+                    "means": explanation.means,
+                    "alike": explanation.alike,
+                    "check": explanation.check,
+                }
+                if explanation is not None
+                else None,
+            }
+        )
+    return documents
+
+
+def _explains(scan: Scan, trial: Trial) -> float | None:
+    """Return the share of the avoidable error that goes, whitened."""
+    before, after = float(scan.base.unseen.sum()), float(trial.score.unseen.sum())
+    floor = float(scan.dof) if scan.fit.noise is not None else 0.0
+    return (before - after) / (before - floor) if before > floor else None
+
+
+def _why_rejected(scan: Scan, trial: Trial) -> str:
+    judgement = judge(scan, trial)
+    if not judgement.possible:
+        return "its values would have to be impossible (negative, or nothing)"
+    if judgement.fall <= 0.0:
+        return "the error in unseen poses does not fall"
+    if not alike(scan, trial.score, scan.trials[0].score):
+        return "the error in unseen poses falls too little, or others explain more"
+    return f"too little to be sure: {judgement.errors:.2g} standard errors over poses, p {judgement.p_value:.2g}"
+
+
+def _next_measurement(states: LoadStates, search: Search) -> dict[str, Any] | None:
+    """Return the pose and load that would separate the first missing effect from its look-alike."""
+    scan = search.first
+    near = leaders(scan)
+    if len(near) < 2 or not search.tried:
+        return None
+    one, other = near[0], near[1]
+    noise = scan.fit.noise.translation if scan.fit.noise is not None else 0.0
+    found = separating_measurement(
+        valued_with(scan, one), valued_with(scan, other), states.setup, states.joints, states.wrench, noise
+    )
+    if found is None:
+        return None
+    return {
+        "pose_deg": np.degrees(found.joints).tolist(),
+        "load": found.wrench.tolist(),
+        "separates": [candidate_document(one.candidate), candidate_document(other.candidate)],
+        "gain": finite(found.gain),
+        "difference_m": found.difference,
+    }
+
+
+def summary(search: Search, before: Rms, noise: Rms | None) -> str:
+    """Return the answer in one or two sentences."""
+    error = before["translation"] or 0.0
+    floor = noise["translation"] if noise is not None else None
+    against = f"{1e3 * error:.3g} mm in unseen poses" + (f", noise {1e3 * floor:.3g} mm" if floor else "")
+    if not search.tried and search.before is None:
+        return f"Nothing is supported; without a known noise nobody can say whether that is good enough ({against})."
+    if not search.tried and not search.unexplained:
+        return f"Nothing is missing: the error is that of the instruments ({against})."
+    names = " and ".join(candidate_in_words(one.candidate) for one in search.found)
+    if search.found and not search.unexplained:
+        return f"Missing: {names} ({against})."
+    if search.found:
+        return f"Missing: {names}; and something else that nothing in the catalogue accounts for ({against})."
+    return f"Something is missing, and it is none of these: no effect in the catalogue accounts for it ({against})."

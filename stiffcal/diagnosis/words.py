@@ -1,0 +1,97 @@
+"""Findings in a lab engineer's words: what was seen, how large at the tool, what it means, how to check it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.judge import fitted_values
+from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.diagnosis.unseen_error import poses_helped, size_at_tool
+from stiffcal.model.effect import Place
+
+PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
+
+
+def place_in_words(place: Place) -> str:
+    """Return the place as one says it.
+
+    Examples
+    --------
+    >>> place_in_words(Place("pairs", (5, 6)))
+    'joints 5 and 6'
+    """
+    if place.kind == "setup":
+        return "the set-up"
+    if place.kind == "links":
+        return f"link {place.link}"
+    return f"{PLACE_WORDS[place.kind]} {' and '.join(str(joint) for joint in place.joints)}"
+
+
+def candidate_in_words(candidate: Candidate) -> str:
+    """Return effect and place as one says them."""
+    if candidate.place.kind == "setup":
+        return candidate.effect.name
+    return f"{candidate.effect.name} of {place_in_words(candidate.place)}"
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A finding, explained.
+
+    Attributes
+    ----------
+    seen : what was seen, with numbers.
+    means : what it means.
+    alike : what else could look the same.
+    check : how to check it on the machine.
+    """
+
+    seen: str
+    means: str
+    alike: str
+    check: str
+
+    @property
+    def text(self) -> str:
+        """All of it, in one paragraph."""
+        return " ".join(part for part in (self.seen, self.means, self.alike, self.check) if part)
+
+
+def explain(
+    scan: Scan, trial: Trial, before: float | None, after: float | None, alike: Sequence[Candidate]
+) -> Explanation:
+    """Explain a candidate.
+
+    Parameters
+    ----------
+    scan, trial : the scan and the candidate.
+    before, after : rms in unseen poses without and with it, m.
+    alike : look-alikes.
+    """
+    effect, place = trial.candidate.effect, trial.candidate.place
+    helped, poses = poses_helped(scan, trial), len(scan.folds)
+    seen = f"At {place_in_words(place)}: {effect.fingerprint or effect.summary}"
+    seen += f", by {1e3 * size_at_tool(scan, trial):.2g} mm rms at the tool"
+    if before is not None and after is not None:
+        seen += f"; with it the error in unseen poses goes from {1e3 * before:.3g} to {1e3 * after:.3g} mm"
+    seen += f" and falls in {helped} of {poses} poses."
+    means = f"That is {effect.name}: {effect.summary}{_values_in_words(trial)}."
+    other = ""
+    if alike:
+        names = [candidate_in_words(one) for one in alike]
+        listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+        other = f"In these poses and loads {listed} would look the same."
+    check = f"To check on the machine: {effect.how_to_check}" if effect.how_to_check else ""
+    return Explanation(seen, means, other, check)
+
+
+def _values_in_words(trial: Trial) -> str:
+    words = []
+    for symbol, value in fitted_values(trial).items():
+        spec = trial.candidate.effect.spec(symbol)
+        if value != 0.0:
+            unit = "" if spec.unit == "1" else f" {spec.unit}"
+            words.append(f"{symbol} {value:.3g}{unit}")
+    return f" ({', '.join(words[:6])})" if words else ""

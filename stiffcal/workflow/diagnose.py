@@ -1,0 +1,88 @@
+"""Is the model good enough, and if not, which physical effect is missing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.steps import (
+    Document,
+    Ingested,
+    Means,
+    ingested,
+    key_of,
+    placed_robot,
+    plugin_files,
+    stored_document,
+)
+
+if TYPE_CHECKING:
+    from stiffcal.diagnosis.search import Search
+
+DIAGNOSE = "diagnose"
+
+
+def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
+    """Diagnose the present model.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    means : store, progress and so on.
+
+    Returns
+    -------
+    dict
+        The `diagnose` document (interface, section 4). Where nothing has changed since the last diagnosis, that one's.
+
+    Raises
+    ------
+    InputError : the input is wrong.
+    """
+    means = means or Means()
+    data = ingested(folder, means)
+    identified = fitted(data, means)
+    key = key_of(identified["key"], DIAGNOSE)
+    stored = stored_document(data.store, DIAGNOSE)
+    if stored is not None and stored.get("key") == key:
+        return stored
+    document = diagnosis_of(data, search_now(data, str(identified["loss"]), means))
+    document |= {"fit_id": identified["fit_id"], "key": key}
+    data.store.commit({}, {DIAGNOSE: document}, command="diagnose")
+    return document
+
+
+def search_now(data: Ingested, loss: str, means: Means) -> Search:
+    """Search the catalogue, the user's own effects included, without looking at the store."""
+    from stiffcal.diagnosis.search import search_missing
+    from stiffcal.identification.identify import Settings
+    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.model.catalogue import find_effects
+
+    campaign = data.campaign
+    settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
+    catalogue = find_effects(plugin_files(campaign))
+    return search_missing(data.states, placed_robot(campaign), catalogue, settings, means.progress)
+
+
+def diagnosis_of(data: Ingested, search: Search) -> Document:
+    """Return the document of a search, with what the present model holds and does not need."""
+    from stiffcal.campaign.model_file import default_model
+    from stiffcal.diagnosis.document import candidate_document, diagnosis_document
+    from stiffcal.diagnosis.search import Workbench
+    from stiffcal.diagnosis.superfluous import superfluous_effects
+    from stiffcal.identification.identify import Settings, fit_problem
+    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.model.catalogue import find_effects
+
+    present, campaign = search.first.fit, data.campaign
+    bench = Workbench(
+        data.states,
+        fit_problem(data.states, present.robot),
+        find_effects(plugin_files(campaign)),
+        Settings(fixed=fixed_parameters(campaign.model)),
+    )
+    basic = [entry.type for entry in default_model(campaign.chain.n_joints).effects]
+    extra = superfluous_effects(bench, present, basic)
+    return diagnosis_document(data.states, search) | {"superfluous": [candidate_document(one) for one in extra]}
