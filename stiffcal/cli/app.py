@@ -28,6 +28,7 @@ COMMANDS = {
     "validate": "Hold the model against poses the fit has not seen.",
     "diagnose": "Learn which physical effect the model lacks.",
     "improve": "Add what is missing, step by step.",
+    "compare": "Compare two campaigns of one robot.",
     "history": "List every fit: model, error in unseen poses, noise.",
     "plot": "Draw load against deformation, or the residual.",
     "report": "Write the report as a PDF (DIR/report.pdf).",

@@ -1,0 +1,130 @@
+"""Two campaigns of one robot, before and after service: which parameter has changed, and how surely."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.steps import Document, Means, ingested
+
+SCHEMA = "stiffcal/compare/1"
+
+
+def compare_campaigns(before: Path, after: Path, means: Means | None = None) -> Document:
+    """Compare two campaigns' fitted parameters.
+
+    Parameters
+    ----------
+    before, after : campaign folders of one robot.
+    means : progress and so on; its store is not used, each campaign has its own.
+
+    Returns
+    -------
+    dict
+        ``parameters``: for each that both models hold, both values with standard uncertainties, the change, its
+        standard uncertainty, and the two-sided probability of so large a change by chance; ``p_value_all`` for all of
+        them together (χ² with the covariances of both fits); ``changed``: names whose change has a family-wise p below
+        0.01.
+
+    Raises
+    ------
+    InputError : the campaigns are of robots with different joints, or their models share no parameter.
+    """
+    means = means or Means()
+    documents, joints = [], []
+    for folder in (before, after):
+        data = ingested(folder, means)
+        joints.append(data.campaign.chain.joint_names)
+        documents.append(fitted(data, means))
+    if len(joints[0]) != len(joints[1]):
+        reason = f"its robot has {len(joints[1])} joints, that of {before} has {len(joints[0])}"
+        raise InputError.at(str(after), "robot", reason, "name two campaigns of one robot")
+    first, second = ({one["name"]: one for one in document["parameters"]} for document in documents)
+    shared = [name for name in first if name in second]
+    if not shared:
+        reason = f"its model shares no parameter with that of {before}"
+        raise InputError.at(str(after), "model.toml", reason, "fit both campaigns with one model")
+    rows = [_change(first[name], second[name]) for name in shared]
+    judged = [row for row in rows if row["p_value"] is not None]
+    changed = [row["name"] for row in judged if float(row["p_value"]) * len(judged) < 0.01]
+    return {
+        "schema": SCHEMA,
+        "warnings": _warnings(documents, before, after),
+        "before": str(before),
+        "after": str(after),
+        "parameters": rows,
+        "only_before": [name for name in first if name not in second],
+        "only_after": [name for name in second if name not in first],
+        "p_value_all": _together(documents),
+        "changed": changed,
+    }
+
+
+def _change(one: Document, other: Document) -> Document:
+    row: Document = {
+        "name": one["name"],
+        "effect": one["effect"],
+        "where": one["where"],
+        "unit": one["unit"],
+        "before": {"value": one["value"], "std": one["std"]},
+        "after": {"value": other["value"], "std": other["std"]},
+        "change": None,
+        "relative": None,
+        "std": None,
+        "p_value": None,
+    }
+    for key, document in (("before", one), ("after", other)):
+        if "stiffness" in document:
+            row[key] |= {"stiffness": document["stiffness"], "stiffness_std": document["stiffness_std"]}
+    if one["value"] is None or other["value"] is None or one["std"] is None or other["std"] is None:
+        return row
+    change, std = other["value"] - one["value"], math.hypot(one["std"], other["std"])
+    row |= {"change": change, "relative": change / one["value"] if one["value"] else None, "std": std}
+    row["p_value"] = math.erfc(abs(change) / std / math.sqrt(2.0)) if std > 0.0 else None
+    return row
+
+
+def _together(documents: list[Document]) -> float | None:
+    """Return the probability of so large changes of all shared free parameters together by chance."""
+    import numpy as np
+    from scipy.special import chdtrc
+
+    names = [name for name in documents[0]["free_parameters"] if name in documents[1]["free_parameters"]]
+    values, covariances = [], []
+    for document in documents:
+        known = {one["name"]: one for one in document["parameters"]}
+        pick = [document["free_parameters"].index(name) for name in names]
+        covariance = np.array(document["covariance"], dtype=np.float64).reshape(len(document["free_parameters"]), -1)
+        covariances.append(covariance[np.ix_(pick, pick)])
+        values.append(np.array([_amplitude(known[name]) for name in names]))
+    difference = values[1] - values[0]
+    if not names or not np.isfinite(difference).all():
+        return None
+    distance = difference @ np.linalg.solve(covariances[0] + covariances[1], difference)
+    return float(chdtrc(len(names), distance))
+
+
+def _amplitude(parameter: dict[str, Any]) -> float:
+    """Return what the fit's covariance is of: the value, for stiffness-like parameters its inverse."""
+    from stiffcal.model.catalogue import find_effects
+
+    value = parameter["value"]
+    if value is None:
+        return math.nan
+    effect = find_effects().get(parameter["effect"])
+    symbol = parameter["name"].rsplit(".", 1)[1]
+    return 1.0 / value if effect is not None and effect.spec(symbol).inverse else float(value)
+
+
+def _warnings(documents: list[Document], before: Path, after: Path) -> list[str]:
+    words = []
+    if documents[0]["model"] != documents[1]["model"]:
+        words.append("the two models differ: a change may come from the model and not from the robot")
+    for folder, document in zip((before, after), documents, strict=True):
+        chi2 = document["reduced_chi2"]
+        if chi2 is not None and chi2 > 1.5:
+            words.append(f"{folder}: residuals are {math.sqrt(chi2):.2g} times the noise: uncertainties are too small")
+    return words
