@@ -13,11 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.identification.noise import Whitening
+from stiffcal.identification.noise import Whitening, times
 from stiffcal.identification.observation import Evaluation, Observations
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
+
+# Columns whose sine to those before is above this lose four of sixteen digits at most in the inverse of their factor.
+WELL_CONDITIONED = 1e-4
+# Rows whose mean square is beyond this, in units of the rows before, are not like them.
+ALIKE = 1e4
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,55 @@ def triangular(stack: Floats) -> Floats:
     return np.asarray(factor)
 
 
+class TriangularFactor:
+    """R of the QR factorisation of more rows than fit into memory.
+
+    The first rows go through Householder reflections. With their R as preconditioner what follows is nearly
+    orthonormal, Y = X R⁻¹, so that its Gram matrix squares nothing and I + YᵀY = LLᵀ gives the new factor LᵀR
+    (preconditioned Cholesky QR; Fukaya and others 2020). That is three times as fast, and taken only where R is well
+    conditioned and the new rows look like the first; all else goes through reflections.
+    """
+
+    def __init__(self) -> None:
+        self._factor: Floats | None = None
+        self._inverse: Floats | None = None
+        self._gram: Floats = np.zeros((0, 0))
+
+    def add(self, rows: Floats) -> None:
+        """Add (columns, rows): the transpose of what is factorised."""
+        if self._factor is not None and self._inverse is not None:
+            alike = self._inverse.T @ rows
+            gram = alike @ alike.T
+            if np.trace(gram) <= ALIKE * len(gram):
+                self._gram += gram
+                if np.trace(self._gram) > ALIKE * len(gram):
+                    self._fold()
+                return
+        self._fold()
+        self._factor = triangular(rows.T if self._factor is None else np.vstack([self._factor, rows.T]))
+        self._precondition()
+
+    def whole(self) -> Floats:
+        """Return R (columns, columns)."""
+        self._fold()
+        if self._factor is None:
+            raise ValueError("no states to fit")
+        return self._factor
+
+    def _fold(self) -> None:
+        if self._factor is not None and self._gram.any():
+            lower = np.linalg.cholesky(np.eye(len(self._gram)) + self._gram)
+            self._factor = np.triu(lower.T @ self._factor)
+            self._precondition()
+
+    def _precondition(self) -> None:
+        if self._factor is None:
+            return
+        self._gram = np.zeros_like(self._factor)
+        sine = np.abs(np.diagonal(self._factor)) / column_scale(self._factor)
+        self._inverse = np.linalg.inv(self._factor) if sine.min(initial=1.0) > WELL_CONDITIONED else None
+
+
 def run_edges(run: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return where each stretch of equal run numbers begins."""
     return np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1]).astype(np.int64)
@@ -103,11 +157,10 @@ def take_out_offsets(stack: Floats, run: NDArray[np.int64], whitening: Whitening
         n_offsets = int(np.count_nonzero(total > 0.0))
     else:
         precision = whitening.precision()
-        weighted = np.einsum("abn,kbn->kan", precision, stack)
+        sums = np.moveaxis(np.add.reduceat(times(precision, stack), edges, axis=2), -1, 0)
         total = np.moveaxis(np.add.reduceat(precision, edges, axis=2), -1, 0)
-        sums = np.moveaxis(np.add.reduceat(weighted, edges, axis=2), -1, 0)
         empty = np.diagonal(total, axis1=1, axis2=2) <= 0.0
-        total = total + np.einsum("ra,ab->rab", empty.astype(np.float64), np.eye(total.shape[1]))
+        total = total + empty[:, :, None] * np.eye(total.shape[1])
         mean = np.moveaxis(np.linalg.solve(total, np.swapaxes(sums, 1, 2)), 0, -1).swapaxes(0, 1)
         n_offsets = int(np.count_nonzero(~empty))
     return stack - np.repeat(mean, counts, axis=2), n_offsets
@@ -122,23 +175,20 @@ def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whiteni
     data : the observations.
     whitening : their noise.
     """
-    factor: Floats | None = None
-    dof = 0
+    factor, dof = TriangularFactor(), 0
     predicted = np.zeros_like(data.measured)
     for block in evaluations:
         part = block.part
         predicted[:, part] = block.predicted
-        residual = np.where(data.seen[:, part], data.measured[:, part] - block.predicted, 0.0)
-        stack = np.concatenate([block.columns, residual[None]])
+        stack = np.empty((len(block.columns) + 1, *block.predicted.shape))
+        stack[:-1] = block.columns
+        stack[-1] = np.where(data.seen[:, part], data.measured[:, part] - block.predicted, 0.0)
         local = whitening.part(part)
         dof += int(np.count_nonzero(data.seen[:, part]))
         if data.free_offset:
             stack, n_offsets = take_out_offsets(stack, data.run[part], local)
             dof -= n_offsets
-        white = local.apply(stack)
-        rows = white.reshape(len(white), -1).T
-        factor = triangular(rows if factor is None else np.vstack([factor, rows]))
-    if factor is None:
-        raise ValueError("no states to fit")
-    p = factor.shape[1] - 1
-    return Reduced(factor[:p, :p], factor[:p, p], float(factor[p, p] ** 2), dof, predicted)
+        factor.add(local.apply(stack).reshape(len(stack), -1))
+    whole = factor.whole()
+    p = len(whole) - 1
+    return Reduced(whole[:p, :p], whole[:p, p], float(whole[p, p] ** 2), dof, predicted)

@@ -31,6 +31,8 @@ ENOUGH_DOF = 30
 LEAST_DOF = 6
 # Contrasts beyond this multiple of their median length come from bumped readings.
 WILD = 6.0
+# So many contrasts tell a standard deviation to one per cent.
+MOST_CONTRASTS = 2000
 # Shares of the total variance that still move by less than this are settled: a hundredth of what repeats can tell.
 SETTLED = 1e-4
 
@@ -81,11 +83,7 @@ class Whitening:
         """Whiten (k, m, n) or (m, n) stacks."""
         if self.lower is None:
             return np.asarray(stack * self.scale)
-        result = np.zeros_like(stack)
-        for a in range(self.lower.shape[0]):
-            for b in range(a + 1):
-                result[..., a, :] += self.lower[a, b] * stack[..., b, :]
-        return result
+        return times(self.lower, stack, triangular=True)
 
     def precision(self) -> Floats:
         """Return the inverse covariances (m, m, n)."""
@@ -94,7 +92,31 @@ class Whitening:
             result = np.zeros((m, m, n))
             result[range(m), range(m)] = self.scale**2
             return result
-        return np.asarray(np.einsum("can,cbn->abn", self.lower, self.lower))
+        m = len(self.lower)
+        result = np.empty_like(self.lower)
+        for a in range(m):
+            for b in range(a + 1):
+                # the factor is lower triangular: rows above a are zero
+                result[a, b] = result[b, a] = np.einsum("cn,cn->n", self.lower[a:, a], self.lower[a:, b])
+        return result
+
+
+def times(matrix: Floats, stack: Floats, triangular: bool = False) -> Floats:
+    """Return matrix @ stack for (m, m, n) matrices and (…, m, n) stacks, state by state.
+
+    Parameters
+    ----------
+    triangular : the matrices are zero above their diagonals.
+    """
+    m = len(matrix)
+    result = np.empty_like(stack)
+    term = np.empty_like(stack[..., 0, :])
+    for a in range(m):
+        np.multiply(stack[..., 0, :], matrix[a, 0], out=result[..., a, :])
+        for b in range(1, a + 1 if triangular else m):
+            np.multiply(stack[..., b, :], matrix[a, b], out=term)
+            result[..., a, :] += term
+    return result
 
 
 def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> Floats:
@@ -112,7 +134,13 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
     result[range(m), range(m)] = own[:, None]
     if sensitivity is not None:
         variance = np.array([noise.force**2] * 3 + [noise.moment**2] * 3)
-        result += np.einsum("akn,k,bkn->abn", sensitivity, variance, sensitivity)
+        weighted = sensitivity * variance[:, None]
+        for a in range(m):
+            for b in range(a + 1):
+                shared = np.einsum("kn,kn->n", weighted[a], sensitivity[b])
+                result[a, b] += shared
+                if a != b:
+                    result[b, a] += shared
     return result
 
 
@@ -122,18 +150,34 @@ def whiten(noise: Noise, data: Observations, sensitivity: Floats | None) -> Whit
     scale = np.where(data.seen, 1.0 / own[:, None], 0.0)
     if sensitivity is None or (noise.force == 0.0 and noise.moment == 0.0):
         return Whitening(scale)
-    full = np.moveaxis(covariance(noise, data, sensitivity), -1, 0)
-    unseen = ~data.seen.T
+    full = covariance(noise, data, sensitivity)
+    unseen = ~data.seen
     if unseen.any():
-        pair = unseen[:, :, None] | unseen[:, None, :]
-        full = np.where(pair, 0.0, full) + unseen[:, :, None] * np.eye(full.shape[1])
+        full = np.where(unseen[:, None] | unseen[None], 0.0, full)
+        full[range(len(full)), range(len(full))] += unseen
     # Components are scaled to unit variance first: metres and radians differ by orders.
-    deviation = np.sqrt(np.diagonal(full, axis1=1, axis2=2))
-    factor = np.linalg.cholesky(full / deviation[:, :, None] / deviation[:, None, :])
-    lower = np.linalg.inv(factor) / deviation[:, None, :]
+    deviation = np.sqrt(np.einsum("aan->an", full))
+    lower = _inverse_cholesky(full / deviation[:, None] / deviation[None]) / deviation[None]
     if unseen.any():
-        lower = np.where(unseen[:, :, None] | unseen[:, None, :], 0.0, lower)
-    return Whitening(scale, np.ascontiguousarray(np.moveaxis(np.tril(lower), 0, -1)))
+        lower = np.where(unseen[:, None] | unseen[None], 0.0, lower)
+    return Whitening(scale, lower)
+
+
+def _inverse_cholesky(full: Floats) -> Floats:
+    """Return the inverses (m, m, n) of the Cholesky factors of (m, m, n) covariances, state axis last."""
+    m = len(full)
+    factor, inverse = np.zeros_like(full), np.zeros_like(full)
+    for a in range(m):
+        for b in range(a):
+            known = np.einsum("cn,cn->n", factor[a, :b], factor[b, :b])
+            factor[a, b] = (full[a, b] - known) * inverse[b, b]
+        pivot = full[a, a] - np.einsum("cn,cn->n", factor[a, :a], factor[a, :a])
+        if not np.all(pivot > 0.0):
+            raise np.linalg.LinAlgError("a covariance of the observations is not positive definite")
+        inverse[a, a] = 1.0 / np.sqrt(pivot)
+        for b in range(a):
+            inverse[a, b] = -np.einsum("cn,cn->n", factor[a, b:a], inverse[b:a, b]) * inverse[a, a]
+    return inverse
 
 
 def rms_length(noise: Noise, data: Observations, sensitivity: Floats | None) -> dict[str, float | None]:
@@ -141,7 +185,7 @@ def rms_length(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
     own = np.where(data.rotational, noise.rotation, noise.translation)[:, None] ** 2 * np.ones(data.n_states)
     if sensitivity is not None:
         variance = np.array([noise.force**2] * 3 + [noise.moment**2] * 3)
-        own = own + np.einsum("akn,k->an", sensitivity**2, variance)
+        own = own + np.einsum("akn,akn,k->an", sensitivity, sensitivity, variance)
     own = np.where(data.seen, own, 0.0)
     return {
         "translation": root_mean_square_length(own, data, rotational=False),
@@ -177,19 +221,31 @@ def contrasts(
     differences : (c, m), zero mean under noise alone.
     compliance : (c, m, 6) the sensitivity that goes with each.
     """
-    moved = data.measured - predicted
     differences, levers = [], []
     for group in groups:
         group = group[data.seen[:, group].all(axis=0)]
-        for k in range(1, len(group)):
-            # Helmert: the k-th member against the mean of those before.
-            coefficient = np.concatenate([np.full(k, -1.0 / k), [1.0]]) / np.sqrt(1.0 + 1.0 / k)
-            differences.append(moved[:, group[: k + 1]] @ coefficient)
-            levers.append(sensitivity[:, :, group[: k + 1]].mean(axis=2))
+        if len(group) < 2:
+            continue
+        moved = (data.measured[:, group] - predicted[:, group]).T
+        count = np.arange(1, len(group))[:, None]
+        # Helmert: the k-th member against the mean of those before.
+        before = np.cumsum(moved[:-1], axis=0) / count
+        differences.append((moved[1:] - before) * np.sqrt(count / (count + 1.0)))
+        lever = np.cumsum(np.moveaxis(sensitivity[:, :, group], -1, 0), axis=0)[1:]
+        levers.append(lever / (count[:, :, None] + 1.0))
     m = len(data.measured)
     if not differences:
         return np.zeros((0, m)), np.zeros((0, m, 6))
-    return np.stack(differences), np.stack(levers)
+    return np.concatenate(differences), np.concatenate(levers)
+
+
+def some_groups(groups: Sequence[Integers]) -> Sequence[Integers]:
+    """Return so many groups, drawn at random from a fixed seed, that they hold about `MOST_CONTRASTS` contrasts."""
+    n_contrasts = sum(len(group) - 1 for group in groups)
+    if n_contrasts <= MOST_CONTRASTS:
+        return groups
+    n_kept = max(1, len(groups) * MOST_CONTRASTS // n_contrasts)
+    return [groups[k] for k in sorted(np.random.default_rng(0).permutation(len(groups))[:n_kept])]
 
 
 def noise_from_repeats(
@@ -204,7 +260,7 @@ def noise_from_repeats(
     sensitivity : (m, 6, n) of the present model.
     groups : positions of states that repeat each other.
     """
-    differences, levers = _without_wild(*contrasts(data, predicted, sensitivity, groups), data.rotational)
+    differences, levers = _without_wild(*contrasts(data, predicted, sensitivity, some_groups(groups)), data.rotational)
     n_rotational = int(np.count_nonzero(data.rotational))
     n_translational = len(data.rotational) - n_rotational
     if len(differences) * n_translational < LEAST_DOF:
@@ -254,21 +310,67 @@ def _variance_components(differences: Floats, levers: Floats, data: Observations
     for i in active:
         # Start: the tracker makes most of the scatter, the wrench a little.
         variance[i] = 0.9 if i < 2 else 0.05 / size[i]
-    basis = np.stack([kinds[i] for i in active])
-    for _ in range(200):
-        total = np.einsum("i,icab->cab", variance[active], basis)
-        inverse = np.linalg.inv(total)
-        weighted = np.einsum("cab,cb->ca", inverse, differences)
-        projected = np.einsum("cab,icbd->icad", inverse, basis)
-        gradient = np.einsum("ca,icab,cb->i", weighted, basis, weighted)
-        expected = np.einsum("icaa->i", projected)
-        # The multiplicative update (expected against found) keeps variances positive.
-        updated = variance[active] * gradient / expected
-        change = np.max(np.abs(updated - variance[active]) * size[active])
-        variance[active] = updated
-        if change < SETTLED:
+    variance[active] = _scored(np.stack([kinds[i] for i in active]), differences, variance[active], size[active])
+    return variance
+
+
+def _scored(basis: Floats, differences: Floats, start: Floats, size: Floats) -> Floats:
+    """Return the variances (q,) of most likelihood, none negative, by Fisher scoring.
+
+    Each step goes to the minimum of the likelihood's quadratic model among variances that are not negative, and is
+    halved until the likelihood rises.
+
+    Parameters
+    ----------
+    basis : (q, c, m, m) what a unit of each variance adds to the contrasts' covariances.
+    differences : (c, m) contrasts.
+    start : (q,) positive.
+    size : (q,) what a unit of each adds on average.
+    """
+    variance, best = start, _likelihood(basis, differences, start)
+    for _ in range(50):
+        inverse = np.linalg.inv(np.tensordot(variance, basis, axes=1))
+        projected = np.matmul(inverse, basis)
+        weighted = np.matmul(inverse, differences[:, :, None])[:, :, 0]
+        pulled = np.matmul(basis, weighted[None, :, :, None])[..., 0]
+        score = np.sum(pulled * weighted, axis=(1, 2)) - np.einsum("icaa->i", projected)
+        flat = projected.reshape(len(basis), -1)
+        information = flat @ np.swapaxes(projected, 2, 3).reshape(len(basis), -1).T
+        aim, share = _least_not_negative(information, information @ variance + score), 1.0
+        change = float(np.max(np.abs(aim - variance) * size))
+        while share > 1e-3:
+            trial = variance + share * (aim - variance)
+            likelihood = _likelihood(basis, differences, trial)
+            if likelihood >= best:
+                variance, best = trial, likelihood
+                break
+            share /= 2.0
+        if change < SETTLED or share <= 1e-3:
             break
     return variance
+
+
+def _likelihood(basis: Floats, differences: Floats, variance: Floats) -> float:
+    """Return twice the log-likelihood but for a constant; −∞ where a covariance is not positive."""
+    total = np.tensordot(variance, basis, axes=1)
+    sign, logarithm = np.linalg.slogdet(total)
+    if not np.all(sign > 0.0):
+        return -np.inf
+    weighted = np.linalg.solve(total, differences[:, :, None])[:, :, 0]
+    return -float(np.sum(logarithm) + np.sum(weighted * differences))
+
+
+def _least_not_negative(matrix: Floats, vector: Floats) -> Floats:
+    """Return the x ≥ 0 that minimises ½ xᵀ M x − vᵀ x: of the few sets of x that can be free, the best."""
+    best, least = np.zeros(len(vector)), 0.0
+    for chosen in range(1, 1 << len(vector)):
+        free = np.array([bool(chosen >> i & 1) for i in range(len(vector))])
+        x = np.zeros(len(vector))
+        x[free] = np.linalg.lstsq(matrix[np.ix_(free, free)], vector[free], rcond=1e-12)[0]
+        value = float(0.5 * x @ matrix @ x - vector @ x)
+        if value < least and np.all(x >= 0.0):
+            best, least = x, value
+    return best
 
 
 def stated_noise(sigma: Sigma, data: Observations) -> Noise | None:

@@ -27,9 +27,9 @@ from stiffcal.model.equilibrium import (
     find_rest,
     last_node_inboard,
     law_terms,
-    node_wrenches,
     rest_under_weight,
 )
+from stiffcal.model.shape import node_wrenches
 from stiffcal.reduction.load_cycles import run_members
 
 Floats = NDArray[np.float64]
@@ -306,7 +306,7 @@ def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Flo
         if component < 3:
             full[b, :3] = axis
         else:
-            full[b, :3] = cross(axis, loaded.target(target).position - frame.position)
+            full[b, :3] = cross(axis, loaded.target(target).position - loaded.shape.origin(node))
             full[b, 3:] = axis
     return np.asarray(full[data.body, data.component])
 

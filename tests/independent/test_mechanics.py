@@ -11,7 +11,7 @@ from stiffcal.measurements.load_states import Attachment, Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, body_poses, jacobians
 from stiffcal.model.effect import RZ, Inputs
-from stiffcal.model.equilibrium import chain_shape, node_wrenches
+from stiffcal.model.shape import chain_shape, node_wrenches
 from tests.independent.pinocchio_robot import gravity_torques, pinocchio_model, place_and_jacobian
 from tests.independent.robots import force_sensor_setup, seven_axes, shifted, six_axes, turned
 
