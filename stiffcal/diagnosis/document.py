@@ -12,11 +12,10 @@ from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, jud
 from stiffcal.diagnosis.scan import Scan, Trial, chosen_in_every_fold, confidence
 from stiffcal.diagnosis.search import Found, Search
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.diagnosis.unseen_error import fitted_rms, left_out_rms, size_at_tool, valued_with
+from stiffcal.diagnosis.unseen_error import fitted_rms, left_out_rms, size_at_tool
 from stiffcal.diagnosis.words import candidate_in_words, explain
 from stiffcal.identification.document import finite, parameter_document
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.planning.separate import separating_measurement
 
 SCHEMA = "stiffcal/diagnose/1"
 
@@ -47,6 +46,11 @@ def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
     ----------
     states : the campaign's load states.
     search : what was found.
+
+    Returns
+    -------
+    dict
+        The document; ``next_measurement`` is left for who can plan measurements (`look_alike_pair`).
     """
     scan = search.first
     noise = search.final.noise_length if search.final.noise is not None else None
@@ -62,7 +66,7 @@ def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
         "lack_of_fit": _lack(search.before),
         "missing": [_missing(one) for one in search.found],
         "findings": _findings(search, before, noise),
-        "next_measurement": _next_measurement(states, search),
+        "next_measurement": None,
         "not_tried": [{"effect": one.effect, "needs": one.needs} for one in search.not_tried],
         "unexplained": search.unexplained if search.after is not None else None,
         "structure": [{"follows": one.what, "share": one.share, "seen": one.words} for one in remainder]
@@ -169,26 +173,10 @@ def _why_rejected(scan: Scan, trial: Trial) -> str:
     return f"too little to be sure: {judgement.errors:.2g} standard errors over poses, p {judgement.p_value:.2g}"
 
 
-def _next_measurement(states: LoadStates, search: Search) -> dict[str, Any] | None:
-    """Return the pose and load that would separate the first missing effect from its look-alike."""
-    scan = search.first
-    near = leaders(scan)
-    if len(near) < 2 or not search.tried:
-        return None
-    one, other = near[0], near[1]
-    noise = scan.fit.noise.translation if scan.fit.noise is not None else 0.0
-    found = separating_measurement(
-        valued_with(scan, one), valued_with(scan, other), states.setup, states.joints, states.wrench, noise
-    )
-    if found is None:
-        return None
-    return {
-        "pose_deg": np.degrees(found.joints).tolist(),
-        "load": found.wrench.tolist(),
-        "separates": [candidate_document(one.candidate), candidate_document(other.candidate)],
-        "gain": finite(found.gain),
-        "difference_m": found.difference,
-    }
+def look_alike_pair(search: Search) -> tuple[Trial, Trial] | None:
+    """Return the first missing effect and the best of its look-alikes, or None where it has none."""
+    near = leaders(search.first)
+    return (near[0], near[1]) if search.tried and len(near) > 1 else None
 
 
 def summary(search: Search, before: Rms, noise: Rms | None) -> str:

@@ -85,4 +85,34 @@ def diagnosis_of(data: Ingested, search: Search) -> Document:
     )
     basic = [entry.type for entry in default_model(campaign.chain.n_joints).effects]
     extra = superfluous_effects(bench, present, basic)
-    return diagnosis_document(data.states, search) | {"superfluous": [candidate_document(one) for one in extra]}
+    return diagnosis_document(data.states, search) | {
+        "superfluous": [candidate_document(one) for one in extra],
+        "next_measurement": _next_measurement(data, search),
+    }
+
+
+def _next_measurement(data: Ingested, search: Search) -> Document | None:
+    """Return the pose and load that would separate the first missing effect from its look-alike."""
+    import numpy as np
+
+    from stiffcal.diagnosis.document import candidate_document, look_alike_pair
+    from stiffcal.diagnosis.unseen_error import valued_with
+    from stiffcal.identification.document import finite
+    from stiffcal.planning.separate import separating_measurement
+
+    pair = look_alike_pair(search)
+    if pair is None:
+        return None
+    scan, states = search.first, data.states
+    one, other = (valued_with(scan, trial) for trial in pair)
+    noise = scan.fit.noise.translation if scan.fit.noise is not None else 0.0
+    found = separating_measurement(one, other, states.setup, states.joints, states.wrench, noise)
+    if found is None:
+        return None
+    return {
+        "pose_deg": np.degrees(found.joints).tolist(),
+        "load": found.wrench.tolist(),
+        "separates": [candidate_document(trial.candidate) for trial in pair],
+        "gain": finite(found.gain),
+        "difference_m": found.difference,
+    }

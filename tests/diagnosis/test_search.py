@@ -1,0 +1,103 @@
+"""Hidden effects in campaigns played by the exact balance: named, placed, sized; nothing named where nothing is."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stiffcal.diagnosis.document import diagnosis_document
+from stiffcal.diagnosis.search import Search, search_missing
+from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from tests.identification.played import joint_springs, medium_robot, played
+from tests.independent.robots import six_axes
+
+NOISE = Sigma(16e-6, 30e-6, 0.5, 0.1)
+
+
+def with_hidden(effect: str, place: Place, **values: float) -> CompliantRobot:
+    """Return the medium robot with one more effect."""
+    robot = medium_robot()
+    return replace(robot, placed=(*robot.placed, PlacedEffect(find_effects()[effect], place, values)))
+
+
+@cache
+def searched(name: str) -> tuple[LoadStates, Search]:
+    """Play a campaign and search it."""
+    hidden = {
+        "nothing": medium_robot(),
+        "tilt": with_hidden("bearing-tilt", Place("joints", (3,)), x=6e-7, y=3e-7),
+        "cubic": with_hidden("cubic-stiffness", Place("joints", (2,)), c2=0.0, c3=4e-13),
+    }[name]
+    states = played(hidden, runs=8, noise=NOISE, load_scatter=0.03, seed=11)
+    return states, search_missing(states, joint_springs(six_axes()), find_effects())
+
+
+def test_nothing_is_missing_where_nothing_is() -> None:
+    """Adequate, nothing supported, nothing unexplained, and the document says so."""
+    states, search = searched("nothing")
+    assert search.found == ()
+    assert not search.unexplained
+    document = diagnosis_document(states, search)
+    assert document["adequate"] is True
+    assert document["missing"] == []
+    assert not [one for one in document["findings"] if one["verdict"] == "supported"]
+    assert document["summary"].startswith("Nothing is missing")
+
+
+@pytest.mark.parametrize(
+    ("name", "effect", "place"),
+    [("tilt", "bearing-tilt", "j3"), ("cubic", "cubic-stiffness", "j2")],
+)
+def test_a_hidden_effect_is_named(name: str, effect: str, place: str) -> None:
+    """Named first at its place, or among its look-alikes; the error falls to the noise."""
+    states, search = searched(name)
+    assert len(search.found) == 1
+    found = search.found[0]
+    named = [found.candidate.name, *(one.name for one in found.alternatives)]
+    assert f"{effect} {place}" in named
+    assert search.after is not None
+    assert search.after.adequate
+    assert search.explained > 0.95
+    document = diagnosis_document(states, search)
+    json.dumps(document, allow_nan=False)
+    assert document["adequate"] is False
+    first = document["findings"][0]
+    assert first["verdict"] == "supported"
+    assert "mm" in first["why"]
+    assert first["heldout_rms_after"]["translation"] < first["heldout_rms_before"]["translation"]
+
+
+def test_the_hidden_size_comes_back() -> None:
+    """The cubic term within four of its standard uncertainties."""
+    _, search = searched("cubic")
+    one = search.final.parameter("cubic-stiffness.j2.c3")
+    assert one.value is not None
+    assert one.std is not None
+    assert abs(one.value - 4e-13) < 4.0 * one.std
+
+
+def test_what_is_not_in_the_catalogue_is_unexplained() -> None:
+    """A compliance of joint 2 that follows the sine of 2.3 times joint 1's angle has no name here."""
+    truth = medium_robot()
+    states = played(truth, runs=10, seed=5)
+    softer = truth.with_values({"joint-compliance.j2.c": 1.4 / 488310.0})
+    wild = played(softer, runs=10, seed=5)
+    share = np.sin(2.3 * states.joints[:, 0])
+    rng = np.random.default_rng(0)
+    position = states.position + share[:, None, None] * (wild.position - states.position)
+    rotation = np.where(share[:, None, None, None] > 0.0, wild.rotation, states.rotation)
+    position = position + 16e-6 * rng.normal(size=position.shape)
+    mixed = replace(states, position=position, rotation=np.full_like(rotation, np.nan))
+    search = search_missing(mixed, joint_springs(six_axes()), find_effects())
+    assert search.unexplained
+    assert search.found == ()
+    document = diagnosis_document(mixed, search)
+    assert document["unexplained"] is True
+    assert any(one["follows"] == "joint angle" for one in document["structure"])
