@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +117,7 @@ def _none(dropped: Dropped) -> Holds:
 def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece], list[_Piece]]:
     """Return the pieces that are holds, and those held too briefly."""
     pieces = _joined(_segmented(white, tolerance), tolerance)
-    stay = _stay(time, pieces)
+    stay = _stay(time, white, pieces)
     level = np.array([_is_level(white, piece, tolerance) for piece in pieces], dtype=np.bool_) & (stay > REST)
     holds = [piece for piece, held in zip(pieces, level, strict=True) if held]
     if not holds:
@@ -124,6 +125,8 @@ def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece]
     duration = np.array([time[piece.last - 1] - time[piece.first] for piece in holds])
     clear = duration[stay[level] > CLEAR_REST]
     long_enough = duration >= SHORT_HOLD * float(np.median(clear if clear.size >= 3 else duration))
+    # Before the first load nobody waits longer than it takes to see that nothing moves; that is the reference.
+    long_enough |= (stay[level] > CLEAR_REST) & np.array([piece.first == 0 for piece in holds], dtype=np.bool_)
     kept = [piece for piece, keep in zip(holds, long_enough, strict=True) if keep]
     pauses = [piece for piece, keep in zip(holds, long_enough, strict=True) if not keep]
     return _side_by_side(kept, tolerance), pauses
@@ -164,12 +167,37 @@ def _whitened(values: Floats) -> tuple[Floats, float]:
     spread = high - low
     # A log without noise (a simulation, coarse digits) still has levels: its resolution stands in.
     floor = np.maximum(1e-4 * spread.max(), np.finfo(float).tiny)
-    noise = np.maximum(noise_of(values), floor)
+    noise = np.maximum(_noise(values), floor)
     white = (values - np.median(values, axis=0)) / noise
     padded = np.pad(white, ((2, 2), (0, 0)), mode="edge")
     around = np.median(np.stack([padded[k : k + len(white)] for k in range(5)]), axis=0)
     white = np.where(np.abs(white - around) > 6.0, around, white)
     return white, _tolerance(white)
+
+
+def _noise(values: Floats) -> Floats:
+    """Return the noise (c,) that means of several readings show, as the size of white noise that would show it.
+
+    Filtered sensors have smooth noise, which differences of single readings hardly see. A slow log, whose ramps are a
+    few readings long, looks smooth over four readings but not over two.
+    """
+    fine = noise_of(values)
+    pairs, fours = _noise_of_means(values, 2), _noise_of_means(values, 4)
+    smooth = (pairs > 1.25 * fine) & (fours > 1.5 * fine)
+    return np.asarray(np.where(smooth, np.minimum(fours, 8.0 * fine), fine))
+
+
+def _noise_of_means(values: Floats, size: int) -> Floats:
+    """Return the noise (c,) by means of `size` readings: from the smallest quarter of their second differences.
+
+    Ramps and steps leave that quarter alone; 0.3186 is the first quartile of |N(0, 1)|.
+    """
+    whole = len(values) // size * size
+    means = values[:whole].reshape(-1, size, values.shape[1]).mean(axis=1)
+    if len(means) < 12:
+        return np.zeros(values.shape[1])
+    bend = np.abs(means[2:] - 2.0 * means[1:-1] + means[:-2])
+    return np.asarray(np.quantile(bend, 0.25, axis=0) / (0.3186 * np.sqrt(6.0)) * np.sqrt(size))
 
 
 def _tolerance(white: Floats) -> float:
@@ -226,7 +254,7 @@ def _joined(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
     return joined
 
 
-def _stay(time: Floats, pieces: Sequence[_Piece]) -> Floats:
+def _stay(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> Floats:
     """Return how many times longer the load stayed at each level than the ramps, at their speed, need to pass it.
 
     The ramps' speed is that at which half of the whole way is gone: holds of any length, breaks included, do not
@@ -237,14 +265,27 @@ def _stay(time: Floats, pieces: Sequence[_Piece]) -> Floats:
     way = np.linalg.norm(np.diff([piece.mean for piece in pieces], axis=0), axis=1)
     begin = time[[piece.first for piece in pieces]]
     stop = time[[min(piece.last, len(time) - 1) for piece in pieces]]
-    middle = 0.5 * (begin + stop)
-    speed = way / np.maximum(np.diff(middle), np.finfo(float).tiny)
+    passing = np.diff(0.5 * (begin + stop))
+    for k, (one, other) in enumerate(pairwise(pieces)):
+        passing[k] *= 1.0 - _abruptness(white, one, other, float(way[k]))
+    speed = way / np.maximum(passing, np.median(np.diff(time)))
     order = np.argsort(speed)
     half = np.searchsorted(np.cumsum(way[order]), 0.5 * way.sum())
     usual = speed[order[min(int(half), len(order) - 1)]]
     # the way through a level: half of the steps to it and from it; an end of the log counts once
     through = 0.5 * (np.append(way[:1], way) + np.append(way, way[-1:]))
     return np.asarray((stop - begin) * usual / np.maximum(through, np.finfo(float).tiny))
+
+
+def _abruptness(white: Floats, one: _Piece, other: _Piece, way: float) -> float:
+    """Return the share of the way between two levels that lies at their border: 1 for a step, a quarter in a ramp."""
+    n = min(one.last - one.first, other.last - other.first)
+    if n < 12:
+        return 0.0  # too few readings to tell it from noise
+    quarter = n // 4
+    step = white[other.first : other.first + quarter].mean(axis=0) - white[one.last - quarter : one.last].mean(axis=0)
+    squared = float(step @ step) - 2.0 * white.shape[1] / quarter
+    return min(float(np.sqrt(max(squared, 0.0))) / max(way, 1e-300), 1.0)
 
 
 def _is_level(white: Floats, piece: _Piece, tolerance: float) -> bool:

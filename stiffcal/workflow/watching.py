@@ -10,6 +10,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.errors import Fault
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics
+from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, place_of_row
 from stiffcal.reduction.plausibility import LogWatch, check_displacements
 
@@ -48,10 +49,22 @@ def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> t
     faults = check_displacements([run.name for run in states.runs], chosen.run, chosen.position, manifest)
     if faults:
         return faults, []
-    warnings: list[str] = []
+    warnings = loaded_references(chosen)
     if not states.deflection_given and states.setup.targets:
         faults += check_kinematics(states, chain, estimated)
         match = match_kinematics(states, chain)
         if not faults and match.median_m > MEETS_M:
             warnings.append(f"kinematics misses the measured target by {1e3 * match.median_m:.0f} mm in the references")
     return faults + ([] if faults else check_work(chosen, chain)), warnings
+
+
+def loaded_references(states: LoadStates) -> list[str]:
+    """Return a warning for every run whose reference carries a load: no displacement from the unloaded robot."""
+    told = []
+    size = np.linalg.norm(states.wrench[:, :3], axis=1)
+    for k in np.flatnonzero(states.reference):
+        largest = float(size[states.run == states.run[k]].max())
+        if size[k] > UNLOADED_SHARE * largest > 0.0 and (states.run == states.run[k]).sum() > 1:
+            name = states.runs[int(states.run[k])].name
+            told.append(f"run {name}: its reference, state {states.row[k]}, carries {size[k]:.0f} N of {largest:.0f} N")
+    return told

@@ -37,6 +37,7 @@ def test_raw_logs_give_the_holds_of_the_table() -> None:
         {"noise": 5.0},
         {"noise": 0.0},
         {"ramp": 0.02},
+        {"ramp": 0.001},
         {"ramp": 8.0, "hold": 4.0},
         {"rate": 1000.0},
         {"rate": 5.0},
@@ -44,6 +45,7 @@ def test_raw_logs_give_the_holds_of_the_table() -> None:
         {"breaks": True},
         {"lead": 120.0},
         {"hold": 60.0, "ramp": 3.0, "rate": 20.0, "lead": 60.0},
+        {"hold": 20.0, "lead": 3.0},
     ],
     ids=str,
 )
@@ -62,6 +64,16 @@ def test_spikes_do_not_cut_holds() -> None:
     time, wrench, true = load_cycle(generator)
     wrench[generator.integers(0, len(time), 60)] += 200.0 * generator.normal(size=(60, 6))
     assert matches(find_holds(time, wrench), true)[1:-1].min() > 0.8
+
+
+def test_smooth_noise_of_a_filtered_sensor_is_no_load() -> None:
+    generator = np.random.default_rng(12)
+    time, wrench, true = load_cycle(generator, noise=0.0)
+    noise = generator.normal(size=wrench.shape)
+    for k in range(1, len(noise)):
+        noise[k] = 0.8 * noise[k - 1] + 0.6 * noise[k]
+    found = find_holds(time, wrench + 1.5 * noise)
+    assert matches(found, true)[1:-1].min() > 0.8
 
 
 def test_what_is_dropped_is_said() -> None:
