@@ -30,3 +30,8 @@ def test_knees_within_the_torques_seen() -> None:
 def test_no_knee_where_the_torque_stays_where_it_is() -> None:
     carried = loads({(NODE, RZ): np.linspace(990.0, 1000.0, 11)})
     assert EFFECT.shape_grid(PLACE, robot_chain(), carried)["knee"].size == 0
+
+
+def test_a_torque_of_one_sign_may_show_a_knee() -> None:
+    carried = loads({(NODE, RZ): np.linspace(20.0, 100.0, 11)})
+    assert EFFECT.shape_grid(PLACE, robot_chain(), carried)["knee"].size > 3
