@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stiffcal.cli.app import main
+
+SHARED = Path(__file__).parents[3] / "shared"
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+
+Command = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture
+def practice(tmp_path: Path) -> Callable[[str], Path]:
+    """Copy a practice campaign to where it may be written."""
+
+    def copied(name: str) -> Path:
+        source = SHARED / "practice" / name
+        if not source.is_dir():
+            pytest.skip("the practice campaigns (../shared/practice) are not here")
+        target = tmp_path / name
+        target.mkdir()
+        for file in source.rglob("*"):
+            if file.is_file():
+                copy = target / file.relative_to(source)
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(file, copy)
+        return target
+
+    return copied
+
+
+@pytest.fixture
+def truth() -> dict[str, dict[str, Any]]:
+    """What was hidden in the practice campaigns, by folder."""
+    file = SHARED / "practice" / "truth.json"
+    if not file.is_file():
+        pytest.skip("the practice campaigns (../shared/practice) are not here")
+    return {name: entry for entry in json.loads(file.read_text()) for name in entry["folder"].split(" and ")}
+
+
+@pytest.fixture
+def fanuc(tmp_path: Path) -> Path:
+    """The FANUC campaign with the real measurements put in."""
+    data = SHARED / "data" / "fanuc-r2000ic"
+    if not data.is_dir():
+        pytest.skip("the real measurements (../shared/data) are not here")
+    target = Path(
+        shutil.copytree(CAMPAIGNS / "fanuc-r2000ic", tmp_path / "fanuc", ignore=shutil.ignore_patterns("store"))
+    )
+    (target / "raw").mkdir(exist_ok=True)
+    for name in ("joint_angles.csv", "forces.csv", "deltaX.csv"):
+        shutil.copyfile(data / name, target / "raw" / name)
+    return target
+
+
+@pytest.fixture
+def command(capsys: pytest.CaptureFixture[str]) -> Command:
+    """Run a command with --json; return its document. ``codes`` are the exit codes allowed."""
+
+    def run(*words: str | Path, codes: tuple[int, ...] = (0,)) -> dict[str, Any]:
+        with pytest.raises(SystemExit) as end:
+            main([*map(str, words), "--json"])
+        told = capsys.readouterr()
+        assert end.value.code in codes, told.out[-2000:] + told.err
+        document: dict[str, Any] = json.loads(told.out)
+        return document
+
+    return run

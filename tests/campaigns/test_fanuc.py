@@ -1,0 +1,60 @@
+"""The FANUC R-2000iC measurements: published numbers, and a plain six-compliance fit of all poses.
+
+Data: repository longton2001-pixel/breakthrough-surge-suppression-in-high-speed-robotic-drilling, MIT licence.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.campaigns.conftest import Command
+
+PUBLISHED = (8.6158e5, 2.8560e6, 1.8483e6, 2.7935e5, 4.1867e5, 2.7772e5)  # N·m/rad, 38 of the 43 poses
+PLAIN_FIT = (0.861e6, 2.72e6, 1.96e6, 0.271e6, 0.425e6, 0.206e6)  # all 43 poses
+PLAIN_PERCENT = (4, 16, 12, 14, 17, 48)  # standard errors
+EXCLUDE = """
+[[exclude]]
+source = "table"
+rows = [1, 2, 11, 12, 13]
+why = "left out by the authors"
+"""
+
+
+def test_all_poses(fanuc: Path, command: Command) -> None:
+    document = command("identify", fanuc)
+    found = [one["stiffness"] for one in document["parameters"]]
+    assert np.allclose(found, PLAIN_FIT, rtol=0.003)
+    percent = [100 * one["stiffness_std"] / one["stiffness"] for one in document["parameters"]]
+    assert [round(value) for value in percent] == list(PLAIN_PERCENT)
+    assert document["rms"]["translation"] == pytest.approx(0.372e-3, abs=0.5e-6)
+    assert any("j6" in warning and "poorly known" in warning for warning in document["warnings"])
+    validation = command("validate", fanuc)
+    assert validation["scheme"] == "leave-one-pose-out"
+    assert validation["rms"]["translation"] == pytest.approx(0.405e-3, abs=0.5e-6)
+    assert validation["zero_model"]["translation"] == pytest.approx(1.725e-3, abs=0.5e-6)
+
+
+def test_published_values_without_the_five_poses(fanuc: Path, command: Command) -> None:
+    manifest = fanuc / "campaign.toml"
+    manifest.write_text(manifest.read_text() + EXCLUDE)
+    document = command("identify", fanuc)
+    assert document["n_states"] == 38
+    for one, published in zip(document["parameters"], PUBLISHED, strict=True):
+        # five printed digits
+        assert float(f"{one['stiffness']:.4e}") == pytest.approx(published, rel=1e-12)
+
+
+def test_balanced_on_the_deformed_robot(fanuc: Path, command: Command) -> None:
+    first = command("identify", fanuc)
+    model = fanuc / "model.toml"
+    model.write_text(model.read_text().replace('balance = "first-order"', 'balance = "deformed"'))
+    balanced = command("identify", fanuc)
+    assert balanced["model"]["balance"] == "deformed"
+    change = [
+        b["stiffness"] / a["stiffness"] - 1 for a, b in zip(first["parameters"], balanced["parameters"], strict=True)
+    ]
+    # the load moves by millimetres on arms of metres: some tenths of a per cent, far below the uncertainty
+    assert 0 < np.abs(change).max() < 0.05
