@@ -23,7 +23,9 @@ def compare(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
 ) -> int:
-    """Compare two campaigns of one robot: each parameter, and how surely it has changed.
+    """Compare two campaigns of one robot.
+
+    Each parameter, and how surely it has changed.
 
     Example: stiffcal compare before-service after-service
     """

@@ -25,7 +25,7 @@ def improve(
     no_update: NoUpdate = False,
     store: StoreAt = None,
 ) -> int:
-    """Add what is missing, step by step, and watch the error fall.
+    """Add what is missing, step by step.
 
     Asks before each step where a person sits at the terminal and --yes is not given.
 
