@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.identification.identify import predict_observations
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
+from stiffcal.identification.weighing import predict_observations
 from stiffcal.measurements.load_states import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects

@@ -17,8 +17,8 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.identification.identify import predict_observations
 from stiffcal.identification.observation import Observations, observe
+from stiffcal.identification.weighing import predict_observations
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
