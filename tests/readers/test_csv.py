@@ -150,6 +150,7 @@ HEADED = b"Logger\nfirmware 3\n" + PLAIN
         (PLAIN[:-2], {}, "line 3, column Fy: the file is cut off in the middle of a line ('')"),
         (b"t,Fx,Fy\n0,1,2.125\n0,1,2.1", {}, "last line, column Fy: the file ends without a line end after '2.1'"),
         (b"t,Fx,Fy\n0,1,100\n0,1,10", {}, "it may be cut off in the middle of a number"),
+        (b't,Fx,Fy,note\n0,1,2,"a\n3,4,5,b"\n6,7,8,c\n', {}, "line 2: a quotation mark is opened and not closed"),
         (PLAIN + b"\0\0\0\0\0\0", {}, "line 4: the line holds NUL bytes: writing the log was interrupted"),
         (
             PLAIN.replace(b"1.5", b'"1.5'),
