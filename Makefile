@@ -11,6 +11,7 @@ WORKERS ?= 2
 .PHONY: demo test bench coverage practice lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -m stiffcal demo
+	@echo "the report: demo/report.pdf"
 
 test: $(VENV)/test.stamp
 	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
