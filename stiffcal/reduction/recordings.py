@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ _SHARED = ("wrench", "position.", "marker.", "lengths", "displacement", "joints"
 # A joint log without a clock may stand for the whole run when its joints stay within this: a tenth of what a
 # direction-finding touch of the pendant moves, and 0.1 mm at 1 m.
 STANDING_RAD = 1e-4
+LEAST_SEEN = 0.5  # of a hold, by every device: less is no state
 
 
 @dataclass(frozen=True)
@@ -83,12 +84,14 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         placed.append((source, blocks, ahead))
         if ahead is None:
             continue
-        seen = (blocks.end[-1] - ahead >= holds.end - _slack(holds)) & (
-            blocks.start[0] - ahead <= holds.start + _slack(holds)
-        )
+        # what the device saw of a hold is averaged, unless it missed the better half
+        start = np.maximum(holds.start, blocks.start[0] - ahead)
+        end = np.minimum(holds.end, blocks.end[-1] - ahead + blocks.interval)
+        seen = end - start >= LEAST_SEEN * (holds.end - holds.start)
         for k in np.flatnonzero(keep & ~seen):
             dropped.append(Dropped(float(holds.start[k]), float(holds.end[k]), f"{source} was not logging"))
         keep &= seen
+        holds = replace(holds, start=np.where(seen, start, holds.start), end=np.where(seen, end, holds.end))
     if not keep.any():
         raise InputError.at(
             f"run {run.id}",
@@ -111,11 +114,6 @@ def beginning(run: Run, logs: Mapping[str, Blocks]) -> Gathered:
     end = start + min(np.ptp(first.time), 0.5) + 1e-9
     holds = Holds(start, end, start, end)
     return _averaged(run, holds, np.zeros(1, dtype=np.int64), placed)
-
-
-def _slack(holds: Holds) -> Floats:
-    """A log may begin or end within the outer tenth of a hold."""
-    return 0.1 * (holds.end - holds.start)
 
 
 def _found_holds(run: Run, shared: list[SharedSignal], clocks: Mapping[str, ClockOffset]) -> Holds:

@@ -1,0 +1,72 @@
+"""Logs of one run become states: what each device saw of each hold, and what is dropped."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiffcal.campaign.manifest import Run
+from stiffcal.errors import InputError
+from stiffcal.reduction.blocks import Blocks, blocks_of
+from stiffcal.reduction.recordings import reduce_run
+from tests.reduction.practice import Floats, load_cycle
+
+COMPLIANCE = 5e-6 * np.array([[1.0, 0.2, 0.0], [0.2, 1.5, -0.3], [0.0, -0.3, 0.8]])
+
+
+def logs_of(seed: int, ahead: float = 0.4, first: float = 0.0, last: float = 1e9) -> tuple[dict[str, Blocks], Floats]:
+    """Return force, tracker and joint logs of a made-up run, and its true holds."""
+    generator = np.random.default_rng(seed)
+    time, wrench, holds = load_cycle(generator)
+    at = np.arange(0.013, time[-1], 0.04)
+    at = at[(at >= first) & (at <= last)]
+    force = np.stack([np.interp(at, time, column) for column in wrench[:, :3].T], axis=1)
+    position = force @ COMPLIANCE + 1e-5 * generator.normal(size=(at.size, 3))
+    joints = 0.3 + 1e-7 * generator.normal(size=(2000, 6))
+    logs = {
+        "ft": blocks_of(time, {"wrench": wrench}),
+        "tracker": blocks_of(at + ahead, {"position.target": position}),
+        "controller": blocks_of(np.arange(2000) * 0.05 + 7.0, {"joints": joints}),
+    }
+    return logs, holds
+
+
+def test_means_over_holds_and_their_scatter() -> None:
+    logs, holds = logs_of(1)
+    run = reduce_run(Run(id="a"), logs)
+    states = run.states
+    assert len(states.run) == len(holds)
+    predicted = states.signals["wrench"][:, :3] @ COMPLIANCE
+    assert np.abs(states.signals["position.target"] - predicted).max() < 1e-5
+    assert np.median(states.scatter["wrench"][:, :3]) == pytest.approx(1.5, rel=0.1)
+    assert states.hold[3] == pytest.approx(2.0, abs=0.1)
+    assert (states.n_readings[1:-1] > 40).all()
+    # joints that stand still are averaged over the whole log: their clock is not known and does not matter
+    assert run.clocks["controller"].value is None
+    np.testing.assert_allclose(states.signals["joints"], 0.3, atol=1e-7)
+
+
+def test_holds_that_a_device_missed_are_dropped_and_half_seen_ones_kept() -> None:
+    _, holds = logs_of(2)
+    logs, _ = logs_of(2, first=holds[2, 0] + 1.5, last=holds[-4, 0] + 1.4)
+    run = reduce_run(Run(id="a"), logs)
+    assert run.states.number.tolist() == list(range(4, len(holds) - 2))
+    assert any(stretch.reason == "tracker was not logging" for stretch in run.dropped)
+    assert run.states.n_readings[-1] < run.states.n_readings[1]
+
+
+def test_no_load_is_no_state() -> None:
+    generator = np.random.default_rng(3)
+    time = np.arange(0.0, 20.0, 0.01)
+    ramp = {"ft": blocks_of(time, {"wrench": 50.0 * time[:, None] + generator.normal(size=(time.size, 6))})}
+    with pytest.raises(InputError, match="the load was never held"):
+        reduce_run(Run(id="a"), ramp)
+
+
+def test_a_log_that_moves_by_itself_cannot_be_placed() -> None:
+    logs, _ = logs_of(4)
+    walk = np.cumsum(1e-4 * np.random.default_rng(5).normal(size=(2000, 3)), axis=0)
+    logs["tracker"] = blocks_of(np.arange(2000) * 0.05, {"position.target": walk})
+    with pytest.raises(InputError, match="give clock_ahead_s"):
+        reduce_run(Run(id="a"), logs)
+    assert len(reduce_run(Run(id="a", clock_ahead_s={"tracker": 0.0}), logs).states.run) > 30
