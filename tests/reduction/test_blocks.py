@@ -62,3 +62,12 @@ def test_noise_is_not_seen_in_ramps_and_steps() -> None:
     values = generator.normal(0.0, 0.5, (4000, 2))
     values += 100.0 * np.floor(np.arange(4000) / 500.0)[:, None] + 0.3 * np.arange(4000)[:, None]
     np.testing.assert_allclose(noise_of(values), 0.5, rtol=0.06)
+
+
+def test_blocks_stay_even_when_they_double() -> None:
+    averager = BlockAverager(most=64)
+    for k in range(40):
+        averager.add(k + np.arange(100) * 0.01, {"wrench": np.ones((1, 100))})
+    blocks = averager.blocks()
+    assert len(blocks) <= 64
+    assert blocks.count[:-1].max() <= blocks.count[:-1].min() + 2

@@ -10,9 +10,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
+from stiffcal.reduction.logs import read_rows
 from stiffcal.store import Store
 from stiffcal.workflow.ingest import ingest_campaign, is_stale, stored_states
+from stiffcal.workflow.watching import Watches
 from tests.workflow.campaigns_to_break import copied, edit, edit_table, needs_practice, one_run
 
 pytestmark = needs_practice
@@ -241,3 +244,12 @@ def test_each_fault_of_a_log_is_one_clear_line(fault: str, tmp_path: Path) -> No
     for word in words:
         assert word in told, told
     assert not Store(folder / "store").exists
+
+
+def test_a_log_is_watched_from_batch_to_batch(tmp_path: Path) -> None:
+    campaign = load_campaign(one_run(tmp_path))
+    watches = Watches(campaign)
+    rows = next(read_rows(campaign.folder, "ft", campaign.manifest.sources["ft"], {"": "raw/pose01_ft.csv"}))
+    watches.see("ft", "raw/pose01_ft.csv", rows)
+    with pytest.raises(InputError, match="line 2: time runs backwards"):
+        watches.see("ft", "raw/pose01_ft.csv", rows)
