@@ -67,16 +67,17 @@ def states_with_residuals(data: Ingested) -> pa.Table:
     States that were not judged (set aside) have NaN there.
     """
     import numpy as np
-    import pyarrow as pa
+
+    from stiffcal.store import column_of, values_of
 
     table, judged = data.table, data.store.read_table(UNSEEN_STATES)
-    where = judged.column("state").to_numpy()
+    where = values_of(judged.column("state"))
     for name in judged.column_names:
         if name in {"state", "run", "row"}:
             continue
         values = np.full(table.num_rows, np.nan)
-        values[where] = judged.column(name).to_numpy()
-        table = table.append_column(name, pa.array(values))
+        values[where] = values_of(judged.column(name))
+        table = table.append_column(name, column_of(values))
     return table
 
 
@@ -89,7 +90,9 @@ def write_table(table: pa.Table | Mapping[str, Any], output: Path) -> None:
     """
     import pyarrow as pa
 
-    whole = table if isinstance(table, pa.Table) else pa.table(dict(table))
+    from stiffcal.store import table_of
+
+    whole = table if isinstance(table, pa.Table) else table_of(dict(table))
     with _replacing(output) as beside:
         if output.suffix.lower() == ".parquet":
             import pyarrow.parquet as parquet

@@ -21,6 +21,7 @@ from stiffcal.report.content import (
     SetAside,
     SourceFile,
 )
+from stiffcal.store import values_of
 from stiffcal.workflow.state_tables import component_block
 from stiffcal.workflow.steps import (
     FIT_STATES,
@@ -243,7 +244,7 @@ def _rate(data: Ingested, source: str) -> float | None:
     """Return samples per second of a source's first recording."""
     for name in data.store.tables:
         if name.startswith("recordings/") and name.endswith(f"/{source}"):
-            time = data.store.read_table(name, columns=["time_s"]).column("time_s").to_numpy()
+            time = values_of(data.store.read_table(name, columns=["time_s"]).column("time_s"))
             span = float(time[-1] - time[0]) if len(time) > 1 else 0.0
             return (len(time) - 1) / span if span > 0.0 else None
     return None

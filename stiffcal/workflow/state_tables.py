@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
 
+from stiffcal.store import table_of, values_of
+
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from stiffcal.identification.observation import Observations
     from stiffcal.measurements.load_states import LoadStates
 
@@ -30,9 +33,9 @@ def observed_table(states: LoadStates, data: Observations, predicted: Floats, re
     data : the observations, m components of n states.
     predicted, residual : (m, n) m and rad.
     """
-    columns: dict[str, object] = {
+    columns: dict[str, Any] = {
         "state": data.index,
-        "run": pa.array([states.runs[number].name for number in data.run], pa.string()),
+        "run": [states.runs[number].name for number in data.run],
         "row": states.row[data.index],
     }
     for place in range(len(data.measured)):
@@ -44,7 +47,7 @@ def observed_table(states: LoadStates, data: Observations, predicted: Floats, re
             ("residual", residual[place]),
         ):
             columns[f"{name}_{kind}"] = np.where(seen, values, np.nan)
-    return pa.table(columns)
+    return table_of(columns)
 
 
 def component_block(table: pa.Table, target: str, kind: str, n_states: int) -> Floats:
@@ -57,9 +60,9 @@ def component_block(table: pa.Table, target: str, kind: str, n_states: int) -> F
     n_states : how many load states the campaign has.
     """
     block = np.full((n_states, 6), np.nan)
-    where = table.column("state").to_numpy()
+    where = values_of(table.column("state"))
     for place, component in enumerate(COMPONENTS):
         name = f"{target}_{component}_{kind}"
         if name in table.column_names:
-            block[where, place] = table.column(name).to_numpy()
+            block[where, place] = values_of(table.column(name))
     return block

@@ -1,0 +1,258 @@
+"""What the commands answer with ``--json``, typed; SI units, null for what is not known.
+
+``python -m stiffcal.workflow.documents schemas/`` writes the JSON Schemas. Documents may hold more than stands here:
+what does stand here is what other programs may rely on.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any, Literal, NotRequired
+
+from pydantic import TypeAdapter
+from typing_extensions import TypedDict
+
+Number = float | None
+Matrix = list[list[float]]
+
+class Rms(TypedDict):
+    """Square root of the mean squared length of a residual vector, m and rad (N·m for torques)."""
+
+    translation: Number
+    rotation: Number
+    length: NotRequired[Number]
+    motor_angle: NotRequired[Number]
+    torque: NotRequired[Number]
+
+
+class Where(TypedDict, total=False):
+    """Where an effect sits; empty for the set-up."""
+
+    joints: list[int]
+    links: list[str]
+    pairs: list[list[int]]
+
+
+class EffectHeld(TypedDict):
+    """An effect of a model, with its places."""
+
+    type: str
+    joints: NotRequired[list[int]]
+    links: NotRequired[list[str]]
+    pairs: NotRequired[list[list[int]]]
+
+
+class Model(TypedDict):
+    """What a model holds."""
+
+    balance: Literal["deformed", "first-order"]
+    effects: list[EffectHeld]
+
+
+class Parameter(TypedDict):
+    """An identified parameter; value null where these data cannot tell it. ``stiffness*`` stand with compliances."""
+
+    name: str
+    effect: str
+    where: Where
+    value: Number
+    std: Number
+    interval: list[Number] | None
+    unit: str
+    fixed: bool
+    identifiable: bool
+    stiffness: NotRequired[Number]
+    stiffness_std: NotRequired[Number]
+    stiffness_interval: NotRequired[list[Number] | None]
+
+
+class Ambiguity(TypedDict):
+    """Parameters that cannot be told apart, why, and what of them is known."""
+
+    parameters: list[str]
+    known: str | None
+    reason: str
+
+
+class Rejected(TypedDict):
+    """A load state that was not used."""
+
+    run: str
+    row: int
+    why: str
+
+
+class Identify(TypedDict):
+    """Answer of ``identify``."""
+
+    schema: Literal["stiffcal/identify/1"]
+    warnings: list[str]
+    model: Model
+    parameters: list[Parameter]
+    n_states: int
+    n_runs: int
+    rms: Rms
+    noise: Rms | None
+    noise_source: Literal["repeats", "manifest", "none"]
+    reduced_chi2: Number
+    condition: Number
+    not_identifiable: list[Ambiguity]
+    rejected: list[Rejected]
+    expected_rms: Rms | None
+    expected_error: str
+
+
+class Part(TypedDict):
+    """The error in a part of the data."""
+
+    label: str
+    low: Number
+    high: Number
+    n: int
+    rms: Rms
+    max: Rms
+
+
+class Worst(TypedDict):
+    """A state with a large residual."""
+
+    run: str
+    row: int
+    residual_m: float
+
+
+class Validate(TypedDict):
+    """Answer of ``validate``."""
+
+    schema: Literal["stiffcal/validate/1"]
+    warnings: list[str]
+    scheme: str
+    rms: Rms
+    max: Rms
+    noise: Rms | None
+    relative: Rms
+    zero_model: Rms
+    by_run: list[Part]
+    by_direction: list[Part]
+    by_load: list[Part]
+    by_branch: list[Part]
+    by_joint_angle: list[Part]
+    worst: list[Worst]
+    passed: bool
+    failed: list[str]
+
+
+class HistoryEntry(TypedDict):
+    """A fit of the campaign; ``heldout_rms`` null until it is validated."""
+
+    id: str
+    time: str
+    model: Model
+    heldout_rms: Rms | None
+    fit_rms: Rms
+    noise: Rms | None
+
+
+class History(TypedDict):
+    """Answer of ``history``; ``not_fitted_yet`` is the present model where that is not the last one fitted."""
+
+    schema: Literal["stiffcal/history/1"]
+    warnings: list[str]
+    fits: list[HistoryEntry]
+    not_fitted_yet: NotRequired[Model]
+
+
+class PredictedState(TypedDict):
+    """Deflection (m, rad) and stiffness at the target, base axes."""
+
+    joints: list[float]
+    wrench: list[float]
+    deflection: list[float]
+    covariance: Matrix
+    cartesian_compliance: Matrix
+    cartesian_stiffness: Matrix | None
+
+
+class Predict(TypedDict):
+    """Answer of ``predict``."""
+
+    schema: Literal["stiffcal/predict/1"]
+    warnings: list[str]
+    values_from: str
+    target: str
+    states: list[PredictedState]
+
+
+class Clock(TypedDict):
+    """How far a source's clock is ahead of the first source's, s; null with a reason where no signal is shared."""
+
+    value: Number
+    std: Number
+    reason: NotRequired[str | None]
+
+
+class IngestedRun(TypedDict):
+    """What was made of a run."""
+
+    id: str
+    clock_ahead_s: dict[str, Clock]
+    n_states: int
+    dropped: list[dict[str, Any]]
+
+
+class Ingest(TypedDict):
+    """Answer of ``ingest``."""
+
+    schema: Literal["stiffcal/ingest/1"]
+    warnings: list[str]
+    runs: list[IngestedRun]
+    unchanged: bool
+
+
+class Fault(TypedDict):
+    """What is wrong with the input."""
+
+    file: str
+    place: str
+    reason: str
+    mend: str
+
+
+class Error(TypedDict):
+    """Answer of any command with exit code 2 or 3; ``others`` where there are more faults."""
+
+    error: Fault
+    others: NotRequired[list[Fault]]
+
+
+DOCUMENTS: dict[str, Any] = {
+    "identify": Identify,
+    "validate": Validate,
+    "history": History,
+    "predict": Predict,
+    "ingest": Ingest,
+    "error": Error,
+}
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def schema_texts() -> dict[str, str]:
+    """Return file name to JSON Schema of every document.
+
+    Examples
+    --------
+    >>> sorted(schema_texts())[0]
+    'error.document.schema.json'
+    """
+    texts = {}
+    for name, kind in DOCUMENTS.items():
+        schema = {"$schema": DIALECT, **TypeAdapter(kind).json_schema()}
+        texts[f"{name}.document.schema.json"] = json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+    return texts
+
+
+if __name__ == "__main__":
+    for file, text in schema_texts().items():
+        (Path(sys.argv[1]) / file).write_text(text, encoding="utf-8")
