@@ -67,7 +67,7 @@ def test_noise_is_not_seen_in_ramps_and_steps() -> None:
 def test_blocks_stay_even_when_they_double() -> None:
     averager = BlockAverager(most=64)
     for k in range(40):
-        averager.add(k + np.arange(100) * 0.01, {"wrench": np.ones((1, 100))})
+        averager.add(k + np.linspace(0.0, 0.99, 100), {"wrench": np.ones((1, 100))})
     blocks = averager.blocks()
     assert len(blocks) <= 64
     assert blocks.count[:-1].max() <= blocks.count[:-1].min() + 2

@@ -26,7 +26,7 @@ def logs_of(seed: int, ahead: float = 0.4, first: float = 0.0, last: float = 1e9
     logs = {
         "ft": blocks_of(time, {"wrench": wrench}),
         "tracker": blocks_of(at + ahead, {"position.target": position}),
-        "controller": blocks_of(np.arange(2000) * 0.05 + 7.0, {"joints": joints}),
+        "controller": blocks_of(np.arange(7.0, 107.0, 0.05), {"joints": joints}),
     }
     return logs, holds
 
@@ -66,7 +66,7 @@ def test_no_load_is_no_state() -> None:
 def test_a_log_that_moves_by_itself_cannot_be_placed() -> None:
     logs, _ = logs_of(4)
     walk = np.cumsum(1e-4 * np.random.default_rng(5).normal(size=(2000, 3)), axis=0)
-    logs["tracker"] = blocks_of(np.arange(2000) * 0.05, {"position.target": walk})
+    logs["tracker"] = blocks_of(np.arange(0.0, 100.0, 0.05), {"position.target": walk})
     with pytest.raises(InputError, match="give clock_ahead_s"):
         reduce_run(Run(id="a"), logs)
     assert len(reduce_run(Run(id="a", clock_ahead_s={"tracker": 0.0}), logs).states.run) > 30
