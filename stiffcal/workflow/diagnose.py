@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, diagnoses_with, evidence_of
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import (
     Document,
@@ -45,12 +46,27 @@ def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
     identified = fitted(data, means)
     key = key_of(identified["key"], DIAGNOSE)
     stored = stored_document(data.store, DIAGNOSE)
-    if stored is not None and stored.get("key") == key:
+    if stored is not None and stored.get("key") == key and "evidence" in stored:
         return stored
-    document = diagnosis_of(data, search_now(data, str(identified["loss"]), means))
-    document |= {"fit_id": identified["fit_id"], "key": key}
-    data.store.commit({}, {DIAGNOSE: document}, command="diagnose")
+    search = search_now(data, str(identified["loss"]), means)
+    document = diagnosis_of(data, search)
+    means.progress("gathering the evidence", 0.9)
+    table, entries = evidence_of(data, search)
+    document |= {"evidence": entries, "fit_id": identified["fit_id"], "key": key}
+    documents = {DIAGNOSE: document, DIAGNOSES: diagnoses_with(data, document)}
+    data.store.commit({EVIDENCE: table}, documents, command="diagnose")
     return document
+
+
+def current_diagnosis(data: Ingested, identified: Document) -> tuple[Document | None, str]:
+    """Return the stored diagnosis where it is of the present fit; else None, and why in words."""
+    stored = stored_document(data.store, DIAGNOSE)
+    if stored is None:
+        return None, "the model has not been diagnosed yet: run “stiffcal diagnose”"
+    if stored.get("key") != key_of(identified["key"], DIAGNOSE) or "evidence" not in stored:
+        of_fit = f" (it is of fit {stored['fit_id']})" if stored.get("fit_id") != identified["fit_id"] else ""
+        return None, f"the last diagnosis is stale{of_fit}: run “stiffcal diagnose” again"
+    return stored, ""
 
 
 def search_now(data: Ingested, loss: str, means: Means) -> Search:

@@ -1,0 +1,256 @@
+"""The evidence for an effect: the residual against what drives the effect, before and after adding it.
+
+For each effect that a model gained (or would gain) the model without it is fitted again, everything else free, and both
+models are judged in every pose by a fit that has not seen it. Each residual is then read in the one direction in which
+the effect moves the target in that state, so that thousands of vectors become one curve over the effect's driver.
+
+Where the effect turns or shifts one thing (a joint, a node), a state's residual r and the lever l of a unit turn give
+the turn that r amounts to, l·r / l·l (least squares); times the mean lever this is a length at the tool that does not
+depend on how far the tool happened to stand off. States whose lever is short tell little of the turn and are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.diagnosis.scan import Scan
+from stiffcal.diagnosis.scoring import fold_products, solve_within
+from stiffcal.identification.observation import Column, free_columns
+from stiffcal.identification.signatures import Linearised, Signature
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Effect, NodeLoads, Sort
+from stiffcal.validation.unseen import with_lost_freedom
+from stiffcal.validation.validate import rms_of
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# A turn read off a lever four times shorter than the mean is four times as noisy.
+SHORT_LEVER = 0.25
+# An effect acts along one line where that accounts for nine tenths of its squares.
+ONE_LINE = 0.9
+# A driver takes both signs where the lesser side reaches this share of the greater.
+BOTH_SIGNS = 0.1
+
+
+@dataclass(frozen=True)
+class EffectEvidence:
+    """What the residual says of one effect, over the n states of a fit.
+
+    Attributes
+    ----------
+    placed : the effect, its place and the values with which it is in the model.
+    driver, unit : what the residual is drawn against, with its unit ("1" for a number).
+    rotational : True where the residual is read in rotations (rad), False for lengths at the tool (m).
+    lever : m or 1, mean lever that turns (or shifts) were multiplied with; None where the residual itself is projected.
+    index : (n,) the states' indices in the campaign's load states.
+    value : (n,) the driver.
+    before, after : (n,) m or rad, residual in unseen poses without and with the effect; NaN where nothing can be read.
+    law : (n,) m or rad, what the effect adds in the same direction, counted from the weight-only state.
+    rms_before, rms_after : {"translation", "rotation"} m and rad, of the whole residual vector in unseen poses.
+    by_run : (run number, rms before, rms after) of the same kind as ``before``, m or rad.
+    """
+
+    placed: PlacedEffect
+    driver: str
+    unit: str
+    rotational: bool
+    lever: float | None
+    index: Integers
+    value: Floats
+    before: Floats
+    after: Floats
+    law: Floats
+    rms_before: dict[str, float | None]
+    rms_after: dict[str, float | None]
+    by_run: tuple[tuple[int, float, float], ...]
+
+
+def evidence_for(
+    scan: Scan, chosen: Collection[str], catalogue: Mapping[str, Effect], held: Collection[str] = ()
+) -> Iterator[EffectEvidence]:
+    """Take each chosen effect out of a fitted model in turn, and tell what it accounts for.
+
+    Parameters
+    ----------
+    scan : a look beside the model that holds the effects (`Search.final_scan`).
+    chosen : ``effect place-label`` of those to look at.
+    catalogue : effects by name.
+    held : ``effect place-label`` that the model would hold in place of one that includes it.
+
+    Yields
+    ------
+    EffectEvidence
+        In the order of the model; effects without free parameters are passed over.
+    """
+    state = Linearised.about(scan.fit.robot, scan.fit.data)
+    columns = free_columns(
+        scan.fit.robot, frozenset(scan.fit.held | {one.name for one in scan.fit.parameters if one.fixed})
+    )
+    for number, one in enumerate(scan.fit.robot.placed):
+        if f"{one.effect.name} {one.place.label}" in chosen and any(column.placed == number for column in columns):
+            included = [
+                state.signature(catalogue[name], one.place, {})
+                for name in one.effect.includes
+                if f"{name} {one.place.label}" in held and name in catalogue
+            ]
+            yield _evidence(scan, state, columns, number, included)
+
+
+def _evidence(
+    scan: Scan, state: Linearised, columns: list[Column], number: int, included: list[Signature]
+) -> EffectEvidence:
+    one, data = scan.fit.robot.placed[number], scan.fit.data
+    added = _contribution(state, one)
+    others = np.array([column.placed != number for column in columns], dtype=np.bool_)
+    low = np.array([_lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
+    pieces = [scan.columns[others], *(signature.columns for signature in included)]
+    edges = [low[others], *(np.zeros(len(signature.columns)) for signature in included)]
+    before = _left_out(scan, np.concatenate(pieces), scan.residual + added, np.concatenate(edges))
+    after = _left_out(scan, scan.columns, scan.residual, low)
+    rows = _telling_rows(scan, added, after)
+    value, driver, unit = _driver(state, one)
+    direction, lever = _directions(state, one, added, rows, value if driver else None)
+    law = _along(direction, added, rows)
+    if not driver:
+        value, driver, unit = law * 1e3, f"what {one.effect.name} adds", "mrad" if data.rotational[rows][0] else "mm"
+    return EffectEvidence(
+        one, driver, unit, bool(data.rotational[rows][0]), lever, data.index, value,
+        _along(direction, before, rows), _along(direction, after, rows), law,
+        rms_of(before, data), rms_of(after, data), _by_run(data.run, before[rows], after[rows]),
+    )  # fmt: skip
+
+
+def _contribution(state: Linearised, one: PlacedEffect) -> Floats:
+    """Return (m, n) what an effect adds to the displacements with the values it has in the model."""
+    signature = state.signature(one.effect, one.place, one.shape())
+    total = signature.fixed.copy()
+    for symbol, column in zip(signature.symbols, signature.columns, strict=True):
+        total += one.amplitude(symbol) * column
+    return np.asarray(np.where(state.data.seen, total, 0.0))
+
+
+def _lowest_step(one: PlacedEffect, column: Column) -> float:
+    """Return how far down a parameter can go from where it is: what cannot be negative stops at zero."""
+    spec = one.effect.spec(column.symbol)
+    if column.sort is Sort.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
+        return min(0.0, -one.amplitude(column.symbol))
+    return -np.inf
+
+
+def _left_out(scan: Scan, columns: Floats, residual: Floats, low: Floats) -> Floats:
+    """Return (m, n) residuals, each pose by a fit without it, its run's offset taken out."""
+    left = residual.copy()
+    if len(columns):
+        rows = np.concatenate([scan.space.rows(columns), scan.space.rows(residual[None])])
+        products = fold_products(rows, list(scan.folds))
+        rest = products.sum(axis=0) - products if len(products) > 1 else products
+        step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], low, np.full(len(low), np.inf))
+        for number, fold in enumerate(np.unique(scan.fold_of_state)):
+            part = scan.fold_of_state == fold
+            left[:, part] -= np.tensordot(step[number], columns[:, :, part], axes=1)
+    return with_lost_freedom(scan.space.centred(left[None])[0], scan.fit.data)
+
+
+def _telling_rows(scan: Scan, added: Floats, left: Floats) -> Integers:
+    """Return the components of the first target, lengths or rotations, in which the effect stands out more."""
+    data = scan.fit.data
+    best, found = -1.0, np.arange(len(added))
+    for rotational in (False, True):
+        rows = np.flatnonzero((data.rotational == rotational) & (data.body == 0))
+        if len(rows):
+            noise = float(np.sum(left[rows] ** 2))
+            signal = float(np.sum(scan.space.centred(added[None])[0][rows] ** 2)) / max(noise, 1e-300)
+            if signal > best:
+                best, found = signal, rows
+    return found
+
+
+def _driver(state: Linearised, one: PlacedEffect) -> tuple[Floats, str, str]:
+    """Return the effect's own driver: values, label, unit; an empty label where it names none."""
+    driver = one.effect.driver(one.place, state.robot.chain, state.loads)
+    if driver is None or not np.isfinite(driver.value).any():
+        return np.zeros(state.data.n_states), "", ""
+    return np.asarray(driver.value, dtype=np.float64), driver.label, driver.unit
+
+
+def _directions(
+    state: Linearised, one: PlacedEffect, added: Floats, rows: Integers, driver: Floats | None
+) -> tuple[Floats, float | None]:
+    """Return (m, n) vectors v such that v·r is what residual r says of the effect, and the mean lever.
+
+    Along the lever of the node that turns, where that is one; else along one fixed line, where the effect keeps to it;
+    else along what it adds in each state, the sign that of its driver.
+    """
+    lever = _common_lever(state, one, rows)
+    direction = np.full_like(added, np.nan)
+    seen = state.data.seen[rows]
+    if lever is not None:
+        lever = np.where(seen, lever[rows], 0.0)
+        squares = np.sum(lever**2, axis=0)
+        mean = float(np.sqrt(squares[squares > 0.0].mean())) if (squares > 0.0).any() else 0.0
+        long = squares > (SHORT_LEVER * mean) ** 2
+        direction[np.ix_(rows, np.flatnonzero(long))] = lever[:, long] / squares[long] * mean
+        return direction, mean
+    part = added[rows]
+    values, vectors = np.linalg.eigh(part @ part.T)
+    if values[-1] > ONE_LINE * values.sum():
+        line = vectors[:, -1] * np.sign(vectors[np.argmax(np.abs(vectors[:, -1])), -1])
+        direction[rows] = line[:, None]
+        return direction, None
+    size = np.sqrt(np.sum(part**2, axis=0))
+    sign = np.ones(len(size))
+    if driver is not None:
+        low, high = np.nanmin(driver), np.nanmax(driver)
+        if low < 0.0 < high and min(-low, high) > BOTH_SIGNS * max(-low, high):
+            sign = np.where(driver < 0.0, -1.0, 1.0)
+    clear = size > SHORT_LEVER**2 * float(size.max(initial=0.0))
+    direction[np.ix_(rows, np.flatnonzero(clear))] = part[:, clear] / size[clear] * sign[clear]
+    return direction, None
+
+
+def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers) -> Floats | None:
+    """Return (m, n) the lever of the one thing that the effect turns or shifts; None where it moves several."""
+    moved: dict[tuple[int, int], Floats] = {}
+    chain, shape = state.robot.chain, one.shape()
+    bare = NodeLoads(state.unloaded.wrench, state.loaded.inputs.angles)
+    for loads, sign in ((state.loads, 1.0), (bare, -1.0)):
+        for term in one.effect.terms(one.place, chain, loads, shape):
+            value = sign * one.amplitude(term.symbol) * term.value
+            key = (term.node, term.component)
+            moved[key] = moved[key] + value if key in moved else value
+    parts = {
+        key: (lever, value) for key, value in moved.items() if (lever := state.lever(*key)) is not None and value.any()
+    }
+    if not parts:
+        return None
+    size = {key: float(np.sum((lever * value)[rows] ** 2)) for key, (lever, value) in parts.items()}
+    lead = max(size, key=lambda key: size[key])
+    whole, drive = parts[lead]
+    covered = whole * drive
+    for key, (lever, value) in parts.items():
+        # A drive on mechanically coupled axes turns several joints, in fixed proportion.
+        factor = float(value @ drive) / float(drive @ drive)
+        if key != lead and np.allclose(value, factor * drive, atol=1e-6 * float(np.abs(drive).max())):
+            whole, covered = whole + factor * lever, covered + lever * value
+    total = np.asarray(sum(lever * value for lever, value in parts.values()))[rows]
+    left = float(np.sum((total - covered[rows]) ** 2))
+    return whole if left <= (1.0 - ONE_LINE) * float(np.sum(total**2)) else None
+
+
+def _along(direction: Floats, residual: Floats, rows: Integers) -> Floats:
+    return np.asarray(np.sum(direction[rows] * residual[rows], axis=0))
+
+
+def _by_run(run: Integers, before: Floats, after: Floats) -> tuple[tuple[int, float, float], ...]:
+    """Return (run, rms before, rms after), lengths of vectors."""
+    found = []
+    for number in np.unique(run):
+        members = run == number
+        first, second = (float(np.sqrt(np.mean(np.sum(each[:, members] ** 2, axis=0)))) for each in (before, after))
+        found.append((int(number), first, second))
+    return tuple(found)

@@ -1,0 +1,122 @@
+"""What a diagnosis leaves in the store for the report: the evidence of each effect, and the diagnoses before this one.
+
+The table ``evidence`` holds one row per effect and load state; outside stiffcal it reads like any Parquet file.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiffcal.workflow.steps import Document, Ingested, key_of_table, plugin_files, stored_document
+
+if TYPE_CHECKING:
+    from stiffcal.diagnosis.evidence import EffectEvidence
+    from stiffcal.diagnosis.search import Search
+
+EVIDENCE, DIAGNOSES = "evidence", "diagnoses"
+# A report shows no more pages of evidence than these; a model seldom needs as many effects beyond its joints.
+MOST_SHOWN = 12
+# Of a diagnosis that a later one has replaced, so many ranks are kept.
+RANKS_KEPT = 8
+KEPT = ("fit_id", "summary", "missing", "next_measurement", "rms", "noise", "heldout_rms_with_missing")
+
+
+def evidence_of(data: Ingested, search: Search) -> tuple[dict[str, Any], list[Document]]:
+    """Gather the evidence of every effect that is missing, and of those in the model beyond the basic ones.
+
+    Parameters
+    ----------
+    data : the campaign.
+    search : a finished search.
+
+    Returns
+    -------
+    The columns of the table ``evidence``, and one entry per effect for the document: effect, where, ``status``
+    ("missing" or "in the model"), what it is drawn against, and its errors with and without.
+    """
+    from stiffcal.campaign.model_file import default_model
+    from stiffcal.diagnosis.evidence import evidence_for
+    from stiffcal.model.catalogue import find_effects
+
+    campaign = data.campaign
+    basic = {entry.type for entry in default_model(campaign.chain.n_joints).effects}
+    present = {f"{one.effect.name} {one.place.label}" for one in search.first.fit.robot.placed}
+    missing = [found.candidate.name for found in search.found]
+    beyond = [name for name in present if name.split(" ")[0] not in basic]
+    held = present | {f"{name} j{joint}" for name in basic for joint in range(1, campaign.chain.n_joints + 1)}
+    catalogue = find_effects(plugin_files(campaign))
+    found = {
+        f"{one.placed.effect.name} {one.placed.place.label}": one
+        for one in evidence_for(search.final_scan, {*missing, *beyond}, catalogue, held)
+    }
+    order = [name for name in missing if name in found]
+    order += sorted((name for name in found if name not in order), key=lambda name: -_fall(found[name]))
+    shown = {name: found[name] for name in order[:MOST_SHOWN]}
+    entries = [_entry(data, one, "missing" if name in missing else "in the model") for name, one in shown.items()]
+    return _columns(data, shown), entries
+
+
+def _fall(one: EffectEvidence) -> float:
+    key = "rotation" if one.rotational else "translation"
+    return (one.rms_before[key] or 0.0) - (one.rms_after[key] or 0.0)
+
+
+def _entry(data: Ingested, one: EffectEvidence, status: str) -> Document:
+    names = [info.name for info in data.states.runs]
+    return {
+        "effect": one.placed.effect.name,
+        "where": one.placed.place.as_where(),
+        "status": status,
+        "driver": one.driver,
+        "unit": one.unit,
+        "component": "rotation" if one.rotational else "translation",
+        "lever": one.lever,
+        "heldout_rms_before": one.rms_before,
+        "heldout_rms_after": one.rms_after,
+        "by_run": [{"label": names[run], "before": before, "after": after} for run, before, after in one.by_run],
+    }
+
+
+def _columns(data: Ingested, shown: dict[str, EffectEvidence]) -> dict[str, Any]:
+    """Return the table's columns: rows of one effect stand together, in the order of the entries."""
+    from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, find_load_cycles
+
+    branch = find_load_cycles(data.states).branch
+    words = np.full(len(branch), "", dtype="<U9")
+    if np.any(branch == UNLOADING):
+        words[np.isin(branch, (LOADING, PEAK))] = "loading"
+        words[branch == UNLOADING] = "unloading"
+    parts = list(shown.values())
+
+    def joined(name: str) -> Any:
+        return np.concatenate([getattr(one, name) for one in parts]) if parts else np.zeros(0)
+
+    index = joined("index").astype(np.int64)
+    return {
+        "effect": [one.placed.effect.name for one in parts for _ in one.index],
+        "place": [one.placed.place.label for one in parts for _ in one.index],
+        "entry": np.repeat(np.arange(len(parts), dtype=np.int64), [len(one.index) for one in parts]),
+        "state": index,
+        "run": [data.states.runs[number].name for number in data.states.run[index]],
+        "branch": words[index].tolist(),
+        "driver": joined("value"),
+        "before": joined("before"),
+        "after": joined("after"),
+        "law": joined("law"),
+    }
+
+
+def diagnoses_with(data: Ingested, document: Document) -> Document:
+    """Return the earlier diagnoses of these same load states with this one appended; a fit's later one counts."""
+    states = key_of_table(data.table)
+    stored = stored_document(data.store, DIAGNOSES) or {"entries": []}
+    entries = [one for one in stored["entries"] if one["states_key"] == states and one["fit_id"] != document["fit_id"]]
+    kept: Document = {name: document.get(name) for name in KEPT}
+    ranks = [_without_words(one) for one in document["findings"][:RANKS_KEPT]]
+    return {"entries": [*entries, {**kept, "states_key": states, "findings": ranks}]}
+
+
+def _without_words(finding: Document) -> Document:
+    return {name: value for name, value in finding.items() if name != "why"}

@@ -1,0 +1,85 @@
+"""The evidence for an effect: what is drawn is what was hidden, and it is gone once the effect is in the model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stiffcal.diagnosis.evidence import EffectEvidence, evidence_for
+from stiffcal.diagnosis.scan import scan_candidates
+from stiffcal.identification.identify import Settings, fit_observations, fit_problem
+from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from tests.identification.played import joint_springs, medium_robot, played
+from tests.independent.robots import six_axes
+
+NOISE = Sigma(16e-6, 30e-6, 0.5, 0.1)
+
+
+def with_effect(robot: CompliantRobot, effect: str, place: Place, **values: float) -> CompliantRobot:
+    return replace(robot, placed=(*robot.placed, PlacedEffect(find_effects()[effect], place, values)))
+
+
+@cache
+def evidence(effect: str, place: Place) -> tuple[EffectEvidence, LoadStates]:
+    """Play a campaign with an effect, fit it with the effect in the model, and take the effect out again."""
+    sizes = {
+        "backlash": {"width": 4e-4, "band": 5.0},
+        "bearing-tilt": {"x": 2e-6, "y": 2e-6},
+        "tracker-frame": {"rx": 0.05, "ry": -0.05, "rz": 0.03},
+    }[effect]
+    states = played(with_effect(medium_robot(), effect, place, **sizes), runs=6, noise=NOISE, seed=5)
+    robot = with_effect(joint_springs(six_axes()), effect, place, **{k: v for k, v in sizes.items() if k == "band"})
+    fit = fit_observations(fit_problem(states, robot), robot, Settings())
+    scan = scan_candidates(fit, [])
+    (found,) = evidence_for(scan, {f"{effect} {place.label}"}, find_effects())
+    return found, states
+
+
+def test_backlash_is_read_in_its_joint() -> None:
+    """The law over the torque is the gap's two flanks, times the mean lever; the residual has lost it afterwards."""
+    found, states = evidence("backlash", Place("joints", (4,)))
+    assert (found.driver, found.unit, found.rotational) == ("torque on joint 4", "N·m", found.rotational)
+    assert found.lever is not None
+    run, seen = states.run[found.index], np.isfinite(found.before)
+    gaps = []
+    for number in np.unique(run):
+        right, left = (seen & (run == number) & (side * found.value > 30.0) for side in (1.0, -1.0))
+        if right.any() and left.any():
+            gaps.append(found.law[right].mean() - found.law[left].mean())
+    # Flank to flank in every pose, however far off the tool stands there.
+    assert len(gaps) > 2
+    assert np.allclose(gaps, 4e-4 * found.lever, rtol=0.1)
+    before, after = np.nanstd(found.before), np.nanstd(found.after)
+    assert after < 0.6 * before
+    assert np.isfinite(found.before).sum() == np.isfinite(found.after).sum()
+
+
+@pytest.mark.parametrize(
+    ("effect", "place", "unit"),
+    [("bearing-tilt", Place("joints", (3,)), "N·m"), ("tracker-frame", Place("setup"), "mm")],
+)
+def test_other_effects_are_read_along_what_they_add(effect: str, place: Place, unit: str) -> None:
+    """An effect with several directions, or none of its own, is projected; its whole error falls too."""
+    found, _ = evidence(effect, place)
+    assert found.unit == unit
+    assert found.lever is None or effect == "bearing-tilt"
+    assert np.isfinite(found.value[np.isfinite(found.before)]).all()
+    assert (found.rms_after["translation"] or 0.0) < (found.rms_before["translation"] or 0.0)
+    # Residual and law agree where nothing absorbs the law.
+    read = np.isfinite(found.before)
+    assert np.corrcoef(found.before[read] - found.after[read], found.law[read])[0, 1] > 0.3
+
+
+def test_runs_add_up() -> None:
+    """The errors run by run make the whole error, and every state is there once."""
+    found, _ = evidence("backlash", Place("joints", (4,)))
+    key = "rotation" if found.rotational else "translation"
+    whole = np.sqrt(np.mean([after**2 for _, _, after in found.by_run]))
+    assert whole == pytest.approx(found.rms_after[key], rel=0.05)
+    assert len(np.unique(found.index)) == len(found.index) == len(found.value) == len(found.after)
