@@ -168,7 +168,7 @@ def _why_rejected(scan: Scan, trial: Trial) -> str:
         return "its values would have to be impossible (negative, or nothing)"
     if judgement.fall <= 0.0:
         return "the error in unseen poses does not fall"
-    if not alike(scan, trial.score, scan.trials[0].score):
+    if not alike(scan, trial, scan.trials[0]):
         return "the error in unseen poses falls too little, or others explain more"
     return f"too little to be sure: {judgement.errors:.2g} standard errors over poses, p {judgement.p_value:.2g}"
 

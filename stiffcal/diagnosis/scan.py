@@ -141,12 +141,12 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
         n_tried += len(found)
         products = [_products(one, base_rows, residual_row, inner_base, space, folds) for one in found]
         own_low, own_high = _bounds(found[0])
-        score = score_variants(products, np.concatenate([low, own_low]), np.concatenate([high, own_high]), groups)
+        score = score_variants(products, np.concatenate([low, own_low]), np.concatenate([high, own_high]), groups, base)
         trials.append(Trial(candidate, found[score.variant], score, len(found)))
     trials.sort(key=lambda trial: float(np.sum(trial.score.unseen)))
 
     def refined(trial: Trial) -> Trial:
-        return _refined(trial, state, base_rows, residual_row, inner_base, space, folds, low, high, groups)
+        return _refined(trial, state, base_rows, residual_row, inner_base, space, folds, low, high, groups, base)
 
     trials[:REFINED] = [refined(trial) for trial in trials[:REFINED]]
     trials.sort(key=lambda trial: float(np.sum(trial.score.unseen)))
@@ -167,6 +167,7 @@ def _refined(
     low: Floats,
     high: Floats,
     groups: Integers,
+    base: Score,
 ) -> Trial:
     """Narrow a law's continuous shape down, between the neighbours of the best of its grid, in all folds alike."""
     effect, place = trial.candidate.effect, trial.candidate.place
@@ -188,7 +189,7 @@ def _refined(
                         known[key] = signature
         found = list(known.values())
         products = [_products(one, base_rows, residual_row, inner_base, space, folds) for one in found]
-        score = score_variants(products, np.concatenate([low, own_low]), np.concatenate([high, own_high]), groups)
+        score = score_variants(products, np.concatenate([low, own_low]), np.concatenate([high, own_high]), groups, base)
         best, spread = dict(found[score.variant].shape), np.sqrt(spread)
     return Trial(trial.candidate, found[score.variant], score, trial.n_variants + len(found))
 

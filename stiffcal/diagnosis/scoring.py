@@ -66,8 +66,10 @@ class Score:
     unseen : (F,) on each pose left out.
     nested : (F, F) on pose g with poses f and g left out (row f, column g; the diagonal is ``unseen``).
     solution : (k,) parameters with all poses, base model first.
-    without : (F, k) parameters with each pose left out.
+    without : (F, k) parameters with each pose left out, at the shape that is best with all.
     variant : which shape was best with all poses.
+    moved : (F,) by how much the candidate moves the prediction of each pose left out, whitened squares; zero for the
+        base model itself.
     """
 
     fitted: float
@@ -76,6 +78,7 @@ class Score:
     solution: Floats
     without: Floats
     variant: int
+    moved: Floats
 
 
 def quadratic(products: Floats, solution: Floats) -> Floats:
@@ -91,7 +94,9 @@ def fold_products(rows: Floats, folds: list[Integers]) -> Floats:
     return np.stack([rows[:, fold] @ rows[:, fold].T for fold in folds])
 
 
-def score_variants(products: list[Floats], lower: Floats, upper: Floats, groups: Integers) -> Score:
+def score_variants(
+    products: list[Floats], lower: Floats, upper: Floats, groups: Integers, base: Score | None = None
+) -> Score:
     """Score a candidate whose shape is chosen, in every fold anew, among variants.
 
     Parameters
@@ -99,10 +104,11 @@ def score_variants(products: list[Floats], lower: Floats, upper: Floats, groups:
     products : per variant (F, k + 1, k + 1) inner products, residual last.
     lower, upper : (k,) bounds.
     groups : (F,) group of each fold for the repeated choice.
+    base : the base model's score, whose parameters come first.
     """
     n_groups = int(groups.max()) + 1
     member = groups[None, :] == np.arange(n_groups)[:, None]
-    fitted, solutions, unseen, training, without = [], [], [], [], []
+    fitted, solutions, unseen, training, without, moved = [], [], [], [], [], []
     nested, nested_training = [], []
     for one in products:
         total = one.sum(axis=0)
@@ -114,6 +120,10 @@ def score_variants(products: list[Floats], lower: Floats, upper: Floats, groups:
         without.append(x)
         training.append(quadratic(rest, x))
         unseen.append(quadratic(one, x))
+        change = x.copy()
+        before = x if base is None else base.without
+        change[:, : before.shape[1]] -= before
+        moved.append(np.einsum("fk,fkl,fl->f", change, one[:, :-1, :-1], change))
         grouped = np.einsum("gf,fkl->gkl", member.astype(np.float64), one)
         twice = total - grouped[:, None] - grouped[None, :] + np.einsum("gh,gkl->ghkl", np.eye(n_groups), grouped)
         y = solve_within(twice[..., :-1, :-1], twice[..., :-1, -1], lower, upper)
@@ -128,6 +138,7 @@ def score_variants(products: list[Floats], lower: Floats, upper: Floats, groups:
         np.stack(unseen)[chosen, folds],
         np.take_along_axis(np.stack(nested), picked[None], axis=0)[0],
         solutions[best],
-        np.stack(without)[chosen, folds],
+        without[best],
         best,
+        np.stack(moved)[chosen, folds],
     )
