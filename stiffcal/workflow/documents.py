@@ -17,6 +17,7 @@ from typing_extensions import TypedDict
 Number = float | None
 Matrix = list[list[float]]
 
+
 class Rms(TypedDict):
     """Square root of the mean squared length of a residual vector, m and rad (N·m for torques)."""
 
