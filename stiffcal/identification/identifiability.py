@@ -45,7 +45,11 @@ class Identifiability:
 
 
 def tell_apart(
-    factor: Floats, names: tuple[str, ...], upper: Floats, yielding: Booleans | None = None
+    factor: Floats,
+    names: tuple[str, ...],
+    upper: Floats,
+    yielding: Booleans | None = None,
+    needed: Booleans | None = None,
 ) -> Identifiability:
     """Find what the whitened, triangular observation matrix cannot tell.
 
@@ -56,6 +60,7 @@ def tell_apart(
     upper : (p,) largest value that is possible; a standard uncertainty beyond it tells nothing.
     yielding : (p,) True for shape parameters: where one of them takes part, it alone is called unknown, because the
         law's size is still known with the shape at its best value.
+    needed : (p,) True for those that should not stand back where another of their set can.
     """
     p = len(names)
     gives_way = np.zeros(p, dtype=np.bool_) if yielding is None else yielding
@@ -73,27 +78,67 @@ def tell_apart(
     remaining = np.flatnonzero(identifiable)
     condition = np.inf if len(remaining) < p else 1.0
     if len(remaining):
-        unit = factor[:, remaining] / column_scale(factor[:, remaining])
-        _, singular, directions = np.linalg.svd(unit)
+        unit = np.zeros_like(factor)
+        unit[:, remaining] = factor[:, remaining] / column_scale(factor[:, remaining])
+        singular = np.linalg.svd(unit[:, remaining], compute_uv=False)
         if len(remaining) == p:
             condition = float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
-        for blind in directions[singular < SAME_SIGNATURE * singular[0]]:
-            share = np.abs(blind) / np.max(np.abs(blind))
-            members = remaining[share > TAKES_PART]
-            if gives_way[members].any():
-                identifiable[members[gives_way[members]]] = False
-                held[members[gives_way[members]]] = True
-                continue
+        stays = np.zeros(p, dtype=np.bool_) if needed is None else needed
+        found = _stand_back(unit, held, gives_way, stays, SAME_SIGNATURE * float(singular[0]))
+        identifiable[held & gives_way] = False
+        for one in found:
+            blind = _made_of_others(unit, held, one)
+            members = np.flatnonzero(np.abs(blind) > TAKES_PART * np.max(np.abs(blind)))
             identifiable[members] = False
-            # The one that came last into the model stands back; the others then stand for the set in predictions.
-            still = members[~held[members]]
-            held[still[-1:]] = True
-            ambiguities.append(_name_ambiguity(blind[share > TAKES_PART], length[members], [names[i] for i in members]))
+            ambiguities.append(_name_ambiguity(blind[members], length[members], [names[i] for i in members]))
         alone = [i for i in remaining if identifiable[i] and _spread(factor, remaining, int(i)) > upper[i]]
         for i in alone:
             identifiable[i], held[i] = False, True
             ambiguities.append(Ambiguity((names[i],), "", "what loads do to it is hidden behind the other parameters"))
     return Identifiability(identifiable, held, condition, tuple(ambiguities))
+
+
+def _stand_back(unit: Floats, held: Booleans, gives_way: Booleans, stays: Booleans, blind_below: float) -> list[int]:
+    """Hold one parameter after the other until the data see every direction of those left; return them.
+
+    Of a set that cannot be told apart the one that came last into the model stands back; the others then stand for the
+    set in predictions. One at a time: sets that overlap mix in the singular vectors, and two taken at once could both
+    be what one set needs. Shape parameters that take part are held all at once, and are not returned.
+
+    Parameters
+    ----------
+    unit : (p, p) factor with columns of unit length.
+    held : (p,) those held already; filled in place.
+    gives_way : (p,) True for shape parameters.
+    stays : (p,) True for those that stand back only where no other of their set can.
+    blind_below : singular values below this are blind directions.
+    """
+    found: list[int] = []
+    while not held.all():
+        left = np.flatnonzero(~held)
+        _, singular, directions = np.linalg.svd(unit[:, left])
+        if singular[-1] >= blind_below:
+            break
+        share = np.abs(directions[-1]) / np.max(np.abs(directions[-1]))
+        members = left[share > TAKES_PART]
+        if gives_way[members].any():
+            held[members[gives_way[members]]] = True
+            continue
+        others = members[~stays[members]]
+        last = int(others[-1] if len(others) else members[-1])
+        held[last] = True
+        found.append(last)
+    return found
+
+
+def _made_of_others(unit: Floats, held: Booleans, one: int) -> Floats:
+    """Return the (p,) blind direction of a held parameter: what of the others makes its signature, minus itself."""
+    free = np.flatnonzero(~held)
+    blind = np.zeros(unit.shape[1])
+    if len(free):
+        blind[free] = np.linalg.lstsq(unit[:, free], unit[:, one], rcond=None)[0]
+    blind[one] = -1.0
+    return blind
 
 
 def _spread(factor: Floats, remaining: NDArray[np.int64], which: int) -> float:

@@ -7,45 +7,56 @@ uncertainties. Parameters that the data cannot tell apart are left out of the la
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Progress, no_progress
-from stiffcal.identification.fit import NORMAL_95, Ambiguity, Fit, Parameter
+from stiffcal.identification.fit import NORMAL_95, Ambiguity, Fit
 from stiffcal.identification.identifiability import Identifiability, tell_apart
-from stiffcal.identification.least_squares import Reduced, reduce_blocks, take_out_offsets
-from stiffcal.identification.noise import (
-    ENOUGH_DOF,
-    Noise,
-    Whitening,
-    noise_from_repeats,
-    rms_length,
-    root_mean_square_length,
-    stated_noise,
-    whiten,
-)
-from stiffcal.identification.observation import Column, Observations, evaluate, free_columns, observe
+from stiffcal.identification.least_squares import Reduced, reduce_blocks
+from stiffcal.identification.noise import Noise, rms_length, root_mean_square_length, stated_noise
+from stiffcal.identification.observation import Column, Evaluation, Observations, evaluate, free_columns, observe
+from stiffcal.identification.reported import amplitude_bounds, reported_parameters, student_95
 from stiffcal.identification.shapes import lacks_shape, start_shapes
+from stiffcal.identification.weighing import (
+    Weights,
+    huber_whitening,
+    offset_free_residual,
+    predict_observations,
+    raw_whitening,
+    tell_weights,
+    weighed_alike,
+    without_offsets,
+    wrench_matters,
+)
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import ParameterSpec, Place, Sort
+from stiffcal.model.effect import Sort
 from stiffcal.reduction.load_cycles import find_load_cycles, repeat_groups
+
+__all__ = [
+    "Problem", "Settings", "amplitudes", "fit_observations", "fit_problem", "fit_rms", "identify_parameters",
+    "offset_free_residual", "predict_observations", "raw_whitening",
+]  # fmt: skip
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 
 # A step below this share of the standard uncertainty changes nothing that anyone can see.
-SMALL_STEP = 1e-4
+SMALL_STEP = 1e-3
 # Laws with corners (friction, play) make steps rattle at this level, which is as invisible.
 SMALL_STEP_OF_SHAPES = 1e-2
 MAX_STEPS = 30
-# Huber's k: beyond this multiple of the typical length a reading counts less.
-HUBER_LIMIT = 2.5
+# Holding one of a set may cost this factor in squares, as the set's signatures agree to a per mille only.
+WORSE_WITHOUT = 1.01
 # The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
 REWEIGHTED_STEPS = 2
+# Large campaigns start on some of their runs: from there the whole needs two steps, and five thousand states tell the
+# noise to a per cent.
+START_STATES, START_RUNS = 5000, 40
 
 
 @dataclass(frozen=True)
@@ -93,24 +104,38 @@ def fit_problem(states: LoadStates, robot: CompliantRobot, keep: Booleans | None
     if keep is not None:
         allowed &= keep
     data = observe(states, robot.chain)
-    data = data.part(allowed[data.index])
-    position = {int(index): place for place, index in enumerate(data.index)}
-    groups = []
+    if not allowed.all():
+        data = data.part(allowed[data.index])
+    return Problem(data, tuple(_repeats(states, data)), stated_noise(states.setup.sigma, data))
+
+
+def _repeats(states: LoadStates, data: Observations) -> Iterator[NDArray[np.int64]]:
+    """Give groups of positions in ``data`` of states that repeat each other, in large campaigns of some runs only."""
+    chosen = starting_runs(data.run)
+    looked_at = np.arange(len(states))
+    if chosen is not None:
+        looked_at = np.flatnonzero(np.isin(states.run, data.run[chosen]))
+        states = states.select(looked_at)
+    position = np.full(int(data.index.max(initial=0)) + 1, -1, dtype=np.int64)
+    position[data.index] = np.arange(data.n_states)
     for group in repeat_groups(states, find_load_cycles(states)):
-        members = np.array([position[int(i)] for i in group if int(i) in position], dtype=np.int64)
+        members = looked_at[group]
+        members = position[members[members < len(position)]]
+        members = members[members >= 0]
         if len(members) > 1:
-            groups.append(members)
-    return Problem(data, tuple(groups), stated_noise(states.setup.sigma, data))
+            yield members
 
 
 @dataclass(frozen=True)
-class _Step:
-    """Where Gauss–Newton stands."""
+class _Settled:
+    """Where Gauss–Newton came to rest."""
 
     robot: CompliantRobot
-    noise: Noise | None
-    sensitivity: Floats | None
-    whitening: Whitening
+    weights: Weights
+    columns: list[Column]
+    reduced: Reduced
+    told: Identifiability
+    iterations: int
 
 
 def identify_parameters(
@@ -136,35 +161,73 @@ def fit_observations(
     problem: Problem, robot: CompliantRobot, settings: Settings, progress: Progress = no_progress
 ) -> Fit:
     """Identify from prepared observations; see `identify_parameters`."""
-    data = problem.data
+    some = _some_runs(problem)
     progress("first-order pass", 0.1)
-    step = _first_pass(problem, robot, settings)
-    columns = free_columns(step.robot, settings.fixed)
-    amplitude = amplitudes(step.robot, columns)
-    iterations, last, robust, weights = 0, np.inf, settings.loss == "huber", step.whitening
+    settled = _gauss_newton(some, _first_pass(some, robot, settings), settings, None, progress)
+    if some is not problem:
+        settled = _gauss_newton(problem, settled.robot, settings, settled.weights, progress)
+    return _summarise(problem, settled, settings)
+
+
+def _gauss_newton(
+    problem: Problem, robot: CompliantRobot, settings: Settings, given: Weights | None, progress: Progress
+) -> _Settled:
+    """Take steps until one is invisible; the noise is told on the way, or taken over from ``given`` weights."""
+    data = problem.data
+    columns = free_columns(robot, settings.fixed)
+    amplitude = amplitudes(robot, columns)
+    iterations, last, robust = 0, np.inf, settings.loss == "huber"
     small = SMALL_STEP_OF_SHAPES if any(c.sort is Sort.SHAPE for c in columns) else SMALL_STEP
+    weights, lowered = given, None
     while True:
         progress("balanced robot", min(0.9, 0.3 + 0.2 * iterations))
-        weights = _huber(step, weights, data) if robust else step.whitening
-        reduced = reduce_blocks(evaluate(step.robot, data, columns), data, weights)
-        told = _tell_apart(reduced, step.robot, columns)
-        updated = _solve(reduced, step.robot, columns, told, start=amplitude)
+        renew = iterations <= REWEIGHTED_STEPS
+        if given is not None and not robust:
+            blocks: Iterable[Evaluation] = evaluate(robot, data, columns, with_sensitivity=given.carried)
+            weights, blocks = weighed_alike(given, data, blocks)
+        else:
+            blocks = list(evaluate(robot, data, columns, with_sensitivity=renew and wrench_matters(settings.noise)))
+            if renew or weights is None:
+                weights = tell_weights(
+                    data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights
+                )
+        if robust:
+            predicted = np.concatenate([block.predicted for block in blocks], axis=1)
+            lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
+        reduced = reduce_blocks(blocks, data, lowered or weights.whitening)
+        updated, told = _solve(reduced, robot, columns, start=amplitude)
         # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations.
         change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)))
         amplitude, iterations = updated, iterations + 1
-        step = replace(step, robot=_valued(step.robot, columns, amplitude))
+        robot = _valued(robot, columns, amplitude)
         # Steps contract evenly: the next one is foretold by this one and the ratio to the last.
         foretold = change * min(1.0, change / last) if iterations > 1 else change
         settled = change < small or (foretold < small and not robust)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
-            break
-        if iterations <= REWEIGHTED_STEPS:
-            step = _weigh(problem, step.robot, settings)
+            return _Settled(robot, weights, columns, reduced, told, iterations)
         last = change
-    return _summarise(problem, step, columns, reduced, told, settings, iterations)
 
 
-def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> _Step:
+def _some_runs(problem: Problem) -> Problem:
+    """Return the problem of some runs, enough to start from and to tell the noise; a small problem as it is."""
+    data = problem.data
+    chosen = starting_runs(data.run)
+    if chosen is None:
+        return problem
+    place = np.cumsum(chosen) - 1
+    groups = tuple(place[group] for group in problem.groups if chosen[group].all())
+    return Problem(data.part(chosen), groups, problem.stated)
+
+
+def starting_runs(run: NDArray[np.int64]) -> Booleans | None:
+    """Return (n,) True for the states of every k-th run, so that there are some `START_STATES`; None where few."""
+    runs = np.unique(run)
+    wanted = max(START_RUNS, len(runs) * START_STATES // max(len(run), 1))
+    stride = len(runs) // wanted
+    return None if stride < 2 or len(run) < 2 * START_STATES else np.isin(run, runs[::stride])
+
+
+def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> CompliantRobot:
     """Return a start: amplitudes from the rigid chain, shapes from a profile about it."""
     data = problem.data
     whitening = raw_whitening(data, settings.noise or problem.stated)
@@ -173,12 +236,12 @@ def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> 
     # Laws whose shape is not known yet wait for it: their columns at some typical shape would mislead the others.
     known = [c for c in columns if robot.placed[c.placed] not in unshaped]
     reduced = reduce_blocks(evaluate(robot, data, known, rigid=True), data, whitening)
-    told = _tell_apart(reduced, robot, known)
-    start = _solve(reduced, robot, known, told, amplitudes(robot, known))
-    step = _weigh(problem, _valued(robot, known, start), settings)
+    start = _valued(robot, known, _solve(reduced, robot, known, amplitudes(robot, known))[0])
     if not unshaped:
-        return step
-    return replace(step, robot=start_shapes(step.robot, data, step.whitening, settings.fixed))
+        return start
+    blocks = list(evaluate(start, data, (), with_sensitivity=wrench_matters(settings.noise)))
+    weights = tell_weights(data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights)
+    return start_shapes(start, data, weights.whitening, settings.fixed)
 
 
 def amplitudes(robot: CompliantRobot, columns: Sequence[Column]) -> Floats:
@@ -186,62 +249,68 @@ def amplitudes(robot: CompliantRobot, columns: Sequence[Column]) -> Floats:
     return np.array([robot.placed[c.placed].amplitude(c.symbol) for c in columns], dtype=np.float64)
 
 
-def raw_whitening(data: Observations, noise: Noise | None) -> Whitening:
-    """Return weights for a first look: the stated noise, or each kind of component by its own size."""
-    if noise is not None:
-        return whiten(noise, data, None)
-    size = {}
-    for kind in (False, True):
-        rows = data.rotational == kind
-        values = data.measured[rows][data.seen[rows]]
-        size[kind] = float(np.sqrt(np.mean(values**2))) if values.size and values.any() else 1.0
-    return whiten(Noise(size[False], size[True], 0.0, 0.0, "none", 0.0), data, None)
-
-
 def _bounds(robot: CompliantRobot, columns: Sequence[Column]) -> tuple[Floats, Floats]:
     """Return lower and upper bounds of the amplitudes."""
     lower, upper = [], []
     for column in columns:
-        low, high = _amplitude_bounds(robot.placed[column.placed].effect.spec(column.symbol))
+        low, high = amplitude_bounds(robot.placed[column.placed].effect.spec(column.symbol))
         lower.append(low)
         upper.append(high)
     return np.array(lower), np.array(upper)
 
 
-def _amplitude_bounds(spec: ParameterSpec) -> tuple[float, float]:
-    if spec.inverse:
-        return (1.0 / spec.upper if np.isfinite(spec.upper) else 0.0), (
-            1.0 / spec.lower if spec.lower > 0.0 else np.inf
-        )
-    return spec.lower, spec.upper
-
-
-def _tell_apart(reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column]) -> Identifiability:
+def _tell_apart(
+    reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], needed: Booleans | None = None
+) -> Identifiability:
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     lower, upper = _bounds(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
-    shapes = np.array([column.sort is Sort.SHAPE for column in columns], dtype=np.bool_)
-    return tell_apart(reduced.factor, names, widest, shapes)
+    return tell_apart(reduced.factor, names, widest, _are_shapes(columns), needed)
+
+
+def _are_shapes(columns: Sequence[Column]) -> Booleans:
+    return np.array([column.sort is Sort.SHAPE for column in columns], dtype=np.bool_)
 
 
 def _solve(
-    reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], told: Identifiability, start: Floats
-) -> Floats:
-    """Solve for the new amplitudes; those that cannot be told apart stay neutral: at zero, shapes where they are."""
+    reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], start: Floats
+) -> tuple[Floats, Identifiability]:
+    """Solve for the new amplitudes; those that cannot be told apart stay neutral: at zero, shapes where they are.
+
+    Where sets overlap, the others can carry what is known only if the right ones stand back, because compliances
+    cannot be negative: those are told by the solution with all of them free.
+    """
+    told = _tell_apart(reduced, robot, columns)
     lower, upper = _bounds(robot, columns)
-    free = ~told.held
-    shapes = np.array([column.sort is Sort.SHAPE for column in columns], dtype=np.bool_)
-    result = np.where(free | shapes, start, 0.0)
+    shapes = _are_shapes(columns)
     # A law bends with its shape: no step beyond a factor of two.
     lower, upper = (
         np.where(shapes, np.maximum(lower, start / 2), lower),
         np.where(shapes, np.minimum(upper, start * 2), upper),
     )
+    # The reduced target is for the step; bounds hold for the sum.
+    target = reduced.target + reduced.factor @ start
+    whole = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)
+    result = _solve_free(whole, told, shapes, start, lower, upper)
+    if not told.held.any():
+        return result, told
+    every, at_bound = whole.solve_bounded(lower, upper)
+    if whole.cost(result) <= WORSE_WITHOUT * whole.cost(every):
+        return result, told
+    other = _tell_apart(reduced, robot, columns, ~at_bound)
+    better = _solve_free(whole, other, shapes, start, lower, upper)
+    return (better, other) if whole.cost(better) < whole.cost(result) else (result, told)
+
+
+def _solve_free(
+    whole: Reduced, told: Identifiability, shapes: Booleans, start: Floats, lower: Floats, upper: Floats
+) -> Floats:
+    """Return the best amplitudes with those held that stand back."""
+    free = ~told.held
+    result = np.where(free | shapes, start, 0.0)
     if free.any():
-        # The reduced target is for the step; bounds hold for the sum.
-        target = reduced.target + reduced.factor @ start
-        part = Reduced(reduced.factor[:, free], target, 0.0, 0)
-        result[free], _ = part.solve_bounded(lower[free], upper[free])
+        target = whole.target - whole.factor[:, ~free & shapes] @ start[~free & shapes]
+        result[free], _ = Reduced(whole.factor[:, free], target, 0.0, 0).solve_bounded(lower[free], upper[free])
     return result
 
 
@@ -254,116 +323,42 @@ def _valued(robot: CompliantRobot, columns: Sequence[Column], amplitude: Floats)
     return robot.with_values(values)
 
 
-def _weigh(problem: Problem, robot: CompliantRobot, settings: Settings) -> _Step:
-    """Find the noise with the present model, and the weights that follow from it."""
-    data = problem.data
-    if settings.noise is not None and settings.noise.force == settings.noise.moment == 0.0:
-        return _Step(robot, settings.noise, None, whiten(settings.noise, data, None))
-    found = list(evaluate(robot, data, (), with_sensitivity=True))
-    sensitivity = np.concatenate([block.sensitivity for block in found if block.sensitivity is not None], axis=2)
-    predicted = np.concatenate([block.predicted for block in found], axis=1)
-    noise = settings.noise
-    if noise is None:
-        repeats = noise_from_repeats(data, predicted, sensitivity, problem.groups)
-        enough = repeats is not None and (repeats.dof >= ENOUGH_DOF or problem.stated is None)
-        noise = repeats if enough else problem.stated
-    if settings.equal_weights:
-        return _Step(robot, noise, None, raw_whitening(data, noise))
-    if noise is not None:
-        return _Step(robot, noise, sensitivity, whiten(noise, data, sensitivity))
-    return _Step(robot, None, sensitivity, whiten(residual_noise(robot, data), data, None))
-
-
-def residual_noise(robot: CompliantRobot, data: Observations) -> Noise:
-    """Return the size of the residuals of translation and rotation, where nothing better is known of the noise."""
-    whitening = raw_whitening(data, None)
-    residual = offset_free_residual(robot, data, whitening)
-    size = []
-    for kind in (False, True):
-        rows = data.rotational == kind
-        values = residual[rows][data.seen[rows]]
-        size.append(float(np.sqrt(np.mean(values**2))) if values.size and values.any() else 1.0)
-    return Noise(size[0], size[1], 0.0, 0.0, "none", 0.0)
-
-
-def predict_observations(robot: CompliantRobot, data: Observations) -> Floats:
-    """Return (m, n) the model's displacements."""
-    return np.concatenate([block.predicted for block in evaluate(robot, data)], axis=1)
-
-
-def offset_free_residual(robot: CompliantRobot, data: Observations, whitening: Whitening) -> Floats:
-    """Return (m, n) measured minus predicted, each run's weighted mean taken out where runs carry offsets."""
-    return _without_offsets(data, predict_observations(robot, data), whitening)
-
-
-def _without_offsets(data: Observations, predicted: Floats | None, whitening: Whitening) -> Floats:
-    residual = np.where(data.seen, data.measured - (0.0 if predicted is None else predicted), 0.0)
-    if data.free_offset:
-        residual = np.where(data.seen, take_out_offsets(residual[None], data.run, whitening)[0][0], 0.0)
-    return residual
-
-
-def _huber(step: _Step, weights: Whitening, data: Observations) -> Whitening:
-    """Return weights lowered for readings whose whitened length is beyond 2.5 times the typical one.
-
-    Translation and rotation of a reading are judged apart. The median sets the scale: it bears wild readings, also
-    where they have swollen the noise told from repeats.
-    """
-    white = step.whitening.apply(offset_free_residual(step.robot, data, weights))
-    factor = np.ones_like(data.measured)
-    for kind in (False, True):
-        rows = data.rotational == kind
-        length = np.sqrt(np.sum(white[rows] ** 2, axis=0))
-        if length.any():
-            scale = HUBER_LIMIT * float(np.median(length))
-            factor[rows] = np.sqrt(np.minimum(1.0, scale / np.maximum(length, 1e-300)))
-    lower = step.whitening.lower
-    return Whitening(step.whitening.scale * factor, None if lower is None else lower * factor[:, None])
-
-
-def _summarise(
-    problem: Problem,
-    step: _Step,
-    columns: Sequence[Column],
-    reduced: Reduced,
-    told: Identifiability,
-    settings: Settings,
-    iterations: int,
-) -> Fit:
-    data = problem.data
+def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
+    data, robot, weights = problem.data, settled.robot, settled.weights
+    columns, reduced, told = settled.columns, settled.reduced, settled.told
     # The last step was a small share of a standard uncertainty: what it moved in the predictions is invisible.
-    predicted = predict_observations(step.robot, data) if not step.robot.deformed else reduced.predicted
-    residual = _without_offsets(data, predicted, step.whitening)
-    white = step.whitening.apply(residual)
+    predicted = reduced.predicted if robot.deformed else predict_observations(robot, data)
+    residual = without_offsets(data, predicted, weights.whitening)
+    white = weights.whitening.apply(residual)
     free, known_ones = ~told.held, told.identifiable
     dof = reduced.dof - int(np.count_nonzero(free))
     chi2 = float(np.sum(white**2)) / dof if dof > 0 else np.nan
-    known = step.noise is not None and not settings.equal_weights
+    known = weights.noise is not None and not settings.equal_weights
     variance = 1.0 if known else chi2
     factor = reduced.factor[:, free]
     scale = np.sqrt(np.sum(factor * factor, axis=0))
     inverse = np.linalg.pinv(factor / scale, rcond=1e-13) / scale[:, None]
     covariance = inverse @ inverse.T * variance
     quantile = NORMAL_95 if known else student_95(dof)
-    names = tuple(step.robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
+    names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     free_names = tuple(name for name, one in zip(names, known_ones, strict=True) if one)
     solved = [name for name, one in zip(names, free, strict=True) if one]
-    told_apart = tuple(_with_value(one, step.robot, columns, names, solved, covariance) for one in told.ambiguities)
+    told_apart = tuple(_with_value(one, robot, columns, names, solved, covariance) for one in told.ambiguities)
     kept = known_ones[free]
     covariance = covariance[np.ix_(kept, kept)]
     spread = dict(zip(free_names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-    parameters = tuple(_parameters(step.robot, spread, quantile, settings.fixed))
+    parameters = tuple(reported_parameters(robot, spread, quantile, settings.fixed))
     noise_length: dict[str, float | None] = {"translation": None, "rotation": None}
-    if step.noise is not None:
-        noise_length = rms_length(step.noise, data, step.sensitivity)
+    if weights.noise is not None:
+        noise_length = rms_length(weights.noise, data, weights.sensitivity)
     return Fit(
-        robot=step.robot,
+        robot=robot,
         parameters=parameters,
         covariance=covariance,
         free_names=free_names,
         condition=told.condition,
         ambiguities=told_apart,
-        noise=step.noise,
+        noise=weights.noise,
         noise_length=noise_length,
         scaled=not known,
         reduced_chi2=chi2 if known else None,
@@ -371,7 +366,7 @@ def _summarise(
         residual=residual,
         predicted=np.where(data.seen, data.measured - residual, 0.0),
         data=data,
-        iterations=iterations,
+        iterations=settled.iterations,
         held=frozenset(name for name, one in zip(names, told.held, strict=True) if one),
     )
 
@@ -391,52 +386,6 @@ def _with_value(
     value = amplitudes(robot, columns) @ [weight.get(name, 0.0) for name in names]
     share = np.array([weight.get(name, 0.0) for name in solved])
     return replace(ambiguity, value=float(value), std=float(np.sqrt(share @ covariance @ share)))
-
-
-def student_95(dof: int) -> float:
-    """Return the two-sided 95 % quantile of Student's t."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(dof, 0.975)) if dof > 0 else np.inf
-
-
-def _parameters(
-    robot: CompliantRobot, spread: Mapping[str, float], quantile: float, fixed: frozenset[str]
-) -> list[Parameter]:
-    """Turn amplitudes into reported parameters, with intervals kept within what is possible."""
-    found = []
-    for one in robot.placed:
-        for spec in one.effect.parameters:
-            name = one.parameter_name(spec.symbol)
-            if name in fixed:
-                value = one.values.get(spec.symbol, 0.0)
-                found.append(Parameter(name, one.effect.name, one.place, spec, value, None, None, True, True, False))
-                continue
-            if spec.discrete:
-                value = one.values.get(spec.symbol, spec.typical)
-                found.append(Parameter(name, one.effect.name, one.place, spec, value, None, None, False, True, False))
-                continue
-            if name not in spread:
-                found.append(Parameter(name, one.effect.name, one.place, spec, None, None, None, False, False, False))
-                continue
-            found.append(
-                _estimated(name, one.effect.name, one.place, spec, one.amplitude(spec.symbol), spread[name], quantile)
-            )
-    return found
-
-
-def _estimated(
-    name: str, effect: str, place: Place, spec: ParameterSpec, amplitude: float, std: float, quantile: float
-) -> Parameter:
-    low, high = _amplitude_bounds(spec)
-    tiny = 1e-9 * max(std, 1e-300)
-    at_bound = bool(amplitude <= low + tiny or amplitude >= high - tiny)
-    interval = (max(low, amplitude - quantile * std), min(high, amplitude + quantile * std))
-    if not spec.inverse:
-        return Parameter(name, effect, place, spec, amplitude, std, interval, False, True, at_bound)
-    value = 1.0 / amplitude if amplitude > 0.0 else np.inf
-    bounds = (1.0 / interval[1], 1.0 / interval[0] if interval[0] > 0.0 else np.inf)
-    return Parameter(name, effect, place, spec, value, std * value**2, bounds, False, True, at_bound)
 
 
 def fit_rms(fit: Fit) -> dict[str, float | None]:

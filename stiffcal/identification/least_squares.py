@@ -21,6 +21,8 @@ Booleans = NDArray[np.bool_]
 
 # Columns whose sine to those before is above this lose four of sixteen digits at most in the inverse of their factor.
 WELL_CONDITIONED = 1e-4
+# Columns with a sine below this are sums of the others to rounding.
+EXACT_SUM = 1e-11
 # Rows whose mean square is beyond this, in units of the rows before, are not like them.
 ALIKE = 1e4
 
@@ -55,16 +57,61 @@ class Reduced:
         free = self.solve()
         if np.all(free >= lower) and np.all(free <= upper):
             return free, np.zeros(len(free), dtype=np.bool_)
-        from scipy.optimize import lsq_linear
-
         scale = column_scale(self.factor)
-        found = lsq_linear(self.factor / scale, self.target, bounds=(lower * scale, upper * scale), method="bvls")
-        solution = np.clip(found.x / scale, lower, upper)
-        return solution, np.asarray(found.active_mask != 0, dtype=np.bool_)
+        found, at_bound = _within(self.factor / scale, self.target, lower * scale, upper * scale)
+        low = found - lower * scale < upper * scale - found
+        solution = np.where(at_bound, np.where(low, lower, upper), np.clip(found / scale, lower, upper))
+        return solution, at_bound
 
     def cost(self, x: Floats) -> float:
         """Return the weighted sum of squares at x."""
         return float(np.sum((self.factor @ x - self.target) ** 2) + self.remainder)
+
+
+def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Booleans]:
+    """Return the minimum of |unit x − target|² within bounds, and who is at one, by an active set.
+
+    Stark and Parker 1995. All parameters that have a bound start there and are let go one by one, the most wanted first: where several do
+    alike, as few as possible leave their bounds. scipy.optimize does the same, but takes a second to import.
+    """
+    start = np.where(np.isfinite(lower), lower, upper)
+    free = ~np.isfinite(start)
+    x = np.where(free, 0.0, start)
+    barred = np.zeros(len(x), dtype=np.bool_)
+    least = 1e-12 * float(np.sqrt(np.sum(target**2)))
+    entering = -1
+    for _ in range(20 * len(x) + 20):
+        aim = x.copy()
+        if free.any():
+            aim[free] = np.linalg.lstsq(unit[:, free], target - unit[:, ~free] @ x[~free], rcond=1e-12)[0]
+        beyond = free & ((aim < lower) | (aim > upper))
+        steps = np.where(beyond, _step_to(x, aim, lower, upper), np.inf)
+        if entering >= 0 and steps[entering] <= 0.0:
+            # only rounding wanted it to leave its bound
+            free[entering], barred[entering], entering = False, True, -1
+            continue
+        if beyond.any():
+            first = int(np.argmin(steps))
+            x = np.where(free, x + steps[first] * (aim - x), x)
+            x[first] = lower[first] if aim[first] < lower[first] else upper[first]
+            free[first] = False
+            continue
+        if not np.array_equal(x, aim):
+            x, barred = aim, np.zeros(len(x), dtype=np.bool_)
+        pull = unit.T @ (target - unit @ x)
+        wanted = np.where(free | barred, 0.0, np.where(x <= lower, pull, 0.0) - np.where(x >= upper, pull, 0.0))
+        entering = int(np.argmax(wanted))
+        if wanted[entering] <= least:
+            break
+        free[entering] = True
+    return x, ~free
+
+
+def _step_to(x: Floats, aim: Floats, lower: Floats, upper: Floats) -> Floats:
+    """Return the share of the way from x to its aim at which each parameter meets its bound."""
+    bound = np.where(aim < lower, lower, upper)
+    way = np.where(aim == x, 1.0, aim - x)
+    return np.asarray(np.clip((np.where(np.isfinite(bound), bound, x + way) - x) / way, 0.0, 1.0))
 
 
 def column_scale(factor: Floats) -> Floats:
@@ -85,20 +132,25 @@ class TriangularFactor:
     """R of the QR factorisation of more rows than fit into memory.
 
     The first rows go through Householder reflections. With their R as preconditioner what follows is nearly
-    orthonormal, Y = X R⁻¹, so that its Gram matrix squares nothing and I + YᵀY = LLᵀ gives the new factor LᵀR
-    (preconditioned Cholesky QR; Fukaya and others 2020). That is three times as fast, and taken only where R is well
-    conditioned and the new rows look like the first; all else goes through reflections.
+    orthonormal, Y = X R⁻¹, so that its Gram matrix squares nothing, and I + YᵀY = LLᵀ gives the new factor LᵀR
+    (preconditioned Cholesky QR; Fukaya and others 2020). That is three times as fast. Columns that are sums of others
+    to rounding, as those of springs about one axis are, follow them. Where columns are close to such a sum but not
+    equal, or new rows are unlike the first, the reflections do it.
     """
 
     def __init__(self) -> None:
         self._factor: Floats | None = None
-        self._inverse: Floats | None = None
+        self._kept: Floats | None = None
+        self._basis: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+        self._follow: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+        self._inverse: Floats = np.zeros((0, 0))
+        self._shares: Floats = np.zeros((0, 0))
         self._gram: Floats = np.zeros((0, 0))
 
     def add(self, rows: Floats) -> None:
         """Add (columns, rows): the transpose of what is factorised."""
-        if self._factor is not None and self._inverse is not None:
-            alike = self._inverse.T @ rows
+        if self._kept is not None and self._followed(rows):
+            alike = self._inverse.T @ rows[self._basis]
             gram = alike @ alike.T
             if np.trace(gram) <= ALIKE * len(gram):
                 self._gram += gram
@@ -116,18 +168,54 @@ class TriangularFactor:
             raise ValueError("no states to fit")
         return self._factor
 
+    def _followed(self, rows: Floats) -> bool:
+        """Return whether the columns that were sums of others are so in these rows too."""
+        if not len(self._follow):
+            return True
+        away = rows[self._follow] - self._shares.T @ rows[self._basis]
+        size = np.einsum("kn,kn->k", rows[self._follow], rows[self._follow])
+        return bool(np.all(np.einsum("kn,kn->k", away, away) <= (EXACT_SUM**2) * size))
+
     def _fold(self) -> None:
-        if self._factor is not None and self._gram.any():
-            lower = np.linalg.cholesky(np.eye(len(self._gram)) + self._gram)
-            self._factor = np.triu(lower.T @ self._factor)
-            self._precondition()
+        if self._kept is None or not self._gram.any():
+            return
+        lower = np.linalg.cholesky(np.eye(len(self._gram)) + self._gram)
+        kept = lower.T @ self._kept
+        factor = np.zeros((len(kept), len(self._basis) + len(self._follow)))
+        factor[:, self._basis], factor[:, self._follow] = kept, kept @ self._shares
+        self._factor = triangular(factor)
+        self._precondition()
 
     def _precondition(self) -> None:
+        """Choose the columns that the others are sums of, and invert their factor."""
+        self._kept = None
         if self._factor is None:
             return
-        self._gram = np.zeros_like(self._factor)
-        sine = np.abs(np.diagonal(self._factor)) / column_scale(self._factor)
-        self._inverse = np.linalg.inv(self._factor) if sine.min(initial=1.0) > WELL_CONDITIONED else None
+        scale = column_scale(self._factor)
+        sine = _sines(self._factor)
+        self._basis, self._follow = np.flatnonzero(sine > EXACT_SUM), np.flatnonzero(sine <= EXACT_SUM)
+        if sine[self._basis].min(initial=1.0) < WELL_CONDITIONED:
+            return
+        whole = triangular(np.concatenate([self._factor[:, self._basis], self._factor[:, self._follow]], axis=1))
+        count = len(self._basis)
+        self._kept = whole[:count, :count]
+        self._inverse = np.linalg.inv(self._kept / scale[self._basis]) / scale[self._basis][:, None]
+        self._shares = self._inverse @ whole[:count, count:]
+        self._gram = np.zeros((count, count))
+
+
+def _sines(factor: Floats) -> Floats:
+    """Return each column's sine to the columns before it, those left out that are sums of others to rounding."""
+    scale = column_scale(factor)
+    unit = factor / scale
+    found, basis = np.zeros(len(scale)), np.zeros((len(factor), 0))
+    for k in range(len(scale)):
+        rest = unit[:, k] - basis @ (basis.T @ unit[:, k])
+        rest = rest - basis @ (basis.T @ rest)
+        found[k] = np.sqrt(np.sum(rest**2))
+        if found[k] > EXACT_SUM:
+            basis = np.column_stack([basis, rest / found[k]])
+    return found
 
 
 def run_edges(run: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -162,3 +162,18 @@ def test_hidden_targets_are_no_readings() -> None:
     fit = fit_observations(problem, joint_springs(six_axes()), Settings())
     assert np.allclose(compliances(fit) * SIX_STIFFNESS, 1.0, atol=2e-5)
     assert fit.dof < 6 * len(states) - 6 * len(gone)
+
+
+def test_overlapping_sets_leave_what_explains_the_data() -> None:
+    """Six springs in each joint: fourteen cannot be told, and those that stand back are ones that others can stand for.
+
+    The drive of joint 6 turns about the axis that joint 5's bearing tilts about, and three equal springs of joint 4
+    are three equal springs of joint 5: with the wrong ones held at zero, compliances would have to be negative.
+    """
+    from tests.benchmarks.fit_speed import many_states, springs
+
+    fit = identify_parameters(many_states(1500), springs(six_axes(), True, False))
+    assert fit.noise is not None
+    assert fit.noise.rotation == pytest.approx(30e-6, rel=0.1)
+    assert fit.reduced_chi2 == pytest.approx(1.0, abs=0.1)
+    assert 10 <= len(fit.held) <= 16

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.identification.least_squares import Reduced, reduce_blocks
+from stiffcal.identification.least_squares import Reduced, TriangularFactor, reduce_blocks, triangular
 from stiffcal.identification.noise import Noise, Whitening, covariance, whiten
 from stiffcal.identification.observation import Evaluation, Observations, observe
 from tests.identification.played import medium_robot, played
@@ -77,3 +77,40 @@ def test_bounds_hold() -> None:
     assert solution[1] == 0.0
     grid = np.linspace(0.0, 1.0, 101)
     assert reduced.cost(solution) <= min(reduced.cost(np.array([x, y])) for x in grid for y in grid) + 1e-9
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_better_point_within_bounds(seed: int) -> None:
+    """What pulls at the minimum is zero inside, and outwards at a bound; also where columns are sums of others."""
+    rng = np.random.default_rng(seed)
+    p = int(rng.integers(2, 15))
+    matrix = rng.normal(size=(30, p))
+    matrix[:, 1] = 2.0 * matrix[:, 0] if seed % 3 == 0 else matrix[:, 1]
+    factor = triangular(np.column_stack([matrix, 3.0 * rng.normal(size=30)]))
+    lower = np.where(rng.random(p) < 0.3, -np.inf, -0.3 * rng.random(p))
+    upper = np.where(rng.random(p) < 0.5, np.inf, 0.3 * rng.random(p))
+    found, at_bound = Reduced(factor[:p, :p], factor[:p, p], 0.0, 0).solve_bounded(lower, upper)
+    assert np.all((lower <= found) & (found <= upper))
+    pull = factor[:p, :p].T @ (factor[:p, p] - factor[:p, :p] @ found)
+    assert np.abs(pull[~at_bound]).max(initial=0.0) < 1e-11
+    assert np.all(pull[found <= lower] < 1e-11)
+    assert np.all(pull[found >= upper] > -1e-11)
+
+
+@pytest.mark.parametrize("close", [0.0, 1e-7, 1.0])
+@pytest.mark.parametrize("scale", [1.0, 1e5])
+def test_factor_of_many_blocks_is_that_of_the_whole(close: float, scale: float) -> None:
+    """Also with columns that are sums of others, to rounding or nearly, and with later rows of another size."""
+    rng = np.random.default_rng(3)
+    rows = rng.normal(size=(7, 4000)) * np.logspace(-6, 3, 7)[:, None]
+    rows[3] = rows[1] - 1e3 * rows[0] + close * rows[3]
+    rows[:, 2000:] *= scale
+    blocks = TriangularFactor()
+    for start in range(0, 4000, 250):
+        blocks.add(rows[:, start : start + 250])
+    found, whole = blocks.whole(), triangular(rows.T)
+    length = np.linalg.norm(whole, axis=0)
+    unit, wanted = found / length, whole / length
+    np.testing.assert_allclose(unit.T @ unit, wanted.T @ wanted, rtol=0, atol=1e-13)
+    if close:
+        np.testing.assert_allclose(np.abs(np.diagonal(unit)), np.abs(np.diagonal(wanted)), rtol=1e-7)

@@ -1,0 +1,74 @@
+"""What a fit says of each parameter: value, standard uncertainty, interval; or that the data do not tell it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from stiffcal.identification.fit import Parameter
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import ParameterSpec, Place
+
+
+def amplitude_bounds(spec: ParameterSpec) -> tuple[float, float]:
+    """Return the bounds of what the law multiplies with: those of the value, or of its inverse for stiffnesses."""
+    if spec.inverse:
+        return (1.0 / spec.upper if np.isfinite(spec.upper) else 0.0), (
+            1.0 / spec.lower if spec.lower > 0.0 else np.inf
+        )
+    return spec.lower, spec.upper
+
+
+def student_95(dof: int) -> float:
+    """Return the two-sided 95 % quantile of Student's t."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(dof, 0.975)) if dof > 0 else np.inf
+
+
+def reported_parameters(
+    robot: CompliantRobot, spread: Mapping[str, float], quantile: float, fixed: frozenset[str]
+) -> list[Parameter]:
+    """Turn amplitudes into reported parameters, with intervals kept within what is possible.
+
+    Parameters
+    ----------
+    robot : valued.
+    spread : full name to standard uncertainty of the amplitude, for those that were told.
+    quantile : half width of the interval in standard uncertainties.
+    fixed : full names that kept their values.
+    """
+    found = []
+    for one in robot.placed:
+        for spec in one.effect.parameters:
+            name = one.parameter_name(spec.symbol)
+            if name in fixed:
+                value = one.values.get(spec.symbol, 0.0)
+                found.append(Parameter(name, one.effect.name, one.place, spec, value, None, None, True, True, False))
+                continue
+            if spec.discrete:
+                value = one.values.get(spec.symbol, spec.typical)
+                found.append(Parameter(name, one.effect.name, one.place, spec, value, None, None, False, True, False))
+                continue
+            if name not in spread:
+                found.append(Parameter(name, one.effect.name, one.place, spec, None, None, None, False, False, False))
+                continue
+            found.append(
+                _estimated(name, one.effect.name, one.place, spec, one.amplitude(spec.symbol), spread[name], quantile)
+            )
+    return found
+
+
+def _estimated(
+    name: str, effect: str, place: Place, spec: ParameterSpec, amplitude: float, std: float, quantile: float
+) -> Parameter:
+    low, high = amplitude_bounds(spec)
+    tiny = 1e-9 * max(std, 1e-300)
+    at_bound = bool(amplitude <= low + tiny or amplitude >= high - tiny)
+    interval = (max(low, amplitude - quantile * std), min(high, amplitude + quantile * std))
+    if not spec.inverse:
+        return Parameter(name, effect, place, spec, amplitude, std, interval, False, True, at_bound)
+    value = 1.0 / amplitude if amplitude > 0.0 else np.inf
+    bounds = (1.0 / interval[1], 1.0 / interval[0] if interval[0] > 0.0 else np.inf)
+    return Parameter(name, effect, place, spec, value, std * value**2, bounds, False, True, at_bound)

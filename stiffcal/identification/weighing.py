@@ -1,0 +1,180 @@
+"""What each reading counts: the noise that is known, carried through the model, as weights for a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.least_squares import take_out_offsets
+from stiffcal.identification.noise import ENOUGH_DOF, Noise, Whitening, noise_from_repeats, whiten
+from stiffcal.identification.observation import Evaluation, Observations, evaluate
+from stiffcal.model.composite import CompliantRobot
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Huber's k: beyond this multiple of the typical length a reading counts less.
+HUBER_LIMIT = 2.5
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the observations and where they come from.
+
+    Attributes
+    ----------
+    noise : what is known of the noise, or None.
+    assumed : what the weights were made from: the noise, or the size of residuals where nothing is known.
+    carried : True where the wrench's noise was carried through the model into the weights.
+    whitening : the weights.
+    sensitivity : (m, 6, n) by which it was carried, or None.
+    """
+
+    noise: Noise | None
+    assumed: Noise
+    carried: bool
+    whitening: Whitening
+    sensitivity: Floats | None
+
+
+def wrench_matters(given: Noise | None) -> bool:
+    """Return whether the weights, or the noise to be told, depend on how the wrench moves the model."""
+    return given is None or given.force != 0.0 or given.moment != 0.0
+
+
+def tell_weights(
+    data: Observations,
+    blocks: Sequence[Evaluation],
+    groups: Sequence[Integers],
+    stated: Noise | None,
+    given: Noise | None,
+    equal: bool,
+) -> Weights:
+    """Find the noise with the present model, and the weights that follow from it.
+
+    Parameters
+    ----------
+    data : the observations.
+    blocks : what the present model says of them, with its sensitivity where `wrench_matters`.
+    groups : positions of states that repeat each other.
+    stated : the manifest's noise, or None.
+    given : noise to take instead of all that the data say, or None.
+    equal : leave the wrench's share out of the weights.
+    """
+    if given is not None and not wrench_matters(given):
+        return Weights(given, given, False, whiten(given, data, None), None)
+    predicted = np.concatenate([block.predicted for block in blocks], axis=1)
+    sensitivity = np.concatenate([block.sensitivity for block in blocks if block.sensitivity is not None], axis=2)
+    noise = given
+    if noise is None:
+        repeats = noise_from_repeats(data, predicted, sensitivity, groups)
+        enough = repeats is not None and (repeats.dof >= ENOUGH_DOF or stated is None)
+        noise = repeats if enough else stated
+    if noise is not None and not equal:
+        return Weights(noise, noise, True, whiten(noise, data, sensitivity), sensitivity)
+    assumed = raw_noise(data, noise) if equal else residual_noise(data, predicted)
+    return Weights(noise, assumed, False, whiten(assumed, data, None), None)
+
+
+def weighed_alike(
+    weights: Weights, data: Observations, blocks: Iterable[Evaluation]
+) -> tuple[Weights, Iterator[Evaluation]]:
+    """Return weights from the noise behind others, made while the model's blocks go by.
+
+    The weights are complete up to the block that was last taken from the iterator.
+
+    Parameters
+    ----------
+    weights : whose noise is taken over.
+    data : the observations to weigh.
+    blocks : what the model says of them, with its sensitivity where the wrench's noise is carried.
+    """
+    if not weights.carried:
+        return Weights(weights.noise, weights.assumed, False, whiten(weights.assumed, data, None), None), iter(blocks)
+    m, n = data.measured.shape
+    noise, sensitivity = weights.assumed, np.empty((m, 6, n))
+    correlated = noise.force != 0.0 or noise.moment != 0.0
+    whitening = Whitening(np.empty((m, n)), np.empty((m, m, n)) if correlated else None)
+
+    def one_by_one() -> Iterator[Evaluation]:
+        for block in blocks:
+            local = whiten(noise, data.part(block.part), block.sensitivity)
+            whitening.scale[:, block.part] = local.scale
+            if whitening.lower is not None and local.lower is not None:
+                whitening.lower[:, :, block.part] = local.lower
+            sensitivity[:, :, block.part] = block.sensitivity
+            yield block
+
+    return Weights(weights.noise, noise, True, whitening, sensitivity), one_by_one()
+
+
+def raw_noise(data: Observations, noise: Noise | None) -> Noise:
+    """Return noise for a first look: the known one, or each kind of component by its own size."""
+    if noise is not None:
+        return noise
+    size = {}
+    for kind in (False, True):
+        rows = data.rotational == kind
+        values = data.measured[rows][data.seen[rows]]
+        size[kind] = float(np.sqrt(np.mean(values**2))) if values.size and values.any() else 1.0
+    return Noise(size[False], size[True], 0.0, 0.0, "none", 0.0)
+
+
+def raw_whitening(data: Observations, noise: Noise | None) -> Whitening:
+    """Return weights for a first look: the stated noise, or each kind of component by its own size."""
+    return whiten(raw_noise(data, noise), data, None)
+
+
+def residual_noise(data: Observations, predicted: Floats) -> Noise:
+    """Return the size of the residuals of translation and rotation, where nothing better is known of the noise."""
+    residual = without_offsets(data, predicted, raw_whitening(data, None))
+    size = []
+    for kind in (False, True):
+        rows = data.rotational == kind
+        values = residual[rows][data.seen[rows]]
+        size.append(float(np.sqrt(np.mean(values**2))) if values.size and values.any() else 1.0)
+    return Noise(size[0], size[1], 0.0, 0.0, "none", 0.0)
+
+
+def predict_observations(robot: CompliantRobot, data: Observations) -> Floats:
+    """Return (m, n) the model's displacements."""
+    return np.concatenate([block.predicted for block in evaluate(robot, data)], axis=1)
+
+
+def offset_free_residual(robot: CompliantRobot, data: Observations, whitening: Whitening) -> Floats:
+    """Return (m, n) measured minus predicted, each run's weighted mean taken out where runs carry offsets."""
+    return without_offsets(data, predict_observations(robot, data), whitening)
+
+
+def without_offsets(data: Observations, predicted: Floats | None, whitening: Whitening) -> Floats:
+    """Return (m, n) measured minus predicted (nothing: measured alone), runs' offsets taken out, 0 where not seen."""
+    residual = np.where(data.seen, data.measured - (0.0 if predicted is None else predicted), 0.0)
+    if data.free_offset:
+        residual = np.where(data.seen, take_out_offsets(residual[None], data.run, whitening)[0][0], 0.0)
+    return residual
+
+
+def huber_whitening(full: Whitening, last: Whitening, data: Observations, predicted: Floats) -> Whitening:
+    """Return weights lowered for readings whose whitened length is beyond 2.5 times the typical one.
+
+    Translation and rotation of a reading are judged apart. The median sets the scale: it bears wild readings, also
+    where they have swollen the noise told from repeats.
+
+    Parameters
+    ----------
+    full : weights of readings as they should be.
+    last : the lowered weights of the last step, which the runs' offsets are taken with.
+    data, predicted : the observations and what the model says of them.
+    """
+    white = full.apply(without_offsets(data, predicted, last))
+    factor = np.ones_like(data.measured)
+    for kind in (False, True):
+        rows = data.rotational == kind
+        length = np.sqrt(np.sum(white[rows] ** 2, axis=0))
+        if length.any():
+            scale = HUBER_LIMIT * float(np.median(length))
+            factor[rows] = np.sqrt(np.minimum(1.0, scale / np.maximum(length, 1e-300)))
+    return Whitening(full.scale * factor, None if full.lower is None else full.lower * factor[:, None])
