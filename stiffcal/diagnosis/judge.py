@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.diagnosis.scan import Scan, Trial, chosen_in_every_fold
+from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import (
     ADEQUATE_RATIO,
     FAMILY_P,
@@ -162,6 +163,9 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
     not that what all poses together say could be chance; for that, the family-wise p counts all that were tried.
     """
     own = judge(scan, leader)
+    if is_slip(leader.candidate.effect):
+        # Without the run that slipped there is nothing to choose; its load cycles were left out instead.
+        return own
     before, after = float(np.trace(scan.base.nested)), float(chosen_in_every_fold(scan).sum())
     fall = float(np.sqrt(before / scan.dof) - np.sqrt(max(after, 0.0) / scan.dof))
     return Judgement(min(fall, own.fall), own.errors, own.p_value, own.possible)

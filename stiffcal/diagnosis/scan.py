@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.diagnosis.candidates import Candidate, variants
-from stiffcal.diagnosis.scoring import Score, fold_products, score_variants
+from stiffcal.diagnosis.scoring import Score, score_variants
+from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
 from stiffcal.diagnosis.thresholds import CHOICE_FOLDS, RESAMPLINGS
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import raw_whitening
@@ -110,6 +111,76 @@ def choice_groups(n_folds: int) -> Integers:
     return np.arange(n_folds, dtype=np.int64) % min(n_folds, CHOICE_FOLDS)
 
 
+@dataclass(frozen=True)
+class _Ground:
+    """The present model's rows, sorted by fold, beside which candidates are scored.
+
+    Attributes
+    ----------
+    state : the model at rest in all states.
+    space : whitening and run offsets.
+    rows : (p, m · n) base columns; residual : (1, m · n). Both sorted by fold.
+    order, cuts : how whitened rows are sorted by fold, and where each fold ends.
+    inner : (F, p, p) inner products of the base columns.
+    groups : (F,) groups of folds for the repeated choice.
+    low, high : (p,) bounds of the base model's parameters.
+    base : its score.
+    """
+
+    state: Linearised
+    space: Projection
+    rows: Floats
+    residual: Floats
+    order: Integers
+    cuts: list[slice]
+    inner: Floats
+    groups: Integers
+    low: Floats
+    high: Floats
+    base: Score
+
+    @classmethod
+    def of(
+        cls, state: Linearised, space: Projection, stack: Floats, folds: Sequence[Integers], low: Floats, high: Floats
+    ) -> _Ground:
+        """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual."""
+        order = np.concatenate(folds)
+        ends = np.cumsum([len(fold) for fold in folds])
+        cuts = [slice(int(end) - len(fold), int(end)) for end, fold in zip(ends, folds, strict=True)]
+        rows = space.rows(stack)[:, order]
+        inner = np.stack([rows[:, cut] @ rows[:, cut].T for cut in cuts])
+        groups = choice_groups(len(folds))
+        base = score_variants([inner], low, high, groups)
+        return cls(state, space, rows[:-1], rows[-1:], order, cuts, inner[:, :-1, :-1], groups, low, high, base)
+
+    def rows_of(self, signature: Signature) -> Floats:
+        """Return (q + 1, m · n): the candidate's columns and what is left of the residual, sorted by fold."""
+        rows = self.space.rows(np.concatenate([signature.columns, signature.fixed[None]]))[:, self.order]
+        rows[-1] = self.residual[0] - rows[-1]
+        return np.asarray(rows)
+
+    def products(self, mine: Floats) -> Floats:
+        """Return (F, k + 1, k + 1) inner products of base columns, the candidate's and the residual."""
+        p, q = len(self.rows), len(mine)
+        whole = np.concatenate([self.rows, mine])
+        result = np.empty((len(self.cuts), p + q, p + q))
+        result[:, :p, :p] = self.inner
+        for k, cut in enumerate(self.cuts):
+            result[k, :, p:] = whole[:, cut] @ mine[:, cut].T
+        result[:, p:, :p] = np.swapaxes(result[:, :p, p:], 1, 2)
+        return result
+
+    def bounds(self, signature: Signature) -> tuple[Floats, Floats]:
+        """Return the bounds of base and candidate."""
+        low, high = _bounds(signature)
+        return np.concatenate([self.low, low]), np.concatenate([self.high, high])
+
+    def score(self, signatures: Sequence[Signature]) -> Score:
+        """Score a candidate's shapes, the choice among them repeated in every fold."""
+        products = [self.products(self.rows_of(one)) for one in signatures]
+        return score_variants(products, *self.bounds(signatures[0]), self.groups, self.base)
+
+
 def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whitening | None = None) -> Scan:
     """Try every candidate beside the present fit.
 
@@ -126,55 +197,63 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     columns = free_columns(fit.robot, fixed)
     own = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
     residual = np.where(data.seen, data.measured - state.predicted, 0.0)
-    base_rows, residual_row = space.rows(own), space.rows(residual[None])
     fold = pose_folds(data)
     folds = fold_rows(data, fold)
-    groups = choice_groups(len(folds))
-    low, high = _base_bounds(fit, columns)
-    base = score_variants([fold_products(np.concatenate([base_rows, residual_row]), folds)], low, high, groups)
-    inner_base = _inner(base_rows, base_rows, folds)
+    ground = _Ground.of(state, space, np.concatenate([own, residual[None]]), folds, *_base_bounds(fit, columns))
     trials, n_tried = [], 0
     for candidate in candidates:
+        if is_slip(candidate.effect):
+            slip = _slip(candidate, ground, residual, fold)
+            if slip is not None:
+                trials.append(slip)
+                n_tried += slip.n_variants
+            continue
         found = list(variants(candidate, state, fit.robot.chain))
         if not found:
             continue
         n_tried += len(found)
-        products = [_products(one, base_rows, residual_row, inner_base, space, folds) for one in found]
-        own_low, own_high = _bounds(found[0])
-        score = score_variants(products, np.concatenate([low, own_low]), np.concatenate([high, own_high]), groups, base)
+        score = ground.score(found)
         trials.append(Trial(candidate, found[score.variant], score, len(found)))
     trials.sort(key=lambda trial: float(np.sum(trial.score.unseen)))
-
-    def refined(trial: Trial) -> Trial:
-        return _refined(trial, state, base_rows, residual_row, inner_base, space, folds, low, high, groups, base)
-
-    trials[:REFINED] = [refined(trial) for trial in trials[:REFINED]]
+    trials[:REFINED] = [_refined(trial, ground) for trial in trials[:REFINED]]
     trials.sort(key=lambda trial: float(np.sum(trial.score.unseen)))
     dof = int(np.count_nonzero(data.seen)) - (len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0)
     return Scan(
-        fit, base, tuple(trials), tuple(folds), fold, groups, dof, len(columns), max(n_tried, 1), space, own, residual
-    )
+        fit, ground.base, tuple(trials), tuple(folds), fold, ground.groups, dof, len(columns), max(n_tried, 1), space,
+        own, residual,
+    )  # fmt: skip
 
 
-def _refined(
-    trial: Trial,
-    state: Linearised,
-    base_rows: Floats,
-    residual_row: Floats,
-    inner_base: Floats,
-    space: Projection,
-    folds: Sequence[Integers],
-    low: Floats,
-    high: Floats,
-    groups: Integers,
-    base: Score,
-) -> Trial:
+def _slip(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integers) -> Trial | None:
+    """Find the state where a slip explains most, and score it with everything else refitted."""
+    data = ground.space.data
+    if not len(data.order.number):
+        return None
+    first = best_slip(ground.space, residual)
+    if first is None:
+        return None
+    signature = ground.state.signature(candidate.effect, candidate.place, {"state": float(data.order.number[first])})
+    mine = ground.rows_of(signature)
+    products, bounds = ground.products(mine), ground.bounds(signature)
+    score = score_variants([products], *bounds, ground.groups, ground.base)
+    rows = np.empty((len(ground.rows) + len(mine), mine.shape[1]))
+    rows[:, ground.order] = np.concatenate([ground.rows, mine])
+    members = np.flatnonzero(data.run == data.run[first])
+    stretches = [
+        (np.arange(len(data.measured))[:, None] * data.n_states + part).ravel()
+        for part in load_stretches(data, members)
+    ]
+    number = int(np.searchsorted(np.unique(fold), fold[first]))
+    score = score_in_run(score, ground.base, products, rows, stretches, number, ground.groups, *bounds)
+    return Trial(candidate, signature, score, data.n_states)
+
+
+def _refined(trial: Trial, ground: _Ground) -> Trial:
     """Narrow a law's continuous shape down, between the neighbours of the best of its grid, in all folds alike."""
     effect, place = trial.candidate.effect, trial.candidate.place
     continuous = [spec.symbol for spec in effect.parameters if spec.sort is Sort.SHAPE and not spec.discrete]
     if not continuous:
         return trial
-    own_low, own_high = _bounds(trial.signature)
     known = {tuple(trial.signature.shape[s] for s in continuous): trial.signature}
     best, spread = dict(trial.signature.shape), REFINING_FACTOR
     for _ in range(REFINING_ROUNDS):
@@ -184,40 +263,13 @@ def _refined(
                 shape = {**best, symbol: float(np.clip(best[symbol] * factor, spec.lower, spec.upper))}
                 key = tuple(shape[s] for s in continuous)
                 if key not in known:
-                    signature = state.signature(effect, place, shape)
+                    signature = ground.state.signature(effect, place, shape)
                     if signature.symbols == trial.signature.symbols:
                         known[key] = signature
         found = list(known.values())
-        products = [_products(one, base_rows, residual_row, inner_base, space, folds) for one in found]
-        score = score_variants(products, np.concatenate([low, own_low]), np.concatenate([high, own_high]), groups, base)
+        score = ground.score(found)
         best, spread = dict(found[score.variant].shape), np.sqrt(spread)
     return Trial(trial.candidate, found[score.variant], score, trial.n_variants + len(found))
-
-
-def _inner(left: Floats, right: Floats, folds: Sequence[Integers]) -> Floats:
-    return np.stack([left[:, fold] @ right[:, fold].T for fold in folds])
-
-
-def _products(
-    signature: Signature,
-    base_rows: Floats,
-    residual_row: Floats,
-    inner_base: Floats,
-    space: Projection,
-    folds: Sequence[Integers],
-) -> Floats:
-    """Return (F, k + 1, k + 1) inner products of base columns, the candidate's and the residual."""
-    rows = space.rows(signature.columns)
-    last = residual_row - space.rows(signature.fixed[None]) if signature.fixed.any() else residual_row
-    p, q = len(base_rows), len(rows)
-    mine = np.concatenate([rows, last])
-    result = np.empty((len(folds), p + q + 1, p + q + 1))
-    result[:, :p, :p] = inner_base
-    cross = _inner(base_rows, mine, folds)
-    result[:, :p, p:] = cross
-    result[:, p:, :p] = np.swapaxes(cross, 1, 2)
-    result[:, p:, p:] = _inner(mine, mine, folds)
-    return result
 
 
 def _base_bounds(fit: Fit, columns: Sequence[object]) -> tuple[Floats, Floats]:

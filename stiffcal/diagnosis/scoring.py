@@ -17,6 +17,9 @@ Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
+# Shapes of a law that take part in the choice in every fold: the best with all poses, and its neighbours.
+VARIANTS_IN_FOLDS = 3
+
 
 def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats) -> Floats:
     """Solve batches of normal equations within bounds.
@@ -112,9 +115,12 @@ def score_variants(
     nested, nested_training = [], []
     for one in products:
         total = one.sum(axis=0)
-        solution = solve_within(total[:-1, :-1], total[:-1, -1], lower, upper)
-        fitted.append(float(quadratic(total, solution)))
-        solutions.append(solution)
+        solutions.append(solve_within(total[:-1, :-1], total[:-1, -1], lower, upper))
+        fitted.append(float(quadratic(total, solutions[-1])))
+    # Shapes far behind with all poses are not best without one or two of them.
+    kept = np.argsort(fitted, kind="stable")[:VARIANTS_IN_FOLDS]
+    for one in (products[k] for k in kept):
+        total = one.sum(axis=0)
         rest = total - one
         x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper)
         without.append(x)
@@ -129,7 +135,7 @@ def score_variants(
         y = solve_within(twice[..., :-1, :-1], twice[..., :-1, -1], lower, upper)
         nested_training.append(quadratic(twice, y))
         nested.append(quadratic(np.broadcast_to(grouped[None, :], twice.shape), y))
-    best = int(np.argmin(fitted))
+    best = int(kept[0])
     chosen = np.argmin(training, axis=0)
     picked = np.argmin(nested_training, axis=0)
     folds = np.arange(len(groups))
@@ -138,7 +144,7 @@ def score_variants(
         np.stack(unseen)[chosen, folds],
         np.take_along_axis(np.stack(nested), picked[None], axis=0)[0],
         solutions[best],
-        without[best],
+        without[0],
         best,
         np.stack(moved)[chosen, folds],
     )

@@ -42,8 +42,8 @@ class CubicStiffness(DocumentedEffect):
     place_kind = "joints"
     summary = "torque–angle curve with quadratic and cubic terms"
     parameters = (
-        ParameterSpec("c2", "rad/(N·m)²", "quadratic term of angle over torque", -1e-6, 1e-6, 4e-10, _SOURCE),
-        ParameterSpec("c3", "rad/(N·m)³", "cubic term of angle over torque", -1e-8, 1e-8, 5e-13, _SOURCE),
+        ParameterSpec("c2", "rad/(N·m)²", "quadratic term of angle over torque", -1e-3, 1e-3, 4e-10, _SOURCE),
+        ParameterSpec("c3", "rad/(N·m)³", "cubic term of angle over torque", -1e-3, 1e-3, 5e-13, _SOURCE),
     )
     needs = ("loads of several sizes",)
     looks_like = ("two-slope", "asymmetric-stiffness", "backlash")

@@ -1,0 +1,116 @@
+"""Slips inside a run: every state is tried as the first after a step, in closed form.
+
+A step from state s to the end of its run is local to that run. Its column per axis, with the run's offset taken out,
+needs nothing but sums of the states' precisions from s on: with P_i the precision of state i, T = Σ P_i over the run
+and A_s = Σ_{i ≥ s} P_i, the step's normal matrix is A_s − A_s T⁻¹ A_s and its right side Σ_{i ≥ s} P_i r_i. A thousand
+states cost as much as one refit. The best of them is then scored with everything else refitted.
+
+Poses left out cannot judge it: the run that slipped is the only one to show it. There, whole load cycles are left out
+in its stead (physics, section 4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.diagnosis.scoring import Score, quadratic, solve_within
+from stiffcal.identification.observation import Observations
+from stiffcal.identification.projection import Projection
+from stiffcal.model.effect import Effect, Sort
+from stiffcal.reduction.load_cycles import UNLOADED_SHARE
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+def is_slip(effect: Effect) -> bool:
+    """Return whether an effect begins at one state of the campaign."""
+    return any(spec.sort is Sort.SHAPE and spec.discrete and spec.symbol == "state" for spec in effect.parameters)
+
+
+def best_slip(space: Projection, residual: Floats) -> int | None:
+    """Return the position of the state where a step explains most of the residual; None where no run has two states.
+
+    Parameters
+    ----------
+    space : whitening and runs.
+    residual : (m, n) measured minus predicted.
+    """
+    data = space.data
+    precision = space.whitening.precision()
+    centred = space.centred(residual[None])[0]
+    weighted = np.einsum("abn,bn->an", precision, centred)
+    axes = np.flatnonzero(~data.rotational)
+    best, most = None, 0.0
+    for start, count in zip(space.edges, space.counts, strict=True):
+        if count < 2:
+            continue
+        own = slice(int(start), int(start + count))
+        after = np.cumsum(precision[:, :, own][:, :, ::-1], axis=2)[:, :, ::-1]
+        right = np.cumsum(weighted[:, own][:, ::-1], axis=1)[:, ::-1]
+        total = np.linalg.pinv(after[:, :, 0], hermitian=True)
+        normal = after - np.einsum("abn,bc,cdn->adn", after, total, after)
+        inside = np.moveaxis(normal[np.ix_(axes, axes)], -1, 0)[1:]
+        target = right[axes].T[1:]
+        scale = np.sqrt(np.maximum(np.einsum("naa->na", inside), 1e-300))
+        inside = inside / scale[:, :, None] / scale[:, None, :] + 1e-9 * np.eye(len(axes))
+        gain = np.einsum("na,na->n", target / scale, np.linalg.solve(inside, (target / scale)[..., None])[..., 0])
+        if gain.size and gain.max() > most:
+            best, most = int(start) + 1 + int(np.argmax(gain)), float(gain.max())
+    return best
+
+
+def load_stretches(data: Observations, members: Integers) -> list[Integers]:
+    """Return a run's states in stretches from one unloaded reading to the next."""
+    size = np.sqrt(np.sum(data.wrench[:3, members] ** 2, axis=0))
+    if not size.any():
+        size = np.sqrt(np.sum(data.wrench[3:, members] ** 2, axis=0))
+    resting = np.flatnonzero(size <= UNLOADED_SHARE * size.max())
+    cuts = resting[(resting > 0) & (resting < len(members) - 1)] + 1
+    return [part for part in np.split(members, cuts) if len(part)]
+
+
+def score_in_run(
+    score: Score,
+    base: Score,
+    products: Floats,
+    rows: Floats,
+    stretches: Sequence[Integers],
+    fold: int,
+    groups: Integers,
+    lower: Floats,
+    upper: Floats,
+) -> Score:
+    """Return a slip's score with the pose that slipped judged by leaving out its load cycles.
+
+    Parameters
+    ----------
+    score : as poses left out give it.
+    base : the base model's.
+    products : (F, k + 1, k + 1) inner products, base columns first, residual last.
+    rows : (k + 1, m · n) the whitened rows behind them.
+    stretches : positions in ``rows`` of each stretch.
+    fold : number of the pose's fold.
+    groups : (F,) groups of folds for the repeated choice.
+    lower, upper : (k,) bounds.
+    """
+    total = products.sum(axis=0)
+    part = np.stack([rows[:, stretch] @ rows[:, stretch].T for stretch in stretches])
+    rest = total - part
+    p = base.without.shape[1]
+    plain = np.ix_(range(len(part)), [*range(p), total.shape[0] - 1], [*range(p), total.shape[0] - 1])
+    x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper)
+    y = solve_within(rest[plain][:, :-1, :-1], rest[plain][:, :-1, -1], lower[:p], upper[:p])
+    fall = float(np.sum(quadratic(part[plain], y) - quadratic(part, x)))
+    change = x.copy()
+    change[:, :p] -= y
+    unseen, moved, nested = score.unseen.copy(), score.moved.copy(), score.nested.copy()
+    better = base.unseen[fold] - fall
+    nested[:, groups[fold]] += better - unseen[fold]
+    unseen[fold] = better
+    moved[fold] = float(np.einsum("fk,fkl,fl->", change, part[:, :-1, :-1], change))
+    return replace(score, unseen=unseen, moved=moved, nested=nested)
