@@ -25,7 +25,7 @@ Booleans = NDArray[np.bool_]
 # Natural log of the false alarms: e^-16 is 1e-7 per state for one explanation alone, and several have to fail.
 ALARM_EXPONENT = 16.0
 LIKE_LOAD = 0.08  # of the run's largest load, as in load_cycles
-MOST_SET_ASIDE = 0.25  # of one direction's readings: more is no accident but an effect
+MOST_SET_ASIDE = 0.34  # of the readings of one direction and branch: more is no accident but an effect
 NOT_SMOOTH = 2.5  # times the noise, left by a line with a jump: then it is not that
 
 
@@ -221,7 +221,9 @@ class _RunReadings:
         if not self.group_of[k].loaded:
             return {int(j): self.white[k] - self.white[j] for j in others}
         slope = self._slope(others)
-        like = [int(j) for j in others if abs(self.load[int(j)] - self.load[k]) <= LIKE_LOAD]
+        apart = {int(j): abs(self.load[int(j)] - self.load[k]) for j in others}
+        # Loads are never hit exactly: a peak that missed its mark may have no repeat as near as others have.
+        like = [j for j in apart if apart[j] <= LIKE_LOAD] or [j for j in apart if apart[j] <= 2.0 * LIKE_LOAD]
         return {j: self.white[k] - self.white[j] - slope * (self.load[k] - self.load[j]) for j in like}
 
     def _slope(self, others: Integers) -> Floats:
