@@ -22,10 +22,16 @@ Integers = NDArray[np.int64]
 
 SAME_LEVEL = 0.003  # of the log's range: changes smaller than this do not cut a hold
 SAME_LOAD = 0.01  # of the log's range: holds side by side that differ by less are one (sensor drift, relaxation)
+LEAST_BLOCKS = 4  # of a level
+SLOW = 1.3  # times the noise of single readings, in means of several: it is not white
+MOST_LOOKS = 6
+LEAST_SPREADS = 8
 CHUNK = 256  # blocks that are segmented at a time: keeps the work proportional to the length
 REST = 1.6  # times as long at a level as the ramps need to pass it: perhaps a hold
+USUAL_REST = 2.2  # where none is clear, the median of all that may be holds: less is a ramp in uneven slices
 CLEAR_REST = 6.0  # likewise: surely a hold, whose durations tell what is usual
 SHORT_HOLD = 0.35  # of the usual duration: shorter ones are pauses or settling
+SHORT_PAUSE = 0.1  # likewise: shorter ones are not worth telling from the ramps
 LONG_END = 1.25  # of the median: a log that runs on before the first or after the last load is cut to the median
 EDGE_SHARE = 0.03  # of a hold: the window that looks for its edges, and the margin left off at each
 
@@ -98,20 +104,23 @@ def find_holds(time: Floats, values: Floats) -> Holds:
         return _none(Dropped(0.0, 0.0, "too few readings to see a hold"))
     white, tolerance = _whitened(values)
     kept, pauses = _levels(time, white, tolerance)
-    if kept:
-        # Noise that is not white (vibration, mains) moves means more than its single readings tell: look again.
+    for _ in range(MOST_LOOKS):
+        # Noise that is not white (vibration, mains) moves means more than its single readings tell: look again. It also
+        # cuts holds, and what is left of them shows the less of it: several times.
         coarse = _slow_noise(white, kept)
-        if (coarse > 1.3).any():
-            white = white / np.maximum(coarse, 1.0)
-            tolerance = _tolerance(white)
-            kept, pauses = _levels(time, white, tolerance)
+        if not (coarse > SLOW).any():
+            break
+        white = white / np.maximum(coarse, 1.0)
+        tolerance = _tolerance(white)
+        kept, pauses = _levels(time, white, tolerance)
     if not kept:
         return _none(Dropped(float(time[0]), float(time[-1]), "the load was never held"))
     return _with_edges(time, white, kept, pauses, tolerance)
 
 
 def _none(dropped: Dropped) -> Holds:
-    return Holds(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), (dropped,))
+    nothing = np.zeros(0)
+    return Holds(nothing, nothing, nothing, nothing, (dropped,))
 
 
 def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece], list[_Piece]]:
@@ -120,15 +129,17 @@ def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece]
     stay = _stay(time, white, pieces)
     level = np.array([_is_level(white, piece, tolerance) for piece in pieces], dtype=np.bool_) & (stay > REST)
     holds = [piece for piece, held in zip(pieces, level, strict=True) if held]
-    if not holds:
+    if not holds or (stay[level].max() < CLEAR_REST and float(np.median(stay[level])) < USUAL_REST):
         return [], []
     duration = np.array([time[piece.last - 1] - time[piece.first] for piece in holds])
     clear = duration[stay[level] > CLEAR_REST]
-    long_enough = duration >= SHORT_HOLD * float(np.median(clear if clear.size >= 3 else duration))
+    usual = float(np.median(clear if clear.size >= 3 else duration))
+    long_enough = duration >= SHORT_HOLD * usual
     # Before the first load nobody waits longer than it takes to see that nothing moves; that is the reference.
     long_enough |= (stay[level] > CLEAR_REST) & np.array([piece.first == 0 for piece in holds], dtype=np.bool_)
     kept = [piece for piece, keep in zip(holds, long_enough, strict=True) if keep]
-    pauses = [piece for piece, keep in zip(holds, long_enough, strict=True) if not keep]
+    told = ~long_enough & (duration >= SHORT_PAUSE * usual)
+    pauses = [piece for piece, tell in zip(holds, told, strict=True) if tell]
     return _side_by_side(kept, tolerance), pauses
 
 
@@ -147,18 +158,20 @@ def _side_by_side(holds: Sequence[_Piece], tolerance: float) -> list[_Piece]:
 
 
 def _slow_noise(white: Floats, holds: Sequence[_Piece]) -> Floats:
-    """Return (c,) how much more means of 8 readings scatter inside holds than white noise of the same size would."""
-    spreads = []
-    for piece in holds:
-        n = piece.last - piece.first
-        inside = white[piece.first + n // 4 : piece.last - n // 4]
-        whole = len(inside) // 8 * 8
-        if whole >= 24:
-            means = inside[:whole].reshape(-1, 8, white.shape[1]).mean(axis=1)
-            spreads.append(0.5 * np.diff(means, axis=0) ** 2 * 8.0)
-    if not spreads:
-        return np.ones(white.shape[1])
-    return np.asarray(np.sqrt(np.concatenate(spreads).mean(axis=0)))
+    """Return (c,) how much more means of several readings scatter inside holds than white noise of the same size."""
+    most = np.ones(white.shape[1])
+    for size in (8, 32):
+        spreads = []
+        for piece in holds:
+            n = piece.last - piece.first
+            inside = white[piece.first + n // 4 : piece.last - n // 4]
+            whole = len(inside) // size * size
+            if whole >= 3 * size:
+                means = inside[:whole].reshape(-1, size, white.shape[1]).mean(axis=1)
+                spreads.append(0.5 * np.diff(means, axis=0) ** 2 * size)
+        if sum(len(spread) for spread in spreads) >= (1 if size == 8 else LEAST_SPREADS):
+            most = np.maximum(most, np.sqrt(np.concatenate(spreads).mean(axis=0)))
+    return np.asarray(most)
 
 
 def _whitened(values: Floats) -> tuple[Floats, float]:
@@ -268,27 +281,38 @@ def _stay(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> Floats:
     """
     if len(pieces) < 2:
         return np.full(len(pieces), np.inf)
-    way = np.linalg.norm(np.diff([piece.mean for piece in pieces], axis=0), axis=1)
     begin = time[[piece.first for piece in pieces]]
     stop = time[[min(piece.last, len(time) - 1) for piece in pieces]]
-    passing = np.diff(0.5 * (begin + stop))
-    for k, (one, other) in enumerate(pairwise(pieces)):
-        passing[k] *= 1.0 - _abruptness(white, one, other, float(way[k]))
-    speed = way / np.maximum(passing, np.median(np.diff(time)))
+    speed, way = _ramps(time, white, pieces)
     order = np.argsort(speed)
     half = np.searchsorted(np.cumsum(way[order]), 0.5 * way.sum())
     usual = speed[order[min(int(half), len(order) - 1)]]
     # the way through a level: half of the steps to it and from it; an end of the log counts once
-    through = 0.5 * (np.append(way[:1], way) + np.append(way, way[-1:]))
+    steps = np.linalg.norm(np.diff([piece.mean for piece in pieces], axis=0), axis=1)
+    through = 0.5 * (np.append(steps[:1], steps) + np.append(steps, steps[-1:]))
     return np.asarray((stop - begin) * usual / np.maximum(through, np.finfo(float).tiny))
+
+
+def _ramps(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> tuple[Floats, Floats]:
+    """Return the speed between neighbouring pieces and the way between them.
+
+    A step leaves a piece of one block, or of a few, half-way; they are the ramp, not what it leads to.
+    """
+    ends = [piece for piece in pieces if piece.last - piece.first >= LEAST_BLOCKS]
+    if len(ends) < 2:
+        ends = list(pieces)
+    way = np.linalg.norm(np.diff([piece.mean for piece in ends], axis=0), axis=1)
+    passing = np.empty(len(ends) - 1)
+    for k, (one, other) in enumerate(pairwise(ends)):
+        gap = time[other.first] - time[one.last - 1] - (time[1] - time[0])
+        near = 0.5 * (time[one.last - 1] - time[one.first] + time[other.last - 1] - time[other.first])
+        passing[k] = gap + near * (1.0 - _abruptness(white, one, other, float(way[k])))
+    return way / np.maximum(passing, np.median(np.diff(time))), way
 
 
 def _abruptness(white: Floats, one: _Piece, other: _Piece, way: float) -> float:
     """Return the share of the way between two levels that lies at their border: 1 for a step, a quarter in a ramp."""
-    n = min(one.last - one.first, other.last - other.first)
-    if n < 12:
-        return 0.0  # too few readings to tell it from noise
-    quarter = n // 4
+    quarter = max(min(one.last - one.first, other.last - other.first) // 4, 1)
     step = white[other.first : other.first + quarter].mean(axis=0) - white[one.last - quarter : one.last].mean(axis=0)
     squared = float(step @ step) - 2.0 * white.shape[1] / quarter
     return min(float(np.sqrt(max(squared, 0.0))) / max(way, 1e-300), 1.0)
@@ -297,7 +321,7 @@ def _abruptness(white: Floats, one: _Piece, other: _Piece, way: float) -> float:
 def _is_level(white: Floats, piece: _Piece, tolerance: float) -> bool:
     """Tell a hold from a slice of a ramp: by what changes inside its middle, edges of ramps being left out."""
     n = piece.last - piece.first
-    if n < 4:
+    if n < LEAST_BLOCKS:
         return False
     edge, half = n // 5, max((n - 2 * (n // 5)) // 2, 1)
     inside = white[piece.first + edge : piece.last - edge]
@@ -309,26 +333,15 @@ def _with_edges(
     time: Floats, white: Floats, kept: Sequence[_Piece], pauses: Sequence[_Piece], tolerance: float
 ) -> Holds:
     """Walk outwards from the middle of each hold to its edges, and say what is left out."""
-    edges = np.array(
-        [
-            _edges(
-                white,
-                piece,
-                kept[number - 1].last if number else 0,
-                kept[number + 1].first if number + 1 < len(kept) else len(time),
-                tolerance,
-            )
-            for number, piece in enumerate(kept)
-        ],
-        dtype=np.int64,
-    )
+    lowest = [0, *(piece.last for piece in kept[:-1])]
+    highest = [*(piece.first for piece in kept[1:]), len(time)]
+    found = [_edges(white, *around, tolerance) for around in zip(kept, lowest, highest, strict=True)]
+    edges = np.array(found, dtype=np.int64)
     reached, left = time[edges[:, 0]], time[edges[:, 1]]
     margin = np.minimum(EDGE_SHARE * (left - reached), 0.25 * (left - reached))
     start, end = reached + margin, left - margin
-    dropped = [
-        Dropped(float(time[piece.first]), float(time[piece.last - 1]), "held too briefly: a pause or settling")
-        for piece in pauses
-    ]
+    pause = "held too briefly: a pause or settling"
+    dropped = [Dropped(float(time[piece.first]), float(time[piece.last - 1]), pause) for piece in pauses]
     for number in range(1, len(kept)):
         dropped.append(Dropped(float(end[number - 1]), float(start[number]), "load changing or settling"))
     start, end, ends = _short_ends(start, end)

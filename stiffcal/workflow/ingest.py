@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "stiffcal/ingest/1"
 # Raised when the reduction changes what it makes of the same logs, so that stores are made anew.
-REDUCTION = 1
+REDUCTION = 2
 STATES = "states"
 INGEST = "ingest"
 PROVENANCE = "provenance"

@@ -76,6 +76,38 @@ def test_smooth_noise_of_a_filtered_sensor_is_no_load() -> None:
     assert matches(found, true)[1:-1].min() > 0.8
 
 
+@pytest.mark.parametrize("rate", [5.0, 100.0, 1000.0, 5000.0])
+@pytest.mark.parametrize("noise", [0.0, 1.0, 5.0])
+def test_loads_that_jump_within_one_sample_are_held(rate: float, noise: float) -> None:
+    generator = np.random.default_rng(31)
+    true, levels = dead_weights(generator, 20)
+    time = np.arange(0.0, true[-1, 1], 1.0 / rate)
+    wrench = levels[np.searchsorted(true[:, 1], time, side="right").clip(max=19)]
+    blocks = blocks_of(time, {"wrench": wrench + noise * generator.normal(size=wrench.shape)})
+    # the open ends are cut to the usual length
+    assert matches(find_holds(blocks.time, blocks.mean["wrench"]), true)[1:-1].min() > 0.8
+
+
+def test_jumps_under_smooth_noise_are_held() -> None:
+    generator = np.random.default_rng(32)
+    true, levels = dead_weights(generator, 20)
+    time = np.arange(0.0, true[-1, 1], 0.01)
+    wrench = levels[np.searchsorted(true[:, 1], time, side="right").clip(max=19)]
+    noise = generator.normal(size=wrench.shape)
+    for k in range(1, len(noise)):
+        noise[k] = 0.9 * noise[k - 1] + np.sqrt(0.19) * noise[k]
+    assert matches(find_holds(time, wrench + 5.0 * noise), true)[1:-1].min() > 0.8
+
+
+def dead_weights(generator: np.random.Generator, n: int) -> tuple[Floats, Floats]:
+    """Return (n, 2) holds of some five seconds without pause, and (n, 6) loads: hung on one by one, then changed."""
+    edges = np.concatenate([[0.0], np.cumsum(5.0 * generator.uniform(0.7, 1.3, n))])
+    levels = np.zeros((n, 6))
+    levels[:, 2] = -100.0 * np.arange(n)
+    levels[n // 2 :, :3] = 500.0 * generator.normal(size=(n - n // 2, 3))
+    return np.stack([edges[:-1], edges[1:]], axis=1), levels
+
+
 def test_what_is_dropped_is_said() -> None:
     time, wrench, true = load_cycle(np.random.default_rng(7), lead=30.0)
     found = find_holds(time, wrench)
