@@ -47,8 +47,9 @@ Booleans = NDArray[np.bool_]
 
 # A step below this share of the standard uncertainty changes nothing that anyone can see.
 SMALL_STEP = 1e-3
-# Laws with corners (friction, play) make steps rattle at this level, which is as invisible.
-SMALL_STEP_OF_SHAPES = 1e-2
+# Laws with corners (friction, play) make steps rattle at this level, and in large campaigns, whose steps are dear and
+# whose uncertainties are small against what any model leaves out, it is as invisible.
+ROUGH_STEP = 1e-2
 MAX_STEPS = 30
 # Holding one of a set may cost this factor in squares, as the set's signatures agree to a per mille only.
 WORSE_WITHOUT = 1.01
@@ -110,7 +111,7 @@ def fit_problem(states: LoadStates, robot: CompliantRobot, keep: Booleans | None
 
 
 def _repeats(states: LoadStates, data: Observations) -> Iterator[NDArray[np.int64]]:
-    """Give groups of positions in ``data`` of states that repeat each other, in large campaigns of some runs only."""
+    """Give positions in ``data`` of states that repeat each other, in large campaigns of some runs only."""
     chosen = starting_runs(data.run)
     looked_at = np.arange(len(states))
     if chosen is not None:
@@ -177,14 +178,18 @@ def _gauss_newton(
     columns = free_columns(robot, settings.fixed)
     amplitude = amplitudes(robot, columns)
     iterations, last, robust = 0, np.inf, settings.loss == "huber"
-    small = SMALL_STEP_OF_SHAPES if any(c.sort is Sort.SHAPE for c in columns) else SMALL_STEP
+    rough = given is not None or any(c.sort is Sort.SHAPE for c in columns)
+    small = ROUGH_STEP if rough else SMALL_STEP
     weights, lowered = given, None
     while True:
         progress("balanced robot", min(0.9, 0.3 + 0.2 * iterations))
         renew = iterations <= REWEIGHTED_STEPS
         if given is not None and not robust:
-            blocks: Iterable[Evaluation] = evaluate(robot, data, columns, with_sensitivity=given.carried)
-            weights, blocks = weighed_alike(given, data, blocks)
+            # The first step's weights stay: the start is good to a hundredth already.
+            carried = given.carried and iterations == 0
+            blocks: Iterable[Evaluation] = evaluate(robot, data, columns, with_sensitivity=carried)
+            if iterations == 0 or weights is None:
+                weights, blocks = weighed_alike(given, data, blocks)
         else:
             blocks = list(evaluate(robot, data, columns, with_sensitivity=renew and wrench_matters(settings.noise)))
             if renew or weights is None:
@@ -196,8 +201,9 @@ def _gauss_newton(
             lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
         reduced = reduce_blocks(blocks, data, lowered or weights.whitening)
         updated, told = _solve(reduced, robot, columns, start=amplitude)
-        # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations.
-        change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)))
+        # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations; here per parameter.
+        n_free = max(1, len(columns) - int(told.held.sum()))
+        change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)) / np.sqrt(n_free))
         amplitude, iterations = updated, iterations + 1
         robot = _valued(robot, columns, amplitude)
         # Steps contract evenly: the next one is foretold by this one and the ratio to the last.
@@ -284,10 +290,8 @@ def _solve(
     lower, upper = _bounds(robot, columns)
     shapes = _are_shapes(columns)
     # A law bends with its shape: no step beyond a factor of two.
-    lower, upper = (
-        np.where(shapes, np.maximum(lower, start / 2), lower),
-        np.where(shapes, np.minimum(upper, start * 2), upper),
-    )
+    lower = np.where(shapes, np.maximum(lower, start / 2), lower)
+    upper = np.where(shapes, np.minimum(upper, start * 2), upper)
     # The reduced target is for the step; bounds hold for the sum.
     target = reduced.target + reduced.factor @ start
     whole = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)

@@ -71,8 +71,9 @@ class Reduced:
 def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Booleans]:
     """Return the minimum of |unit x − target|² within bounds, and who is at one, by an active set.
 
-    Stark and Parker 1995. All parameters that have a bound start there and are let go one by one, the most wanted first: where several do
-    alike, as few as possible leave their bounds. scipy.optimize does the same, but takes a second to import.
+    Stark and Parker 1995. All parameters that have a bound start there and are let go one by one, the most wanted
+    first: where several do alike, as few as possible leave their bounds. (scipy.optimize has
+    the same, but takes a second to import.)
     """
     start = np.where(np.isfinite(lower), lower, upper)
     free = ~np.isfinite(start)
@@ -254,6 +255,30 @@ def take_out_offsets(stack: Floats, run: NDArray[np.int64], whitening: Whitening
     return stack - np.repeat(mean, counts, axis=2), n_offsets
 
 
+def _whitened_without_offsets(stack: Floats, run: NDArray[np.int64], whitening: Whitening) -> tuple[Floats, int]:
+    """Return whitened rows (k, m · n), in any order, each run's offset taken out, and how many offsets there were.
+
+    The same as `take_out_offsets` and then whitening, in a few products per run.
+    """
+    if whitening.lower is None:
+        stack, n_offsets = take_out_offsets(stack, run, whitening)
+        return whitening.apply(stack).reshape(len(stack), -1), n_offsets
+    m = stack.shape[1]
+    white = whitening.apply(stack)
+    rows, n_offsets = np.empty((len(stack), white[0].size)), 0
+    edges = run_edges(run)
+    for start, end in zip(edges, np.append(edges[1:], len(run)), strict=True):
+        # what a unit offset of each component becomes when whitened
+        unit = np.swapaxes(whitening.lower[:, :, start:end], 0, 1).reshape(m, -1)
+        total = unit @ unit.T
+        empty = np.diagonal(total) <= 0.0
+        n_offsets += m - int(np.count_nonzero(empty))
+        part = white[:, :, start:end].reshape(len(stack), -1)
+        mean = np.linalg.solve(total + np.diag(empty.astype(np.float64)), unit @ part.T)
+        np.subtract(part, mean.T @ unit, out=rows[:, m * start : m * end])
+    return rows, n_offsets
+
+
 def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whitening: Whitening) -> Reduced:
     """Bring the linearised problem ``measured − predicted ≈ columns @ x`` to triangular form.
 
@@ -274,9 +299,11 @@ def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whiteni
         local = whitening.part(part)
         dof += int(np.count_nonzero(data.seen[:, part]))
         if data.free_offset:
-            stack, n_offsets = take_out_offsets(stack, data.run[part], local)
+            rows, n_offsets = _whitened_without_offsets(stack, data.run[part], local)
             dof -= n_offsets
-        factor.add(local.apply(stack).reshape(len(stack), -1))
+        else:
+            rows = local.apply(stack).reshape(len(stack), -1)
+        factor.add(rows)
     whole = factor.whole()
     p = len(whole) - 1
     return Reduced(whole[:p, :p], whole[:p, p], float(whole[p, p] ** 2), dof, predicted)

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.kinematics import cross
-from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.mechanics.kinematics import cross, turn_between
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Inputs, NodeLoads, Observed, Sort, StateOrder
 from stiffcal.model.equilibrium import (
@@ -29,15 +28,15 @@ from stiffcal.model.equilibrium import (
     law_terms,
     rest_under_weight,
 )
-from stiffcal.model.shape import node_wrenches
+from stiffcal.model.shape import unit_wrenches
 from stiffcal.reduction.load_cycles import run_members
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
-# 1 nrad is 3 nm at three metres: a five-thousandth of the best tracker's noise.
-FIT_TOLERANCE = 1e-9
+# 5 nrad is 15 nm at three metres: a thousandth of the best tracker's noise, and a millionth of a deflection.
+FIT_TOLERANCE = 5e-9
 # Steps for derivatives by difference: a wrench step of the size of a sensor's noise, so that laws with a corner are
 # averaged as the noise averages them.
 FORCE_STEP, MOMENT_STEP = 1.0, 0.2
@@ -127,12 +126,8 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
             displacement = states.deflection[:, b]
         else:
             moved = states.position[:, b] - states.position[reference, b]
-            before = np.swapaxes(states.rotation[reference, b], -1, -2)
-            with np.errstate(invalid="ignore"):
-                turned = vector_from_rotation(np.nan_to_num(states.rotation[:, b] @ before))
-            turned[~np.isfinite(states.rotation[:, b]).all(axis=(1, 2)) | ~np.isfinite(before).all(axis=(1, 2))] = (
-                np.nan
-            )
+            rotation = np.ascontiguousarray(np.moveaxis(states.rotation[:, b], 0, -1))
+            turned = turn_between(rotation, rotation[:, :, reference]).T
             displacement = np.concatenate([moved, turned], axis=1)
         for axis in range(6):
             if np.isfinite(displacement[:, axis]).any():
@@ -256,13 +251,8 @@ def _evaluate_block(
     lever = _levers(loaded, data)
     found = np.zeros((len(columns), len(data.measured), data.n_states))
     rows = {(column.placed, column.symbol): row for row, column in enumerate(columns) if column.sort is Sort.AMPLITUDE}
-    numbers = {id(one): number for number, one in enumerate(robot.placed)}
-    for one, term in loaded.terms:
-        row = rows.get((numbers[id(one)], term.symbol))
-        if row is not None and (term.node, term.component) in lever:
-            found[row] += lever[term.node, term.component] * term.value
     if rows:
-        _subtract_unloaded(found, rows, numbers, unloaded, lever)
+        _law_columns(model, loaded, unloaded, lever, rows, found)
     _observation_columns(model, data, predicted, found, rows)
     if not rigid:
         _difference_columns(model, data, columns, predicted, found)
@@ -306,7 +296,7 @@ def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Flo
         if component < 3:
             full[b, :3] = axis
         else:
-            full[b, :3] = cross(axis, loaded.target(target).position - loaded.shape.origin(node))
+            full[b, :3] = cross(axis, loaded.target(target).position - loaded.shape.origins[node])
             full[b, 3:] = axis
     return np.asarray(full[data.body, data.component])
 
@@ -317,18 +307,24 @@ def _levers(loaded: Rest, data: Observations) -> dict[tuple[int, int], Floats]:
     return {key: lever_of(loaded, data, *key) for key in wanted}
 
 
-def _subtract_unloaded(
-    found: Floats,
-    rows: dict[tuple[int, str], int],
-    numbers: dict[int, int],
+def _law_columns(
+    model: CompliantRobot,
+    loaded: Rest,
     unloaded: Unloaded,
     lever: dict[tuple[int, int], Floats],
+    rows: dict[tuple[int, str], int],
+    found: Floats,
 ) -> None:
-    """Take the weight's share out of the columns: displacements are counted from the weight-only state."""
-    for one, term in unloaded.terms:
-        row = rows.get((numbers[id(one)], term.symbol))
-        if row is not None and (term.node, term.component) in lever:
-            found[row] -= lever[term.node, term.component] * term.value
+    """Add levers times the laws' terms, less those under weight alone: displacements are counted from there."""
+    numbers = {id(one): number for number, one in enumerate(model.placed)}
+    values: dict[tuple[int, tuple[int, int]], Floats] = {}
+    for sign, terms in ((1.0, loaded.terms), (-1.0, unloaded.terms)):
+        for one, term in terms:
+            row, at = rows.get((numbers[id(one)], term.symbol)), (term.node, term.component)
+            if row is not None and at in lever:
+                values[row, at] = values[row, at] + sign * term.value if (row, at) in values else sign * term.value
+    for (row, at), value in values.items():
+        found[row] += lever[at] * value
 
 
 def _observation_columns(
@@ -367,19 +363,30 @@ def _sensitivity(
     model: CompliantRobot, data: Observations, loaded: Rest, lever: dict[tuple[int, int], Floats]
 ) -> Floats:
     """Return (m, 6, n): how the prediction moves with the wrench as read, on the shape as it stands."""
-    result = np.zeros((len(data.measured), 6, data.n_states))
-    base = {(id(one), number): term for number, (one, term) in enumerate(loaded.terms)}
-    for axis in range(6 if data.setup.moments_measured else 3):
+    base = [term for _, term in loaded.terms]
+    places = list(lever)
+    number = {at: k for k, at in enumerate(places)}
+    direct, levered = unit_wrenches(model.chain, loaded.shape, loaded.inputs)
+    n_axes = 6 if data.setup.moments_measured else 3
+    moved = np.zeros((n_axes, len(places), data.n_states))
+    wrench = np.empty_like(loaded.wrench)
+    for axis in range(n_axes):
         step = FORCE_STEP if axis < 3 else MOMENT_STEP
-        forces = np.zeros((6, data.n_states))
-        forces[axis] = step
-        extra = node_wrenches(model.chain, loaded.shape, loaded.inputs, forces)
-        loads = NodeLoads(loaded.wrench + extra, loaded.inputs.angles, data.order, loaded.weight)
-        for number, (one, term) in enumerate(law_terms(model, loads)):
-            amplitude = one.amplitude(term.symbol)
-            before = base[id(one), number].value
-            if amplitude and (term.node, term.component) in lever:
-                result[:, axis] += lever[term.node, term.component] * (amplitude / step * (term.value - before))
+        wrench[:] = loaded.wrench
+        if axis < 3:
+            wrench[:, :3] += step * direct[:, :, axis]
+        wrench[:, 3:] += step * (levered if axis < 3 else direct)[:, :, axis % 3]
+        loads = NodeLoads(wrench, loaded.inputs.angles, data.order, loaded.weight)
+        for before, (one, term) in zip(base, law_terms(model, loads), strict=True):
+            amplitude, at = one.amplitude(term.symbol), (term.node, term.component)
+            if amplitude:
+                moved[axis, number[at]] += (amplitude / step) * (term.value - before.value)
+    result = np.zeros((len(data.measured), 6, data.n_states))
+    if places:
+        levers = np.stack([lever[at] for at in places])
+        for row in range(len(data.measured)):
+            for axis in range(n_axes):
+                result[row, axis] = np.einsum("kn,kn->n", levers[:, row], moved[axis])
     return result
 
 

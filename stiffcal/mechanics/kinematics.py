@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.rotations import exponential_coefficients
+from stiffcal.mechanics.rotations import exponential_coefficients, vector_from_rotation
 
 Floats = NDArray[np.float64]
 
@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 BLOCK = 2048
 # Jacobians keep one frame at a time: larger blocks fit (measured: 2048 and 8192 are slower).
 JACOBIAN_BLOCK = 4096
+# Below this sine four terms of the arc sine's series are exact to rounding.
+SMALL_SINE = 0.01
 
 
 @dataclass(frozen=True)
@@ -58,23 +60,50 @@ class StackedFrame:
     def displaced(self, small: Floats) -> StackedFrame:
         """Return the frames moved by (6, n) translations and rotation vectors in their own axes, m and rad."""
         position = self.position + from_frame(self.rotation, small[:3])
-        phi = small[3:]
-        a, b = exponential_coefficients(phi[0] * phi[0] + phi[1] * phi[1] + phi[2] * phi[2])
-        once = _times_cross(self.rotation, phi)
-        return StackedFrame(self.rotation + a * once + b * _times_cross(once, phi), position)
+        x, y, z = small[3:]
+        xx, yy, zz = x * x, y * y, z * z
+        a, b = exponential_coefficients(xx + yy + zz)
+        # The turn's own matrix, I + a [φ]× + b [φ]×², by its elements.
+        turn = np.empty_like(self.rotation)
+        turn[0, 0], turn[1, 1], turn[2, 2] = 1.0 - b * (yy + zz), 1.0 - b * (xx + zz), 1.0 - b * (xx + yy)
+        for (i, j), mixed, single in (
+            ((0, 1), b * x * y, a * z),
+            ((2, 0), b * x * z, a * y),
+            ((1, 2), b * y * z, a * x),
+        ):
+            turn[i, j], turn[j, i] = mixed - single, mixed + single
+        rotation, term = np.empty_like(self.rotation), np.empty_like(self.position)
+        for k in range(3):
+            column = rotation[:, k]
+            np.multiply(self.rotation[:, 0], turn[0, k], out=column)
+            np.multiply(self.rotation[:, 1], turn[1, k], out=term)
+            column += term
+            np.multiply(self.rotation[:, 2], turn[2, k], out=term)
+            column += term
+        return StackedFrame(rotation, position)
 
     def point(self, offset: Floats) -> Floats:
         """Return the place (3, n), base axes, of a point given by its (3,) place in the frame, m."""
         return np.asarray(self.position + np.matmul(offset[None, None, :], self.rotation)[:, 0])
 
 
-def _times_cross(rotation: Floats, phi: Floats) -> Floats:
-    """Return R [φ]× for (3, 3, n) and (3, n)."""
-    result = np.empty_like(rotation)
-    result[:, 0] = rotation[:, 1] * phi[2] - rotation[:, 2] * phi[1]
-    result[:, 1] = rotation[:, 2] * phi[0] - rotation[:, 0] * phi[2]
-    result[:, 2] = rotation[:, 0] * phi[1] - rotation[:, 1] * phi[0]
-    return result
+def turn_between(after: Floats, before: Floats) -> Floats:
+    """Return the (3, n) rotation vectors of ``after @ beforeᵀ``, base axes, for (3, 3, n) stacks, rad."""
+    sine = np.empty(after.shape[1:])
+    for k, (i, j) in enumerate(((2, 1), (0, 2), (1, 0))):
+        # twice the sine is the skew part of the product
+        products = np.einsum("kn,kn->n", after[i], before[j]), np.einsum("kn,kn->n", after[j], before[i])
+        sine[k] = 0.5 * (products[0] - products[1])
+    squared = sine[0] * sine[0] + sine[1] * sine[1] + sine[2] * sine[2]
+    trace = np.einsum("ikn,ikn->n", after, before)
+    if np.any((squared > SMALL_SINE**2) | (trace < 2.0)):
+        turn = np.moveaxis(np.einsum("ikn,jkn->ijn", after, before), -1, 0)
+        known = np.isfinite(trace)
+        result = np.full(sine.shape, np.nan)
+        result[:, known] = vector_from_rotation(turn[known]).T
+        return result
+    # angle / sin(angle), by its series
+    return np.asarray(sine * (1.0 + squared * (1.0 / 6.0 + squared * (3.0 / 40.0 + squared * (5.0 / 112.0)))))
 
 
 def cross(a: Floats, b: Floats) -> Floats:

@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame
-from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame, turn_between
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RZ, Inputs, NodeLoads, StateOrder, Term, tool_node
 from stiffcal.model.shape import Shape, chain_shape, node_wrenches
@@ -183,8 +182,7 @@ def blocks(run: NDArray[np.int64] | None, n: int, keep_runs: bool) -> Iterator[s
 
 def displacement_between(loaded: StackedFrame, unloaded: StackedFrame) -> Floats:
     """Return (6, n): position difference and rotation vector of R R_refᵀ, base axes."""
-    turn = np.einsum("ijn,kjn->nik", loaded.rotation, unloaded.rotation)
-    return np.concatenate([loaded.position - unloaded.position, vector_from_rotation(turn).T])
+    return np.concatenate([loaded.position - unloaded.position, turn_between(loaded.rotation, unloaded.rotation)])
 
 
 def last_node_inboard(body: int, n_joints: int) -> int:

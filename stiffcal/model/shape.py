@@ -23,23 +23,14 @@ class Shape:
     ----------
     bodies : J + 2 frames, base to flange, on the deformed chain.
     nodes : 2J + 2 frames of the nodes before their own displacement.
-    small : (2J + 2, 6, n) the nodes' displacements, node axes; None for the rigid chain.
+    origins : where each node turns about, (3, n) in base axes: its origin after its own shift. A node that shifts and
+        turns gives the more work to its moment the farther it has shifted: moments that belong to the turn are those
+        about the shifted origin.
     """
 
     bodies: list[StackedFrame]
     nodes: list[StackedFrame]
-    small: Floats | None = None
-
-    def origin(self, node: int) -> Floats:
-        """Return where a node turns about, (3, n) in base axes: its origin after its own shift.
-
-        A node that shifts and turns gives the more work to its moment the farther it has shifted: moments that belong
-        to the turn are those about the shifted origin.
-        """
-        frame = self.nodes[node]
-        if self.small is None or not self.small[node, :3].any():
-            return frame.position
-        return np.asarray(frame.position + from_frame(frame.rotation, self.small[node, :3]))
+    origins: list[Floats]
 
 
 def chain_shape(chain: Chain, angles: Floats, small: Floats | None) -> Shape:
@@ -50,34 +41,32 @@ def chain_shape(chain: Chain, angles: Floats, small: Floats | None) -> Shape:
     angles : (J, n) model angles, rad.
     small : (2J + 2, 6, n) node displacements in node axes, or None for the rigid chain.
     """
-    n = angles.shape[1]
     beams = {beam.joint: beam.end for beam in chain.beams.values()}
-    frame = base_frame(n)
-    nodes = [frame]
-    if small is not None and small[0].any():
-        frame = frame.displaced(small[0])
-    bodies = [frame]
+    frame = base_frame(angles.shape[1])
+    nodes, origins, bodies = [], [], []
+
+    def displace(node: StackedFrame, number: int) -> StackedFrame:
+        moved = node if small is None else _node_moved(node, small[number])
+        nodes.append(node)
+        origins.append(moved.position)
+        return moved
+
+    frame = displace(frame, 0)
+    bodies.append(frame)
     for k in range(1, chain.n_joints + 1):
         frame = frame.moved(chain.fixed[k - 1]).turned_about_z(angles[k - 1])
         bearing = float(chain.bearing[k - 1])
-        node = _shifted_along_z(frame, bearing)
-        nodes.append(node)
-        if small is not None:
-            frame = _shifted_along_z(_node_moved(node, small[2 * k - 1]), -bearing)
+        frame = _shifted_along_z(displace(_shifted_along_z(frame, bearing), 2 * k - 1), -bearing)
         bodies.append(frame)
         if k in beams:
             end = frame.moved(beams[k])
-            nodes.append(end)
-            if small is not None and small[2 * k].any():
-                frame = end.displaced(small[2 * k]).moved(_inverse(beams[k]))
+            moved = displace(end, 2 * k)
+            frame = frame if moved is end else moved.moved(_inverse(beams[k]))
         else:
             nodes.append(frame)
-    flange = frame.moved(chain.flange)
-    nodes.append(flange)
-    if small is not None and small[-1].any():
-        flange = flange.displaced(small[-1])
-    bodies.append(flange)
-    return Shape(bodies, nodes, small)
+            origins.append(frame.position)
+    bodies.append(displace(frame.moved(chain.flange), 2 * chain.n_joints + 1))
+    return Shape(bodies, nodes, origins)
 
 
 def _shifted_along_z(frame: StackedFrame, distance: float) -> StackedFrame:
@@ -88,7 +77,7 @@ def _node_moved(frame: StackedFrame, small: Floats) -> StackedFrame:
     # A plain drive only turns about z: much cheaper than the general displacement, and exact.
     if small[:RZ].any():
         return frame.displaced(small)
-    return frame.turned_about_z(small[RZ])
+    return frame.turned_about_z(small[RZ]) if small[RZ].any() else frame
 
 
 def _inverse(rigid: Floats) -> Floats:
@@ -96,6 +85,48 @@ def _inverse(rigid: Floats) -> Floats:
     result[:3, :3] = rigid[:3, :3].T
     result[:3, 3] = -rigid[:3, :3].T @ rigid[:3, 3]
     return result
+
+
+def unit_wrenches(chain: Chain, shape: Shape, inputs: Inputs) -> tuple[Floats, Floats]:
+    """Return what the nodes carry per unit of the reading, without weight.
+
+    Parameters
+    ----------
+    shape : the chain as it stands.
+    inputs : set-up of the reading.
+
+    Returns
+    -------
+    direct : (2J + 2, 3, 3, n) force by force, and moment by moment: component in node axes, axis of the reading.
+    levered : (2J + 2, 3, 3, n) moment by force, m. Zero for nodes outboard of the load.
+    """
+    setup = inputs.setup
+    axes = _reading_axes(shape, setup, inputs.angles.shape[1])
+    point = shape.bodies[setup.wrench_point.body].point(setup.wrench_point.transform[:3, 3])
+    direct = np.zeros((len(shape.nodes), 3, 3, point.shape[1]))
+    levered = np.zeros_like(direct)
+    reach = 2 * chain.n_joints + 1 if setup.wrench_point.body == chain.n_joints + 1 else 2 * setup.wrench_point.body
+    for node in range(reach + 1):
+        if not _is_node(chain, node):
+            continue
+        rotation, arm = shape.nodes[node].rotation, point - shape.origins[node]
+        for axis in range(3):
+            force = axes.rotation[:, axis]
+            direct[node, :, axis] = to_frame(rotation, force)
+            levered[node, :, axis] = to_frame(rotation, cross(arm, force))
+    return direct, levered
+
+
+def _reading_axes(shape: Shape, setup: MeasurementSetup, n: int) -> StackedFrame:
+    """Return the axes of the wrench's components; base axes are those of the ground, whatever the foundation does."""
+    body = base_frame(n) if setup.wrench_axes.body == 0 else shape.bodies[setup.wrench_axes.body]
+    return body.moved(setup.wrench_axes.transform)
+
+
+def _is_node(chain: Chain, node: int) -> bool:
+    """Return whether anything can give there: links without a beam are no node, and nobody asks what they carry."""
+    bending = {2 * beam.joint for beam in chain.beams.values()}
+    return node == 0 or node % 2 == 1 or node in bending
 
 
 def node_wrenches(chain: Chain, shape: Shape, inputs: Inputs, forces: Floats | None = None) -> Floats:
@@ -113,18 +144,13 @@ def node_wrenches(chain: Chain, shape: Shape, inputs: Inputs, forces: Floats | N
     """
     setup = inputs.setup
     reading = inputs.wrench if forces is None else forces
-    # Base axes are those of the ground, whatever the foundation does.
-    ground = setup.wrench_axes.body == 0
-    axes = (base_frame(reading.shape[1]) if ground else shape.bodies[setup.wrench_axes.body]).moved(
-        setup.wrench_axes.transform
-    )
+    axes = _reading_axes(shape, setup, reading.shape[1])
     point = shape.bodies[setup.wrench_point.body].point(setup.wrench_point.transform[:3, 3])
     force = from_frame(axes.rotation, reading[:3])
     moment = from_frame(axes.rotation, reading[3:]) if setup.moments_measured else np.zeros_like(force)
     moment = moment + cross(point, force)
     n_joints = chain.n_joints
     result = np.zeros((2 * n_joints + 2, 6, reading.shape[1]))
-    bending = {2 * beam.joint for beam in chain.beams.values()}
     total_force, total_moment = np.zeros_like(force), np.zeros_like(force)
     for body in range(n_joints + 1, -1, -1):
         # The load may act on an inner body; nodes outboard of it do not feel it.
@@ -136,14 +162,13 @@ def node_wrenches(chain: Chain, shape: Shape, inputs: Inputs, forces: Floats | N
                 place = shape.bodies[body].point(centre)
                 weight = np.broadcast_to((mass * chain.gravity)[:, None], place.shape)
                 total_force, total_moment = total_force + weight, total_moment + cross(place, weight)
-        # What a body carries goes through the node at its outboard end and through its joint's; links without a beam
-        # are no node, and nobody asks what they carry.
+        # What a body carries goes through the node at its outboard end and through its joint's.
         for node in (2 * n_joints + 1,) if body == n_joints + 1 else (2 * body, 2 * body - 1):
-            if node < 0 or (node > 0 and node % 2 == 0 and node not in bending):
+            if node < 0 or not _is_node(chain, node):
                 continue
             frame = shape.nodes[node]
             result[node, :3] = to_frame(frame.rotation, total_force)
-            result[node, 3:] = to_frame(frame.rotation, total_moment - cross(shape.origin(node), total_force))
+            result[node, 3:] = to_frame(frame.rotation, total_moment - cross(shape.origins[node], total_force))
     return result
 
 
