@@ -32,7 +32,7 @@ COMMANDS = {
     "history": "List every fit: model, error in unseen poses, noise.",
     "plot": "Draw load against deformation, or the residual.",
     "report": "Write the report as a PDF (DIR/report.pdf).",
-    "run": "Check, ingest, identify, validate and report in one go.",
+    "run": "Check, ingest, identify, validate, diagnose and report in one go.",
     "export": "Write the states or the model for other programs.",
     "predict": "Predict deflection and stiffness under given loads.",
     "simulate": "Simulate a campaign: raw logs of a known robot.",

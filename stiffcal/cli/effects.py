@@ -2,38 +2,65 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import HERE, AsJson
+from stiffcal.cli.options import HERE, AsJson, Output
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import significant
+from stiffcal.errors import InputError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
+PLACES = {
+    "joints": ("a joint, by number or name", "--joints 4"),
+    "links": ("a link with a beam in robot.toml, by name", "--links swing"),
+    "pairs": ("a pair of joints", "--pairs 5-6"),
+    "set-up": ("the set-up: once per model", ""),
+}
+ACTS = {
+    "node law": "it moves the robot there by a little",
+    "coupling": "one joint's torque turns the other",
+    "configuration": "it changes what goes into the balance of forces",
+    "observation": "it changes what the instruments see",
+}
+# Text wider than this tires the eye.
+WIDEST = 96
+HEADINGS = {"law": "Law", "assumes": "Assumptions", "limits": "Where it ends"}
+
+
 def effects(
     name: Annotated[str | None, typer.Argument(metavar="NAME", help="One effect in full.", show_default=False)] = None,
     as_json: AsJson = False,
+    output: Output = None,
 ) -> int:
     """List the physical effects, or explain one.
 
-    With a name: physics, places, parameters with units, what it needs and what looks like it.
+    With a name: physics, law, places, parameters with units and sizes, what it needs, its fingerprint, what looks like
+    it, how to check it. With -o FILE.svg also the picture of what it does to a load-deformation curve.
 
-    Example: stiffcal effects joint-compliance
+    Example: stiffcal effects backlash -o backlash.svg
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.effects import describe_effects
 
+        if output is not None and name is None:
+            raise InputError.at("command line", "-o", "a picture is of one effect", "name it: effects NAME -o FILE")
         document = describe_effects(name)
         if name is None:
             answer.give(document, show_catalogue, "stiffcal effects joint-compliance")
-        else:
-            answer.give(document, show_effect, command_line("add", HERE, ".", name, "--all"))
+            return OK
+        if output is not None:
+            from stiffcal.workflow.effect_pictures import draw_effect
+
+            document |= {"picture": str(output), "drawn": draw_effect(name, output)}
+        answer.give(document, show_effect, command_line("add", HERE, ".", name, "--all"))
     return OK
 
 
@@ -46,28 +73,80 @@ def show_catalogue(console: Console, document: Document) -> None:
 
 
 def show_effect(console: Console, document: Document) -> None:
-    """Draw one effect."""
+    """Write one effect as a page of a textbook."""
     (effect,) = document["effects"]
-    console.print(f"{effect['name']} ({effect['place']})\n")
-    for paragraph in effect["physics"].split("\n\n"):
-        console.print(" ".join(paragraph.split()) + "\n")
-    table = plain_table("parameter", "unit", "meaning", "bounds", "typical>", "from")
+    width = min(console.width, WIDEST)
+
+    def heading(text: str) -> None:
+        console.print(f"\n{text}", style="bold", markup=False, highlight=False)
+
+    def body(text: str, indent: str = "  ", following: str | None = None) -> None:
+        filled = textwrap.fill(
+            " ".join(text.split()), width, initial_indent=indent, subsequent_indent=following or indent
+        )
+        console.print(filled, soft_wrap=True, markup=False, highlight=False)
+
+    console.print(f"{effect['name']}: {effect['summary']}", style="bold", soft_wrap=True, markup=False, highlight=False)
+    for title, text in sections_of(effect["physics"]):
+        heading(title)
+        equation, separator, words = text.partition(", with ")
+        if title == HEADINGS["law"] and separator and len(equation) < width - 10:
+            body(equation, " " * 6)
+            text = f"with {words}"
+        body(text)
+    heading("Places")
+    words, option = PLACES.get(effect["place"], (effect["place"], ""))
+    body(f"{words}; {ACTS.get(effect['kind'], effect['kind'])}")
+    body(f"stiffcal add DIR {effect['name']} {option}".rstrip(), " " * 6)
+    if effect["parameters"]:
+        heading("Parameters")
     for parameter in effect["parameters"]:
-        low, high = parameter["bounds"]
-        bounds = f"{significant(low) if low is not None else '−∞'} … {significant(high) if high is not None else '∞'}"
-        words = (parameter["symbol"], parameter["unit"], parameter["meaning"], bounds)
-        table.add_row(*words, significant(parameter["typical"]), parameter["source"])
-    console.print()
-    console.print(table)
-    console.print()
-    for key, title in (
-        ("needs", "needs"),
-        ("includes", "includes"),
-        ("excludes", "excludes"),
-        ("fingerprint", "fingerprint"),
-        ("looks_like", "looks like"),
-        ("check", "on the machine"),
-    ):
-        value = effect[key]
-        if value:
-            console.print(f"{title}: {', '.join(value) if isinstance(value, list) else value}")
+        body(f"{parameter['symbol']} [{parameter['unit']}]  {parameter['meaning']}", following=" " * 6)
+        low, high = (significant(bound) if bound is not None else "∞" for bound in parameter["bounds"])
+        low = "−∞" if parameter["bounds"][0] is None else low
+        body(f"possible {low} … {high}, typical {significant(parameter['typical'])}", " " * 6)
+        body(f"from: {parameter['source']}", " " * 6)
+    for title, text in _facts(effect):
+        heading(title)
+        body(text)
+    if "picture" in document:
+        heading("Picture")
+        body(f"{document['picture']}: {document['drawn']}")
+
+
+def sections_of(physics: str) -> list[tuple[str, str]]:
+    r"""Return (heading, text) of an effect's description: its paragraphs, by the word that each begins with.
+
+    Examples
+    --------
+    >>> sections_of("A drive gives.\n\nLaw: δ = c τ.\n\nLimits: small loads.")
+    [('Physics', 'A drive gives.'), ('Law', 'δ = c τ.'), ('Where it ends', 'Small loads.')]
+    """
+    found: list[tuple[str, str]] = []
+    for paragraph in physics.split("\n\n"):
+        text = " ".join(paragraph.split())
+        first = text.split(" ", 1)[0].rstrip(":,").lower()
+        title = HEADINGS.get(first, found[-1][0] if found else "Physics")
+        opening, _, rest = text.partition(" ")
+        if first in HEADINGS and opening[-1] in ":,":
+            # A law begins with its equation, whose letters stay as they are.
+            text = rest if opening == "Law:" else rest[:1].upper() + rest[1:]
+        if found and found[-1][0] == title:
+            text = f"{found.pop()[1]} {text}"
+        found.append((title, text))
+    return found
+
+
+def _facts(effect: Document) -> list[tuple[str, str]]:
+    """Return what else a page says, what is empty left out."""
+    included = ", ".join(effect["includes"])
+    excluded = ", ".join(effect["excludes"])
+    rows = (
+        ("Needs", "; ".join(effect["needs"]) or "load states in several poses, nothing else"),
+        ("Holds already", included and f"{included}: not beside it at the same place"),
+        ("Not together with", excluded),
+        ("Fingerprint", effect["fingerprint"]),
+        ("Looks like", ", ".join(effect["looks_like"])),
+        ("How to check it on the machine", effect["check"]),
+    )
+    return [(title, text) for title, text in rows if text]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -> int:
-    """Check, ingest, identify, validate and report in one go.
+    """Check, ingest, identify, validate, diagnose and report in one go.
 
     Example: stiffcal run campaigns/irb4400
     """
@@ -30,7 +30,7 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
 
 
 def show_run(console: Console, document: Document) -> None:
-    """Draw the stiffness table, the error in unseen poses, and where the PDF is."""
+    """Draw the stiffness table, the error in unseen poses, what is missing, and where the PDF is."""
     show_fit(console, document["identify"])
     validation = document["validate"]
     relative = validation["relative"]
@@ -41,4 +41,5 @@ def show_run(console: Console, document: Document) -> None:
     )
     if validation["passed"] is False:
         console.print("thresholds NOT held")
+    console.print(document["diagnose"]["summary"], soft_wrap=True)
     console.print(f"report: {document['report']}", soft_wrap=True)

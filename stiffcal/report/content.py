@@ -197,6 +197,80 @@ class Driver:
 
 
 @dataclass(frozen=True)
+class EffectPicture:
+    """What an effect does on a simple example: one curve without it, one with it.
+
+    Attributes
+    ----------
+    effect : its name.
+    x_label, y_label : what is drawn, with units.
+    x : (n,) in the order in which the states were reached.
+    without, with_effect : (n,) in the unit of ``y_label``.
+    unloading : (n,) True where the load was going back; all False where it makes no difference.
+    caption : what is seen, and of what example.
+    """
+
+    effect: str
+    x_label: str
+    y_label: str
+    x: Floats
+    without: Floats
+    with_effect: Floats
+    unloading: Booleans
+    caption: str
+
+
+@dataclass(frozen=True)
+class EffectEvidence:
+    """The residual in unseen poses against what drives an effect, without and with it (n load states).
+
+    Attributes
+    ----------
+    effect, where : which effect, and its place as in the interface's ``where``.
+    missing : True where the model lacks it, False where the model holds it.
+    driver, unit : what the residual is drawn against.
+    rotational : residuals in rad instead of m.
+    lever : m, mean lever with which turns at the place were multiplied; None where residuals are projected as they are.
+    value : (n,) the driver.
+    before, after : (n,) m or rad, residual without and with the effect; NaN where nothing can be read.
+    branch : (n,) "loading", "unloading" or "".
+    run : (n,) the runs' names; states of a run in the order in which they were reached.
+    path_run : the run whose path is drawn, for effects with a memory; "" for others.
+    rms_before, rms_after : ``{translation, rotation}`` of the whole residual.
+    by_run : (run, rms before, rms after), m or rad.
+    summary, fingerprint, check : the catalogue's words.
+    seen : what was seen, with numbers; "" where no diagnosis says it.
+    alternatives : look-alikes, ``{effect, where}`` each.
+    parameters : ``{name, value, std, unit}`` of the effect as fitted, SI.
+    picture : what such an effect does, on a simple example; None where it cannot be drawn.
+    """
+
+    effect: str
+    where: Document
+    missing: bool
+    driver: str
+    unit: str
+    rotational: bool
+    lever: float | None
+    value: Floats
+    before: Floats
+    after: Floats
+    branch: Strings
+    run: Strings
+    path_run: str
+    rms_before: Document
+    rms_after: Document
+    by_run: tuple[tuple[str, float, float], ...]
+    summary: str = ""
+    fingerprint: str = ""
+    check: str = ""
+    seen: str = ""
+    alternatives: tuple[Document, ...] = ()
+    parameters: tuple[Document, ...] = ()
+    picture: EffectPicture | None = None
+
+
+@dataclass(frozen=True)
 class LoadPath:
     """Deflection predicted along a path of loads at one pose (002, Fig. 2).
 
@@ -231,7 +305,11 @@ class ReportContent:
     set_aside : what was not used and why.
     drivers : what residuals are to be plotted against, most telling first.
     load_paths : predicted paths of loads.
-    extra : documents and arrays of later sections (diagnosis), by section name.
+    diagnose : the `diagnose` document of the present fit; None where there is none.
+    not_diagnosed : why there is none, in words.
+    earlier_diagnoses : shortened documents of the diagnoses that led to the present model, oldest first.
+    evidence : what speaks for each effect that is missing, or in the model beyond the joints' compliances.
+    extra : documents and arrays of later sections, by section name.
     """
 
     provenance: Provenance
@@ -246,4 +324,8 @@ class ReportContent:
     set_aside: tuple[SetAside, ...] = ()
     drivers: tuple[Driver, ...] = ()
     load_paths: tuple[LoadPath, ...] = ()
+    diagnose: Document | None = None
+    not_diagnosed: str = "the model has not been diagnosed yet: run “stiffcal diagnose”"
+    earlier_diagnoses: tuple[Document, ...] = ()
+    evidence: tuple[EffectEvidence, ...] = ()
     extra: dict[str, Any] = field(default_factory=dict)

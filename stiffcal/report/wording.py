@@ -207,6 +207,36 @@ def effect_words(entry: Any) -> str:
     return f"{name}, {every[0] if every else place(where)}"
 
 
+def model_change(before: Any, after: Any) -> str:
+    """Write what a model gained (+) and lost (−) against the one before, "" where it is the same.
+
+    Examples
+    --------
+    >>> one = {"effects": [{"type": "joint-compliance", "joints": [1, 2]}]}
+    >>> two = {"effects": [*one["effects"], {"type": "backlash", "joints": [4]}]}
+    >>> model_change(one, two), model_change(two, one), model_change(one, one)
+    ('+ backlash, joint 4', '− backlash, joint 4', '')
+    """
+    old, new = _single_places(before), _single_places(after)
+    gained = [f"+ {name}" for name in new if name not in old]
+    lost = [f"− {name}" for name in old if name not in new]
+    return "; ".join([*gained, *lost])
+
+
+def _single_places(model: Any) -> list[str]:
+    """List a model's effects place by place."""
+    effects = model.get("effects", []) if isinstance(model, dict) else model
+    found: list[str] = []
+    for entry in [effects] if isinstance(effects, str) else effects or []:
+        single: list[Any] = [entry]
+        if isinstance(entry, dict):
+            kinds = [kind for kind in ("joints", "links", "pairs") if isinstance(entry.get(kind), list)]
+            parts = [{"type": entry["type"], kind: [member]} for kind in kinds for member in entry[kind]]
+            single = parts or single
+        found += [effect_words(one) for one in single]
+    return found
+
+
 def model_words(model: Any) -> str:
     """Write a model (list of effects, or a table with ``effects``) as one phrase.
 

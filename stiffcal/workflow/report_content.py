@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.campaign.checks import MANIFEST_FILE
+from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
 from stiffcal.report.content import (
@@ -22,6 +25,7 @@ from stiffcal.report.content import (
     SourceFile,
 )
 from stiffcal.store import values_of
+from stiffcal.workflow.report_diagnosis import diagnosis_content
 from stiffcal.workflow.state_tables import component_block
 from stiffcal.workflow.steps import (
     FIT_STATES,
@@ -78,6 +82,7 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
         set_aside=tuple(_set_aside(states)),
         drivers=tuple(telling_drivers(data, identified, report_states)),
         load_paths=tuple(_load_path(path) for path in paths["paths"]),
+        **diagnosis_content(data, identified),
     )
 
 
@@ -206,7 +211,7 @@ def _provenance(data: Ingested, identified: Document, history: Document) -> Prov
         robot=campaign.robot.name or campaign.chain.name or "robot",
         date=str(time)[:10],
         versions=(ours, *sorted(versions.items())),
-        sources=tuple(SourceFile(one["file"], one["sha256"], int(one["bytes"])) for one in stored["sources"]),
+        sources=_sources(data, stored["sources"]),
         settings=(
             ("balance", "on the deformed robot" if campaign.model.balance == "deformed" else "first order"),
             ("loss", loss),
@@ -215,6 +220,20 @@ def _provenance(data: Ingested, identified: Document, history: Document) -> Prov
             ("fit", str(identified["fit_id"])),
         ),
     )
+
+
+def _sources(data: Ingested, read: list[Document]) -> tuple[SourceFile, ...]:
+    """Return the logs as they were read, and the campaign's own files and the user's effects as they stand."""
+    named = {one["file"] for one in read}
+    folder = data.campaign.folder
+    manifest = data.campaign.manifest
+    own = [MANIFEST_FILE, manifest.robot, MODEL_FILE, *manifest.plugins]
+    found = []
+    for name in dict.fromkeys(own):
+        if name not in named and (folder / name).is_file():
+            content = (folder / name).read_bytes()
+            found.append(SourceFile(name, hashlib.sha256(content).hexdigest(), len(content)))
+    return (*found, *(SourceFile(one["file"], one["sha256"], int(one["bytes"])) for one in read))
 
 
 def _instruments(data: Ingested) -> list[Instrument]:

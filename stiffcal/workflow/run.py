@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.steps import Document, Means
@@ -11,12 +12,12 @@ from stiffcal.workflow.validate import validate_campaign
 
 
 def run_campaign(folder: Path, means: Means | None = None) -> Document:
-    """Run check, ingest, identify, validate and report on a campaign.
+    """Run check, ingest, identify, validate, diagnose and report on a campaign.
 
     Returns
     -------
     dict
-        ``identify`` and ``validate`` documents, ``report`` (the PDF), ``passed`` (thresholds and check).
+        ``identify``, ``validate`` and ``diagnose`` documents, ``report`` (the PDF), ``passed`` (thresholds and check).
 
     Raises
     ------
@@ -28,13 +29,16 @@ def run_campaign(folder: Path, means: Means | None = None) -> Document:
     checked = check_campaign(folder, progress=means.progress)
     identified = identify_campaign(folder, means)
     validation = validate_campaign(folder, means)
+    diagnosis = diagnose_campaign(folder, means)
     report = report_campaign(folder, means)
+    steps = (checked, identified, validation, diagnosis)
     return {
         "schema": "stiffcal/run/1",
-        "warnings": list(dict.fromkeys([*checked["warnings"], *identified["warnings"], *validation["warnings"]])),
+        "warnings": list(dict.fromkeys(text for one in steps for text in one["warnings"])),
         "check": checked,
         "identify": identified,
         "validate": validation,
+        "diagnose": diagnosis,
         "report": report["file"],
         "passed": validation["passed"],
     }

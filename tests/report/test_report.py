@@ -12,6 +12,7 @@ from pypdf import PageObject, PdfReader
 from pypdf.generic import ArrayObject, DictionaryObject
 
 from stiffcal.errors import InputError
+from stiffcal.report.blocks import Items
 from stiffcal.report.building import build_report, lay_out
 from stiffcal.report.content import LoadPath, Provenance, ReportContent, SourceFile
 from tests.report import practice
@@ -64,7 +65,7 @@ def test_pdf_opens_with_pages_numbers_and_bookmarks(small_report: Path) -> None:
     for number, page in enumerate(reader.pages, start=1):
         assert f"page {number} of {pages}" in SPACES.sub(" ", page.extract_text())
     titles = " | ".join(bookmarks_of(small_report))
-    for word in ("In short", "The campaign at a glance", "Stiffness", "Load and deflection", "The ladder of fits"):
+    for word in ("In short", "The campaign at a glance", "Stiffness", "Load and deflection", "the ladder of fits"):
         assert word in titles
     assert reader.metadata is not None
     assert reader.metadata.title == "Stiffness of test robot, made-up"
@@ -213,6 +214,9 @@ def test_practice_campaigns_lay_out(folder: str) -> None:
     content = practice.practice_content(folder, max_runs=5)
     assert content.identify is not None
     titles = [section.title for section in lay_out(content)]
-    assert titles[:3] == ["In short", "The campaign at a glance", "Stiffness"]
-    assert "What this report leaves out" not in titles
+    assert titles[:2] == ["In short", "From no model to the noise: the ladder of fits"]
+    assert titles[2:4] == ["The campaign at a glance", "Stiffness"]
+    (left_out,) = [block for block in lay_out(content)[-1].blocks if isinstance(block, Items)]
+    # Only the pages of a diagnosis that was not made.
+    assert all("stiffcal diagnose" in text for text in left_out.texts)
     assert len(content.identify["parameters"]) == len(content.joint_names)

@@ -2,14 +2,37 @@
 
 from __future__ import annotations
 
+import itertools
+import textwrap
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.report import wording
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_LABEL_WIDTH = 46
+# Steps that change the error by less than this factor are not worth a number.
+_TELLING = 1.05
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One step of the ladder.
+
+    Attributes
+    ----------
+    label : what the model gained, or that there is none.
+    unseen, fitted : rms in unseen poses and on the fitted data, m or rad; None where not known.
+    """
+
+    label: str
+    unseen: float | None
+    fitted: float | None
 
 
 @canvas.styled
@@ -33,48 +56,23 @@ def draw_ladder(
     Figure; rms in mm or mrad.
     """
     unit = "mm" if component == "translation" else "mrad"
-    steps: list[tuple[str, float | None, float | None]] = []
-    if wording.part(zero_model, component) is not None:
-        steps.append(("no model", wording.part(zero_model, component), None))
-    for fit in fits:
-        steps.append(
-            (
-                f"fit {fit['id']}: {_shortened(wording.model_words(fit.get('model')))}",
-                wording.part(fit.get("heldout_rms"), component),
-                wording.part(fit.get("fit_rms"), component),
-            )
-        )
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 24 + 8 * len(steps))
+    rungs = ladder_rungs(fits, zero_model, component)
+    floor = wording.part(noise, component)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 26 + 10 * len(rungs))
     axes = figure.subplots()
     axes.set_xscale("log")
-    for row, (_, unseen, fitted) in enumerate(steps):
-        if fitted is not None:
-            axes.plot(fitted * 1e3, row, marker="D", markersize=7.5, color=canvas.INK, markerfacecolor="none", zorder=3)
-        if unseen is not None:
-            axes.plot(unseen * 1e3, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
-            label = wording.digits(unseen * 1e3)
-            axes.annotate(
-                f"{label} {unit}",
-                (unseen * 1e3, row),
-                xytext=(7, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=6.5,
-            )
-        elif fitted is None:
-            axes.annotate(
-                "not fitted yet",
-                (0.98, row),
-                xycoords=axes.get_yaxis_transform(),
-                ha="right",
-                va="center",
-                fontsize=6.5,
-            )
-    handles = _legend(axes, wording.part(noise, component))
-    low, high = _limits([value for _, *pair in steps for value in pair] + [wording.part(noise, component)])
+    _draw_steps(axes, rungs)
+    above: float | None = None
+    for row, rung in enumerate(rungs):
+        _draw_rung(axes, row, rung, unit, above)
+        above = rung.unseen or above
+    handles = _legend(axes, floor)
+    low, high = _limits([value for rung in rungs for value in (rung.unseen, rung.fitted)] + [floor])
     axes.set_xlim(low, high)
-    axes.set_ylim(len(steps) - 0.5, -0.5)
-    axes.set_yticks(range(len(steps)), [label for label, *_ in steps])
+    if floor is not None:
+        axes.axvspan(low, floor * 1e3, color=canvas.PALE, alpha=0.5, linewidth=0, zorder=0.2)
+    axes.set_ylim(len(rungs) - 0.5, -0.5)
+    axes.set_yticks(range(len(rungs)), [textwrap.fill(rung.label, _LABEL_WIDTH) for rung in rungs])
     axes.xaxis.set_major_formatter(lambda value, _: wording.digits(value, 1))
     axes.xaxis.set_minor_formatter(lambda value, _: wording.digits(value, 1) if f"{value:e}"[0] in "25" else "")
     axes.set_xlabel(f"{component} error, rms length [{unit}], logarithmic")
@@ -82,31 +80,75 @@ def draw_ladder(
     return figure
 
 
+def ladder_rungs(fits: Sequence[dict[str, Any]], zero_model: dict[str, Any] | None, component: str) -> list[Rung]:
+    """Return the rungs: no model, the first fit with its whole model, then what each fit gained or lost.
+
+    Parameters
+    ----------
+    fits, zero_model, component : as for `draw_ladder`.
+    """
+    rungs = []
+    if wording.part(zero_model, component) is not None:
+        rungs.append(Rung("no model", wording.part(zero_model, component), None))
+    before: Any = None
+    for fit in fits:
+        model = fit.get("model")
+        words = wording.model_words(model) if before is None else wording.model_change(before, model)
+        label = f"fit {fit['id']}: {_shortened(words or 'the same model')}"
+        rungs.append(Rung(label, *(wording.part(fit.get(key), component) for key in ("heldout_rms", "fit_rms"))))
+        before = model
+    return rungs
+
+
+def _draw_steps(axes: Axes, rungs: Sequence[Rung]) -> None:
+    """Join the errors in unseen poses by stairs."""
+    known = [(row, rung.unseen * 1e3) for row, rung in enumerate(rungs) if rung.unseen]
+    for (row, error), (below, lower) in itertools.pairwise(known):
+        axes.plot([error, lower, lower], [row, row, below], color=canvas.COLOURS[0], linewidth=0.9, zorder=2, alpha=0.7)
+
+
+def _draw_rung(axes: Axes, row: int, rung: Rung, unit: str, above: float | None) -> None:
+    """Draw one rung, with the factor by which it lowers or raises the error of the one above it."""
+    if rung.fitted is not None:
+        axes.plot(
+            rung.fitted * 1e3, row, marker="D", markersize=7.5, color=canvas.INK, markerfacecolor="none", zorder=3
+        )
+    if rung.unseen is not None:
+        axes.plot(rung.unseen * 1e3, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
+        words = f"{wording.digits(rung.unseen * 1e3)} {unit}"
+        factor = above / rung.unseen if above and rung.unseen else 1.0
+        if max(factor, 1.0 / factor) > _TELLING:
+            sign = "÷" if factor > 1.0 else "×"
+            words += f"  ({sign} {wording.digits(max(factor, 1.0 / factor), 2)})"
+        axes.annotate(
+            words, (rung.unseen * 1e3, row), xytext=(8, -7 if above else 0), textcoords="offset points", va="center",
+            fontsize=6.5, zorder=5,
+        )  # fmt: skip
+    elif rung.fitted is None:
+        axes.annotate(
+            "not fitted yet", (0.98, row), xycoords=axes.get_yaxis_transform(), ha="right", va="center", fontsize=6.5
+        )
+
+
 def _limits(values: Sequence[float | None]) -> tuple[float, float]:
     known = [value * 1e3 for value in values if value]
     return (min(known) / 1.6, max(known) * 2.2) if known else (0.1, 1.0)
 
 
-def _shortened(text: str, limit: int = 46) -> str:
+def _shortened(text: str, limit: int = 2 * _LABEL_WIDTH - 12) -> str:
     return text if len(text) <= limit else text[: limit - 1] + "…"
 
 
-def _legend(axes: Any, noise: float | None) -> list[Any]:
+def _legend(axes: Axes, noise: float | None) -> list[Any]:
     from matplotlib.lines import Line2D
 
     handles: list[Any] = [
         Line2D([], [], linestyle="none", marker="o", markersize=4.5, color=canvas.COLOURS[0], label="in unseen poses"),
         Line2D(
-            [],
-            [],
-            linestyle="none",
-            marker="D",
-            markersize=7.5,
-            color=canvas.INK,
-            markerfacecolor="none",
+            [], [], linestyle="none", marker="D", markersize=7.5, color=canvas.INK, markerfacecolor="none",
             label="on the fitted data",
         ),
-    ]
+    ]  # fmt: skip
     if noise is not None:
         axes.axvline(noise * 1e3, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.1)
         handles.append(Line2D([], [], color=canvas.ACCENT, linestyle=(0, (5, 2)), label="noise floor"))

@@ -9,8 +9,8 @@ from stiffcal.report.blocks import Block, Column, LeftOut, Picture, Section, Tab
 from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.figures.ladder import draw_ladder
 
-ORDER = 90
-_TITLE = "The ladder of fits"
+ORDER = 15
+_TITLE = "From no model to the noise: the ladder of fits"
 _MOST_STEPS = 25
 
 
@@ -33,7 +33,7 @@ def section(content: ReportContent) -> Section | LeftOut:
 
 
 def _caption(fits: list[Document], zero: Document | None, noise: Document | None) -> str:
-    text = "Error in unseen poses, fit by fit"
+    text = "Error in unseen poses, fit by fit, each rung with what the model gained"
     last = next(
         (fit for fit in reversed(fits) if wording.part(fit.get("heldout_rms"), "translation") is not None), None
     )

@@ -1,0 +1,131 @@
+"""The evidence for an effect: residual over its driver without and with it, beside what such an effect does."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.report.content import EffectEvidence, Floats, Integers
+from stiffcal.report.figures import canvas
+from stiffcal.report.figures.effect_picture import draw_on
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_POINTS = 900
+_BRANCHES = (("loading", "o", True), ("unloading", "s", False), ("", "D", True))
+_HEIGHT_MM = 62.0
+
+
+@canvas.styled
+def draw_evidence(evidence: EffectEvidence) -> Figure:
+    """Draw the residual in unseen poses without and with the effect on one scale, and the effect's own picture.
+
+    Returns
+    -------
+    Figure; residuals in µm (mm where they are large) or mrad, the driver in its own unit (° for angles).
+    """
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, _HEIGHT_MM)
+    if evidence.picture is None:
+        without, with_it = figure.subplots(1, 2, sharey=True, sharex=True)
+    else:
+        without, with_it, example = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 0.8))
+        with_it.sharey(without)
+        with_it.sharex(without)
+        draw_on(example, evidence.picture)
+        example.set_title("what it does (example)")
+    value, driver = driver_axis(evidence)
+    factor, unit = residual_scale(evidence)
+    known = np.flatnonzero(np.isfinite(evidence.before) & np.isfinite(evidence.after) & np.isfinite(value))
+    known = known[canvas.thinned(np.abs(evidence.before[known]), MOST_POINTS)]
+    for panel, residual, title in ((without, evidence.before, "without it"), (with_it, evidence.after, "with it")):
+        _draw_points(panel, value, residual * factor, evidence, known)
+        panel.set_title(f"{evidence.effect}: {title}" if len(evidence.effect) < 14 else title)
+        panel.set_xlabel(driver)
+    without.set_ylabel(f"residual along the effect [{unit}]")
+    with_it.tick_params(labelleft=False)
+    extremes = np.concatenate([evidence.before[known], evidence.after[known]]) * factor
+    without.set_ylim(*canvas.padded_limits(np.concatenate([extremes, -extremes])))
+    handles = {each.get_label(): each for each in without.get_legend_handles_labels()[0]}
+    canvas.share_legend(figure, list(handles.values()))
+    return figure
+
+
+def driver_axis(evidence: EffectEvidence) -> tuple[Floats, str]:
+    """Return the driver's values and its label; angles of joints in degrees."""
+    if evidence.unit == "rad" and "angle" in evidence.driver:
+        return np.degrees(evidence.value), f"{evidence.driver} [°]"
+    if evidence.unit == "s" and np.nanmax(np.abs(evidence.value), initial=0.0) > 1000.0:
+        return evidence.value / 60.0, f"{evidence.driver} [min]"
+    unit = "" if evidence.unit in ("", "1") else f" [{evidence.unit}]"
+    return evidence.value, evidence.driver + unit
+
+
+def residual_scale(evidence: EffectEvidence) -> tuple[float, str]:
+    """Return factor and unit of the residuals: mrad for rotations, µm or, where they are large, mm."""
+    if evidence.rotational:
+        return 1e3, "mrad"
+    return (1e3, "mm") if np.nanmax(np.abs(evidence.before), initial=0.0) >= 5e-4 else (1e6, "µm")
+
+
+def _draw_points(axes: Axes, value: Floats, residual: Floats, evidence: EffectEvidence, known: Integers) -> None:
+    axes.axhline(0.0, color=canvas.QUIET, linewidth=0.6)
+    if np.nanmin(value) < 0.0 < np.nanmax(value):
+        axes.axvline(0.0, color=canvas.QUIET, linewidth=0.5, zorder=0.5)
+    cyclic = (evidence.branch != "").any()
+    if evidence.path_run:
+        others = known[evidence.run[known] != evidence.path_run]
+        axes.plot(
+            value[others], residual[others], linestyle="none", marker=".", markersize=1.5, color=canvas.PALE, zorder=1
+        )
+        known = np.flatnonzero((evidence.run == evidence.path_run) & np.isfinite(residual) & np.isfinite(value))
+        axes.plot(value[known], residual[known], color=canvas.INK, linewidth=0.4, zorder=1.5)
+    for branch, marker, filled in _BRANCHES:
+        pick = known[evidence.branch[known] == branch]
+        colour = canvas.BRANCH_COLOURS[branch]
+        if pick.size:
+            axes.plot(
+                value[pick], residual[pick], linestyle="none", marker=marker, markersize=2.1, markeredgewidth=0.5,
+                color=colour, markerfacecolor=colour if filled else "white",
+                label=branch or ("unloaded" if cyclic else "load state"),
+            )  # fmt: skip
+
+
+@canvas.styled
+def draw_errors_by_run(evidence: EffectEvidence, noise: float | None) -> Figure:
+    """Draw each run's error in unseen poses without and with the effect.
+
+    Parameters
+    ----------
+    evidence : the effect's.
+    noise : m or rad, rms of the noise; None where not known.
+
+    Returns
+    -------
+    Figure; µm, mm or mrad.
+    """
+    from stiffcal.report.figures.load_deformation import name_runs
+
+    largest = max(max(before, after) for _, before, after in evidence.by_run)
+    factor, unit = (1e3, "mrad") if evidence.rotational else (1e3, "mm") if largest >= 2e-4 else (1e6, "µm")
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 48)
+    axes = figure.subplots()
+    at = np.arange(len(evidence.by_run))
+    before, after = (np.array([one[k] for one in evidence.by_run]) * factor for k in (1, 2))
+    axes.vlines(at, after, before, color=canvas.PALE, linewidth=2.0, zorder=1)
+    axes.plot(
+        at, before, linestyle="none", marker="s", markerfacecolor="white", color=canvas.ACCENT, markersize=4.5,
+        label=f"without {evidence.effect}",
+    )  # fmt: skip
+    axes.plot(at, after, linestyle="none", marker="o", color=canvas.COLOURS[0], markersize=4.0, label="with it")
+    if noise is not None:
+        axes.axhline(noise * factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)")
+    axes.set_ylim(0.0, float(max(before.max(), after.max())) * 1.12)
+    axes.set_xlim(-0.7, len(at) - 0.3)
+    axes.grid(visible=False, axis="x")
+    axes.set_ylabel(f"{'rotation ' if evidence.rotational else ''}error, unseen poses [{unit}]")
+    name_runs(axes, [name for name, _, _ in evidence.by_run])
+    canvas.share_legend(figure, axes.get_legend_handles_labels()[0])
+    return figure

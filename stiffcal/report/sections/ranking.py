@@ -1,0 +1,91 @@
+"""The ranking: every effect that was tried, best first, with verdict, error, confidence and look-alikes."""
+
+from __future__ import annotations
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, Column, Items, LeftOut, Paragraph, Section, Subheading, Table
+from stiffcal.report.content import Document, ReportContent
+
+ORDER = 76
+_TITLE = "Every effect that was tried"
+_MOST_ROWS = 15
+# Where every candidate is rejected, the first few say all.
+_FEW_ROWS = 8
+_MOST_ALIKE = 3
+_COLUMNS = (
+    Column("effect", align="left"), Column("place", align="left"), Column("verdict", align="left"),
+    Column("unseen, rms"), Column("explains"), Column("first in"), Column("at the tool"), Column("p"),
+    Column("looks the same", align="left", width=1.0),
+)  # fmt: skip
+
+
+def section(content: ReportContent) -> Section | LeftOut:
+    """Lay out the ranking beside the present model, those of the earlier steps, and what was not tried."""
+    document = content.diagnose
+    if document is None:
+        return LeftOut(_TITLE, content.not_diagnosed)
+    blocks: list[Block] = []
+    if content.earlier_diagnoses:
+        blocks.append(Subheading("Beside the present model"))
+    blocks.append(_table(document, _MOST_ROWS))
+    blocks.append(Paragraph(_reading(document), "quiet"))
+    for one in content.earlier_diagnoses:
+        blocks.append(Subheading(f"Beside fit {one['fit_id']}, before {_added(one)} came in"))
+        blocks.append(_table(one, len(one["findings"])))
+    if document["not_tried"]:
+        blocks.append(Subheading("Not tried, and why"))
+        blocks.append(Items(tuple(f"{one['effect']}: needs {one['needs']}" for one in document["not_tried"])))
+    return Section(_TITLE, tuple(blocks))
+
+
+def _added(document: Document) -> str:
+    return wording.listing([f"{one['effect']} ({wording.place(one['where'])})" for one in document["missing"]])
+
+
+def _table(document: Document, most: int) -> Table:
+    rows: list[tuple[str, ...]] = [("present model", "", "", wording.both(document["rms"]), "", "", "", "", "")]
+    findings = document["findings"]
+    if not any(one["verdict"] != "rejected" for one in findings):
+        most = min(most, _FEW_ROWS)
+    rows += [_row(one) for one in findings[:most]]
+    noise = wording.both(document["noise"]) if document["noise"] else "not known"
+    rows.append(("noise", "", "", noise, "", "", "", "", ""))
+    caption = "Ranking for the next single step, best first."
+    if len(findings) > most:
+        caption += f" {len(findings) - most} more rank below; stiffcal diagnose --json lists them."
+    if not any(row[-1] for row in rows):
+        plain = Column("p", align="left", width=1.0)
+        return Table((*_COLUMNS[:-2], plain), tuple(row[:-1] for row in rows), f"{caption} None has a look-alike.")
+    return Table(_COLUMNS, tuple(rows), caption)
+
+
+def _row(one: Document) -> tuple[str, ...]:
+    alike = [f"{each['effect']} ({wording.place(each['where'])})" for each in one["alternatives"]]
+    p = one["p_value"]
+    return (
+        one["effect"],
+        wording.place(one["where"]),
+        one["verdict"],
+        wording.both(one["heldout_rms_after"]),
+        wording.percent(min(max(one["explains"], 0.0), 1.0)) if one["explains"] is not None else wording.DASH,
+        wording.percent(one["confidence"]),
+        wording.length(one["size_m"]),
+        wording.DASH if p is None else "< 10⁻⁶" if p < 1e-6 else wording.digits(p, 2),
+        wording.listing(alike, _MOST_ALIKE) if alike else "",
+    )
+
+
+def _reading(document: Document) -> str:
+    text = (
+        "Unseen: error in poses left out, with the effect added. Explains: share of the avoidable error (above the "
+        "noise) that goes. First in: share of resamplings of the poses in which the effect ranks first. At the tool: "
+        "rms of what the effect adds there. p: chance of so large a fall, all candidates counted. Supported: the error "
+        "falls clearly in unseen poses, the choice repeated in every pose left out."
+    )
+    chosen = next((one for one in document["findings"] if one.get("heldout_rms_after_choosing")), None)
+    if chosen is not None:
+        text += (
+            f" With the choice itself repeated without each pose the error is "
+            f"{wording.both(chosen['heldout_rms_after_choosing'])} rms: picking the best of many flatters no more."
+        )
+    return text

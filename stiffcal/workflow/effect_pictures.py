@@ -1,0 +1,343 @@
+"""What each effect does to a load-deformation curve, computed by the effect's own law on a lever with two joints.
+
+The example: two parallel joints, links of one metre and of 0.8 m, a force at the tool that goes up and down along one
+line, twice, against the other direction too. The effect is enlarged until it can be seen; the model without it is
+joint compliance alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.mechanics.chain import Chain, LinkBeam
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Effect, NodeLoads, Observed, Place, Sort, StateOrder
+from stiffcal.model.equilibrium import NoBalanceError, solve_balance
+from stiffcal.report.content import EffectPicture
+
+Floats = NDArray[np.float64]
+
+FIRST, SECOND = 1.0, 0.8
+# Joint stiffness 5e5 N·m/rad: a medium-size robot's main axes (Wang, Zhang and Fuhlbrigge 2009, section III.C).
+COMPLIANCE = 2e-6
+LARGEST_FORCE = 400.0
+# The effect is drawn as large as this share of the largest deflection.
+DRAWN_SIZE = 0.4
+# What is smaller than this share of the deflection at a thousand times its usual size does not show.
+SHOWS = 1e-3
+MOST_ENLARGED = 1e3
+# Across the lever nothing gives but what the effect adds: its size is then measured by this, m.
+LEAST_WHOLE = 2e-3
+# Another line of force is shown only where the effect stands out that much more.
+CLEARLY = 2.0
+# A balancing spring from behind the base to the first link.
+SPRING: dict[str, object] = {"joint": 1, "anchor_m": [-0.6, 0.2, 0.0], "arm_m": [0.3, 0.0, 0.0], "rate_N_m": None}
+LINES = ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.6, 0.8, 0.0))
+AXES = "xyz"
+PICTURES = (".svg", ".png", ".pdf")
+
+
+@dataclass(frozen=True)
+class Example:
+    """Loads on the lever.
+
+    Attributes
+    ----------
+    angles : (n, 2) rad.
+    wrench : (n, 6) N and N·m, base axes at the tool.
+    order : times and memory.
+    line : unit vector of the force.
+    x, x_label : what the curve is drawn over.
+    unloading : (n,) the load is going back.
+    """
+
+    angles: Floats
+    wrench: Floats
+    order: StateOrder
+    line: Floats
+    x: Floats
+    x_label: str
+    unloading: NDArray[np.bool_]
+
+
+def lever() -> tuple[Chain, MeasurementSetup]:
+    """Return the example's robot, and where force and target sit on it."""
+    fixed = np.tile(np.eye(4), (2, 1, 1))
+    fixed[1, 0, 3] = FIRST
+    flange, end = np.eye(4), np.eye(4)
+    flange[0, 3], end[0, 3] = SECOND, FIRST
+    chain = Chain(
+        name="lever", joint_names=("A1", "A2"), fixed=fixed, flange=flange, coupling=np.eye(2), offset=np.zeros(2),
+        limits=np.tile([-np.inf, np.inf], (2, 1)), gear_ratio=np.ones(2), gear_orders=((), ()),
+        mechanical=np.zeros(2, dtype=np.bool_), bearing=np.zeros(2), link_names=("link", "arm"),
+        link_mass=np.zeros(2), link_com=np.zeros((2, 3)), masses_known=True, gravity=np.zeros(3),
+        beams={"link": LinkBeam(1, end, FIRST)}, compensator=SPRING,
+    )  # fmt: skip
+    tool = Attachment(3, np.eye(4))
+    beside = np.eye(4)
+    beside[1, 3] = 0.15
+    return chain, MeasurementSetup(
+        wrench_axes=Attachment(0, np.eye(4)), wrench_point=tool, targets=(Attachment(3, beside),),
+        target_names=("target",), moments_measured=True, base_from_tracker=np.eye(4),
+    )  # fmt: skip
+
+
+def effect_picture(effect: Effect) -> EffectPicture | None:
+    """Return what an effect does on the example where it does most; None where it never shows.
+
+    Parameters
+    ----------
+    effect : of the catalogue, or the user's own.
+
+    Examples
+    --------
+    >>> from stiffcal.model.catalogue import find_effects
+    >>> picture = effect_picture(find_effects()["backlash"])
+    >>> picture.x_label, picture.y_label
+    ('force along y [N]', 'deflection along y [mm]')
+    """
+    chain, setup = lever()
+    places = effect.places(chain)
+    best: tuple[float, EffectPicture] | None = None
+    for example in _examples(effect, places, chain):
+        for place in places[:2]:
+            for sensed in (setup, replace(setup, moments_measured=False)):
+                found = _drawn(effect, place, chain, sensed, example)
+                if found is not None and (best is None or found[0] > CLEARLY * best[0]):
+                    best = found
+    if best is not None:
+        return best[1]
+    return _seen_late(effect, chain, setup) or _torque_beside(effect, places, chain) or _torque_in_motion(effect)
+
+
+def draw_effect(name: str, file: Path, plugins: Sequence[Path] = ()) -> str:
+    """Write an effect's picture, and return its caption.
+
+    Raises
+    ------
+    InputError : the effect does not exist or does not show, or the file cannot be written.
+    """
+    from stiffcal.report.figures.canvas import save_figure
+    from stiffcal.report.figures.effect_picture import draw_effect_picture
+
+    if file.suffix.lower() not in PICTURES:
+        raise InputError.at(str(file), "", "no picture format", f"end the name in one of {', '.join(PICTURES)}")
+    picture = effect_picture(find_effects(plugins)[name])
+    if picture is None:
+        mend = f"leave -o out: stiffcal effects {name} says where it shows"
+        raise InputError.at("command line", "-o", f"{name} does not change a load-deformation curve", mend)
+    try:
+        save_figure(draw_effect_picture(picture), file)
+    except OSError as error:
+        raise InputError.at(
+            str(file), "", f"cannot be written ({error.strerror or error})", "choose another place"
+        ) from error
+    return picture.caption
+
+
+def _examples(effect: Effect, places: Sequence[Place], chain: Chain) -> Iterator[Example]:
+    """Return load cycles along each line; for effects that follow a joint's angle, poses under one load."""
+    if not places:
+        return
+    probe = NodeLoads(np.zeros((6, 6, 1)), np.zeros((2, 1)), _order(1))
+    driver = effect.driver(places[0], chain, probe)
+    for line in LINES:
+        yield (
+            _poses(np.array(line))
+            if driver is not None and driver.unit == "rad" and "angle" in driver.label
+            else (_cycles(np.array(line)))
+        )
+
+
+def _cycles(line: Floats) -> Example:
+    """Return the force up and down along a line, then against it, twice over."""
+    up = np.linspace(0.0, 1.0, 21)
+    one = np.concatenate([up, up[-2::-1], -up[1:], -up[-2::-1]])
+    level = np.concatenate([one, one[1:]])
+    order = _order(len(level), level)
+    wrench = np.zeros((len(level), 6))
+    wrench[:, :3] = LARGEST_FORCE * level[:, None] * line
+    unloading = np.abs(level) < np.abs(np.concatenate([[0.0], level[:-1]]))
+    angles = np.tile(np.radians([20.0, -35.0]), (len(level), 1))
+    return Example(
+        angles, wrench, order, line, LARGEST_FORCE * level, f"force along {_line_words(line)} [N]", unloading
+    )
+
+
+def _poses(line: Floats) -> Example:
+    """Return one load in poses all through the joints' turn."""
+    angle = np.linspace(-np.pi, np.pi, 73)
+    wrench = np.zeros((len(angle), 6))
+    wrench[:, :3] = LARGEST_FORCE * line
+    both = np.stack([angle, np.full_like(angle, np.pi / 5.0)], axis=1)
+    order = replace(_order(len(angle)), run=np.arange(len(angle), dtype=np.int64))
+    label = f"angle of joint 1 [°], under {LARGEST_FORCE:.0f} N along {_line_words(line)}"
+    return Example(both, wrench, order, line, np.degrees(angle), label, np.zeros(len(angle), dtype=np.bool_))
+
+
+def _line_words(line: Floats) -> str:
+    return AXES[int(np.argmax(np.abs(line)))] if np.abs(line).max() > 0.99 else "a slant in the plane"
+
+
+def _order(n: int, level: Floats | None = None) -> StateOrder:
+    """Return an order: a state a minute, held half of it, the room warming by three degrees, motors giving a little."""
+    time = 60.0 * np.arange(n, dtype=np.float64)
+    motor = np.zeros((2, n)) if level is None else 5e-4 * np.stack([level, level])
+    return StateOrder(
+        run=np.zeros(n, dtype=np.int64), time=time, hold=np.full(n, 30.0), motor=motor,
+        temperature=3.0 * np.arange(n) / max(n - 1, 1), since_reference=time, number=np.arange(1, n + 1),
+    )  # fmt: skip
+
+
+def _drawn(
+    effect: Effect, place: Place, chain: Chain, setup: MeasurementSetup, example: Example
+) -> tuple[float, EffectPicture] | None:
+    """Return how much of the effect shows at its usual size, and the picture with it enlarged."""
+    springs = _springs()
+    plain = CompliantRobot(chain, springs)
+    usual = _usual(effect, place, plain, setup, example)
+    if usual is None:
+        return None
+    # An effect that holds the joint's compliance stands in its place.
+    held = effect.includes + ((effect.name,) if effect.name == "joint-compliance" else ())
+    kept = tuple(one for one in springs if not (one.effect.name in held and one.place == place))
+    try:
+        without = _deflection(
+            plain if effect.name != "joint-compliance" else replace(plain, placed=kept), setup, example
+        )
+        whole = max(float(np.abs(_deflection(plain, setup, example)).max()), LEAST_WHOLE)
+        factor, with_it = 1.0, without
+        # What holds the joint's own compliance is never drawn stiffer than this.
+        least = 1.0 if effect.includes else 1e-3
+        for _ in range(3):
+            robot = replace(plain, placed=(*kept, _scaled(effect, place, usual, factor)))
+            with_it = _deflection(robot, setup, example)
+            change = float(np.abs(with_it - without).max())
+            if factor == 1.0:
+                shown = change
+            if change <= SHOWS * whole / MOST_ENLARGED:
+                return None
+            factor = float(np.clip(factor * DRAWN_SIZE * whole / change, least, MOST_ENLARGED))
+    except NoBalanceError:
+        return None
+    difference = np.abs(with_it - without).max(axis=0)
+    if difference.max() < SHOWS * whole:
+        return None
+    axis = int(np.argmax(difference))
+    return shown / whole, _as_picture(effect, example, axis, without[:, axis] * 1e3, with_it[:, axis] * 1e3)
+
+
+def _as_picture(effect: Effect, example: Example, axis: int, without: Floats, with_it: Floats) -> EffectPicture:
+    """Return the picture; where all cycles run on one curve, that curve once."""
+    x, unloading = example.x, example.unloading
+    once, number = np.unique(x, return_inverse=True)
+    high, low = np.full(len(once), -np.inf), np.full(len(once), np.inf)
+    np.maximum.at(high, number, with_it)
+    np.minimum.at(low, number, with_it)
+    if float((high - low).max()) < 0.02 * float(np.ptp(with_it)):
+        _, first = np.unique(x, return_index=True)
+        x, without, with_it, unloading = x[first], without[first], with_it[first], np.zeros(len(first), dtype=np.bool_)
+    label = f"deflection along {AXES[axis]} [mm]"
+    return EffectPicture(effect.name, example.x_label, label, x, without, with_it, unloading, _caption(effect))
+
+
+def _caption(effect: Effect) -> str:
+    words = (effect.fingerprint or effect.summary).rstrip(".")
+    return f"What {effect.name} does to a lever with two joints, enlarged: {words}."
+
+
+def _seen_late(effect: Effect, chain: Chain, setup: MeasurementSetup) -> EffectPicture | None:
+    """Return what a log shows that runs behind the force while the load moves."""
+    seen_at = getattr(effect, "seen_at", None)
+    if seen_at is None:
+        return None
+    example = _cycles(np.array(LINES[0]))
+    true = _deflection(CompliantRobot(chain, _springs()), setup, example)[:, 1] * 1e3
+    # One full cycle a second: a sweep, not holds.
+    time = np.linspace(0.0, 2.0, len(true))
+    late = np.asarray(seen_at(time, true, -0.05), dtype=np.float64)
+    label = "deflection along y [mm]"
+    return EffectPicture(
+        effect.name, example.x_label, label, example.x, true, late, example.unloading, _caption(effect)
+    )
+
+
+def _torque_beside(effect: Effect, places: Sequence[Place], chain: Chain) -> EffectPicture | None:
+    """Return the torque that acts beside a drive, over the joint's angle."""
+    values = {spec.symbol: spec.typical for spec in effect.parameters}
+    angle = np.linspace(-np.pi, np.pi, 73)
+    for place in places[:1]:
+        torque = effect.joint_torque(place, chain, np.tile(angle, (2, 1)), values)
+        if torque is not None:
+            return EffectPicture(
+                effect.name, "angle of joint 1 [°]", "torque beside the drive [N·m]", np.degrees(angle),
+                np.zeros_like(angle), torque, np.zeros(len(angle), dtype=np.bool_), _caption(effect),
+            )  # fmt: skip
+    return None
+
+
+def _torque_in_motion(effect: Effect) -> EffectPicture | None:
+    """Return a motor's torque over its speed, for effects that show in motion alone."""
+    torque_at = getattr(effect, "friction_torque", None)
+    if torque_at is None:
+        return None
+    velocity = np.linspace(-1.0, 1.0, 201)
+    torque = np.asarray(torque_at(velocity, {spec.symbol: spec.typical for spec in effect.parameters}))
+    return EffectPicture(
+        effect.name, "velocity of the joint [rad/s]", "torque of the drive [N·m]", velocity,
+        np.zeros_like(velocity), torque, np.zeros(len(velocity), dtype=np.bool_), _caption(effect),
+    )  # fmt: skip
+
+
+def _springs() -> tuple[PlacedEffect, ...]:
+    effect = find_effects()["joint-compliance"]
+    return tuple(PlacedEffect(effect, Place("joints", (joint,)), {"c": COMPLIANCE}) for joint in (1, 2))
+
+
+def _usual(
+    effect: Effect, place: Place, robot: CompliantRobot, setup: MeasurementSetup, example: Example
+) -> dict[str, float] | None:
+    """Return values of usual size, shapes from the middle of the effect's grid; None where no shape shows."""
+    values = {spec.symbol: spec.typical for spec in effect.parameters}
+    balance = solve_balance(robot, example.angles, example.wrench, setup, example.order)
+    wrench = np.zeros((6, 6, len(example.x)))
+    wrench[1, 5], wrench[3, 5] = balance.joint_torque[:, 0], balance.joint_torque[:, 1]
+    grid = effect.shape_grid(place, robot.chain, NodeLoads(wrench, example.angles.T, example.order))
+    for symbol, found in grid.items():
+        if not len(found):
+            return None
+        values[symbol] = float(found[len(found) // 2])
+    return values
+
+
+def _scaled(effect: Effect, place: Place, usual: dict[str, float], factor: float) -> PlacedEffect:
+    """Return the effect with its amplitudes enlarged, within their bounds."""
+    values = dict(usual)
+    for spec in effect.parameters:
+        if spec.sort is not Sort.SHAPE:
+            values[spec.symbol] = usual[spec.symbol] / factor if spec.inverse else usual[spec.symbol] * factor
+    return PlacedEffect(effect, place, values)
+
+
+def _deflection(robot: CompliantRobot, setup: MeasurementSetup, example: Example) -> Floats:
+    """Return (n, 3) m, the target's displacement as the tracker sees it."""
+    balance = solve_balance(robot, example.angles, example.wrench, setup, example.order)
+    displacement = np.ascontiguousarray(np.moveaxis(balance.displacement, 0, -1))
+    observed = Observed(displacement, example.order)
+    seen = displacement.copy()
+    for one in robot.placed:
+        shift = one.effect.observation_shift(one.place, observed, one.values)
+        if shift is None:
+            columns = one.effect.observation_columns(one.place, observed, one.shape())
+            seen = seen + sum(one.amplitude(symbol) * column for symbol, column in columns.items())
+        else:
+            seen = seen + shift
+    return np.asarray(seen[0, :3].T)

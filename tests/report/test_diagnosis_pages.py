@@ -1,0 +1,163 @@
+"""The pages of diagnosis: answer first, evidence drawn for each effect, look-alikes named, nothing invented."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Items, LeftOut, Paragraph, Picture, Section, Table
+from stiffcal.report.content import EffectEvidence, EffectPicture, ReportContent
+from stiffcal.report.figures.canvas import save_figure
+from stiffcal.report.figures.evidence import draw_evidence
+from stiffcal.report.figures.ladder import ladder_rungs
+from stiffcal.report.sections import diagnosis, evidence, next_measurement, ranking
+from tests.report.made_up import made_up_content
+
+BACKLASH = {"effect": "backlash", "where": {"joints": [4]}}
+HYSTERESIS = {"effect": "friction-hysteresis", "where": {"joints": [4]}}
+
+
+def finding(**changes: Any) -> dict[str, Any]:
+    return BACKLASH | {
+        "verdict": "supported", "explains": 0.98, "size_m": 1.1e-4, "p_value": 1e-30, "confidence": 1.0,
+        "heldout_rms_before": {"translation": 1.2e-4, "rotation": None},
+        "heldout_rms_after": {"translation": 2.9e-5, "rotation": None},
+        "heldout_rms_after_choosing": {"translation": 3e-5, "rotation": None},
+        "parameters": [], "alternatives": [HYSTERESIS], "why": "",
+    } | changes  # fmt: skip
+
+
+def document(**changes: Any) -> dict[str, Any]:
+    return {
+        "summary": "Missing: backlash of joint 4 (0.116 mm in unseen poses, noise 0.0286 mm).", "adequate": False,
+        "noise": {"translation": 2.86e-5, "rotation": None}, "rms": {"translation": 1.16e-4, "rotation": None},
+        "lack_of_fit": {"statistic": 16.0, "dof": [3456.0, 1386.0], "p_value": 1e-40},
+        "missing": [BACKLASH | {"alternatives": [HYSTERESIS]}], "findings": [finding()],
+        "next_measurement": {
+            "pose_deg": [10.0, -20.0, 30.0], "load": [100.0, 0.0, 0.0, 0.0, 0.0, 0.0], "gain": 12.0,
+            "separates": [BACKLASH, HYSTERESIS], "difference_m": 3.4e-4,
+        },
+        "not_tried": [{"effect": "joint-friction", "needs": "friction runs"}], "unexplained": False, "structure": [],
+        "heldout_rms_with_missing": {"translation": 2.9e-5, "rotation": None}, "explained_by_missing": 0.99,
+        "superfluous": [], "n_candidates": 87,
+    } | changes  # fmt: skip
+
+
+def shown(**changes: Any) -> EffectEvidence:
+    torque = np.linspace(-100.0, 100.0, 41)
+    before = 1e-4 * np.sign(torque) - 1e-6 * torque
+    before[3] = np.nan
+    x = np.linspace(-1.0, 1.0, 21)
+    picture = EffectPicture("backlash", "force [N]", "deflection [mm]", x, x, x + np.sign(x), x < -2.0, "What it does.")
+    return replace(
+        EffectEvidence(
+            effect="backlash", where={"joints": [4]}, missing=True, driver="torque on joint 4", unit="N·m",
+            rotational=False, lever=0.19, value=torque, before=before, after=0.1 * before,
+            branch=np.where(torque > 0.0, "loading", "unloading"), run=np.full(41, "pose01"), path_run="",
+            rms_before={"translation": 1.16e-4, "rotation": None}, rms_after={"translation": 2.9e-5, "rotation": None},
+            by_run=(("pose01", 1e-4, 3e-5), ("pose02", 1.2e-4, 2.8e-5)), summary="lost motion", seen="It jumps.",
+            alternatives=(HYSTERESIS,), picture=picture,
+            parameters=({"name": "backlash.j4.width", "value": 1.8e-3, "std": 9e-6, "unit": "rad"},),
+        ),
+        **changes,
+    )  # fmt: skip
+
+
+def content(**changes: Any) -> ReportContent:
+    return replace(made_up_content(n_runs=1), diagnose=document(**changes), evidence=(shown(),))
+
+
+def words(made: Section | LeftOut | None) -> str:
+    assert isinstance(made, Section)
+    parts: list[str] = []
+    for block in made.blocks:
+        parts += [block.text] if isinstance(block, Paragraph) else []
+        parts += block.texts if isinstance(block, Items) else []
+        parts += [" ".join(row) for row in block.rows] if isinstance(block, Table) else []
+        parts += [block.caption] if isinstance(block, Picture | Table) else []
+    return "\n".join(parts).replace("\u202f", " ")
+
+
+@pytest.mark.parametrize("module", [diagnosis, evidence, ranking, next_measurement])
+def test_without_a_diagnosis_pages_are_left_out_with_the_reason(module: Any) -> None:
+    stale = replace(
+        made_up_content(n_runs=1), not_diagnosed="the last diagnosis is stale: run “stiffcal diagnose” again"
+    )
+    for made in (module.section(made_up_content(n_runs=1)), module.section(stale)):
+        assert isinstance(made, LeftOut)
+        assert "run “stiffcal diagnose”" in made.reason
+
+
+def test_answer_and_look_alikes() -> None:
+    text = words(diagnosis.section(content()))
+    assert text.startswith("Missing: backlash of joint 4")
+    assert "backlash (joint 4); in these poses and loads friction-hysteresis (joint 4) would look the same" in text
+
+
+def test_nothing_missing_and_nothing_known() -> None:
+    fine = words(diagnosis.section(content(adequate=True, missing=[], summary="Nothing is missing.")))
+    assert "No effect lowers the error by more than chance would" in fine
+    assert "cannot be judged" in words(diagnosis.section(content(adequate=None, missing=[], noise=None)))
+
+
+def test_none_of_these_says_what_the_remainder_follows() -> None:
+    follows = [{"follows": "joint angle", "share": 0.97, "seen": "another factor from pose to pose"}]
+    made = diagnosis.section(content(missing=[], unexplained=True, structure=follows))
+    text = words(made)
+    assert "No name is given rather than a wrong one" in text
+    assert "joint angle 97.0 % another factor from pose to pose" in text
+
+
+def test_ranking_holds_every_number_with_its_unit() -> None:
+    text = words(ranking.section(content()))
+    for word in ("supported", "29.0 µm", "98.0 %", "100 %", "0.110 mm", "< 10⁻⁶", "friction-hysteresis (joint 4)"):
+        assert word in text, word
+    assert "joint-friction: needs friction runs" in text
+
+
+def test_next_measurement_names_pose_load_and_gain() -> None:
+    made = next_measurement.section(content())
+    assert isinstance(made, Section)
+    assert "cannot tell backlash (joint 4) from friction-hysteresis (joint 4)" in words(made)
+    none = next_measurement.section(content(next_measurement=None))
+    assert isinstance(none, LeftOut)
+    assert "no effect has a look-alike" in none.reason
+
+
+def test_evidence_page() -> None:
+    text = words(evidence.section(content()))
+    for word in ("It jumps.", "0.116 mm rms is left without it, 29.0 µm with it", "mean lever of 0.190 m", "1 of 41"):
+        assert word in text, word
+    assert isinstance(evidence.section(replace(content(), evidence=())), LeftOut)
+
+
+@pytest.mark.parametrize("change", [{}, {"picture": None, "path_run": "pose01", "rotational": True, "lever": None}])
+def test_evidence_is_drawn_the_same_every_time(tmp_path: Path, change: dict[str, Any]) -> None:
+    """Before and after share one scale; the example stands beside them on its own."""
+    figure = draw_evidence(shown(**change))
+    without, with_it = figure.axes[:2]
+    assert without.get_ylim() == with_it.get_ylim()
+    assert without.get_ylabel() == f"residual along the effect [{'mrad' if change else 'µm'}]"
+    assert len(figure.axes) == (2 if change else 3)
+    for name in ("one.svg", "two.svg"):
+        save_figure(draw_evidence(shown(**change)), tmp_path / name)
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+
+
+def test_rungs_say_what_the_model_gained() -> None:
+    springs = {"type": "joint-compliance", "joints": [1, 2, 3]}
+    fits: list[dict[str, Any]] = [
+        {"id": "1", "model": {"effects": [springs]}, "heldout_rms": {"translation": 1e-4}, "fit_rms": None},
+        {"id": "2", "model": {"effects": [springs, {"type": "backlash", "joints": [2]}]}, "heldout_rms": None},
+        {"id": "3", "model": {"effects": [springs]}, "heldout_rms": {"translation": 1e-4}, "fit_rms": None},
+    ]
+    labels = [rung.label for rung in ladder_rungs(fits, {"translation": 1e-3}, "translation")]
+    assert labels == [
+        "no model", "fit 1: joint-compliance, joints 1–3", "fit 2: + backlash, joint 2", "fit 3: − backlash, joint 2",
+    ]  # fmt: skip
+    assert wording.model_change(fits[0]["model"], fits[0]["model"]) == ""
