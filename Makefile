@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test bench coverage practice lint lock example clean
+.PHONY: demo test bench coverage practice rates lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -23,8 +23,15 @@ bench: $(VENV)/test.stamp
 coverage: $(VENV)/test.stamp
 	$(BIN)/python -m tests.benchmarks.coverage
 
+# the campaigns whose truth is told (campaigns/hidden): what is named, is it right, error before and after
 practice: $(VENV)/test.stamp
-	$(BIN)/python -m pytest -q -rs tests/campaigns
+	$(BIN)/python -m tests.rates.practice
+
+# fresh campaigns from a seed and how often the right effect is named: `make rates SEED=7`, quicker with COUNT=10
+SEED ?= 1
+COUNT ?= 0
+rates: $(VENV)/test.stamp
+	$(BIN)/python -m tests.rates --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --verbose
 
 lint: $(VENV)/test.stamp
 	$(BIN)/ruff check .

@@ -202,6 +202,8 @@ def _reconsider(
 
 def _conclude(bench: Workbench, present: Fit, first: Scan, fit: Fit, scan: Scan, tried: tuple[Found, ...]) -> Search:
     _, not_tried = list_candidates(present.robot, bench.states, bench.catalogue)
+    # What matters most is named first: the order of finding is that of falls beside a poorer model.
+    tried = tuple(sorted(tried, key=lambda one: -one.judgement.fall))
     after = lack_of_fit(fit, scan)
     before = _against_noise_of(fit, present, first)
     # Both errors in units of the final model's noise, which no missing effect has swollen.

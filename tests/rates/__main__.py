@@ -1,0 +1,121 @@
+"""`make rates SEED=… [COUNT=…]`: fresh campaigns, the rates of the issue, and the campaigns behind each."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict
+from math import sqrt
+from pathlib import Path
+
+import numpy as np
+
+from tests.rates.playing import CLASSES
+from tests.rates.scoring import Verdict
+from tests.rates.workers import one_campaign, one_thread_each
+
+# What the issue asks of each class.
+ASKED = {
+    "none": 0.98, "one 4x": 0.98, "one 1x": 0.90, "one 0.5x": 0.75, "several": 0.80, "outside 4x": 0.90,
+    "outside 1x": 0.90,
+}  # fmt: skip
+
+
+def wilson(good: int, count: int) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a binomial rate."""
+    if count == 0:
+        return 0.0, 1.0
+    z = 1.959964
+    rate = good / count
+    middle = (rate + z * z / (2 * count)) / (1 + z * z / count)
+    half = z * sqrt(rate * (1 - rate) / count + z * z / (4 * count * count)) / (1 + z * z / count)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def table_of(verdicts: Sequence[Verdict]) -> str:
+    """Return the rates as text."""
+    lines = [f"{'class':<12}{'good':>6}{'of':>5}{'rate':>8}   95 % interval   asked  outcomes"]
+    for kind in CLASSES:
+        own = [v for v in verdicts if v.kind == kind]
+        if not own:
+            continue
+        good = sum(v.good for v in own)
+        low, high = wilson(good, len(own))
+        counts = ", ".join(f"{n} {name}" for name, n in Counter(v.outcome for v in own).most_common())
+        asked = f"{100 * ASKED[kind]:.0f} %" if kind in ASKED else "–"
+        lines.append(
+            f"{kind:<12}{good:>6}{len(own):>5}{100 * good / len(own):>7.1f}%   {100 * low:5.1f}–{100 * high:5.1f} %"
+            f"   {asked:>5}  {counts}"
+        )
+    named = [v for v in verdicts if v.good and v.hidden and not v.kind.startswith("outside")]
+    judged = [v.p_parameters for v in verdicts if v.p_parameters is not None]
+    outside = [v for v in verdicts if v.kind.startswith("outside")]
+    lines += [
+        _share("after adding, unseen error within 5 % of the noise", [v.within for v in named]),
+        _share("hidden parameters jointly with χ² p > 0.001", [p > 0.001 for p in judged]),
+        _share("outside: a wrong name alone (asked: at most 2 %)", [v.outcome == "wrong name alone" for v in outside]),
+    ]
+    seconds = [v.seconds for v in verdicts]
+    lines.append(f"seconds per search: median {np.median(seconds):.1f}, most {max(seconds):.1f}")
+    return "\n".join(line for line in lines if line)
+
+
+def _share(what: str, hits: Sequence[bool]) -> str:
+    if not hits:
+        return ""
+    low, high = wilson(sum(hits), len(hits))
+    return f"{what}: {sum(hits)} of {len(hits)} ({100 * low:.1f}–{100 * high:.1f} %)"
+
+
+def line_of(number: int, verdict: Verdict) -> str:
+    """Return what there is to say of a campaign that did not go well; empty where all is well."""
+    p, inside = verdict.p_parameters, verdict.hidden and not verdict.kind.startswith("outside")
+    if verdict.good and (p is None or p > 0.001) and (verdict.within or not inside):
+        return ""
+    return (
+        f"{verdict.kind} {number} ({verdict.settings}) {verdict.outcome}: hidden {verdict.hidden or 'nothing'} | "
+        f"found {verdict.found or 'nothing'} | {verdict.before:.3f} → {verdict.after:.3f}"
+        f"{' unexplained' if verdict.unexplained else ''}{'' if p is None else f' p={p:.2g}'} {verdict.seconds:.1f} s"
+    )
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Draw, judge, print."""
+    parser = argparse.ArgumentParser(prog="python -m tests.rates", description=__doc__)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--count", type=int, default=0, help="per class; 0: 150 with nothing hidden, 50 of each other")
+    parser.add_argument("--classes", default="", help="comma-separated; all where empty")
+    parser.add_argument("--effect", default="", help="hide only this effect in the classes of one")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--verbose", action="store_true", help="a line per campaign that did not go well")
+    parser.add_argument("--json", type=Path, help="write every verdict to this file")
+    chosen = parser.parse_args(arguments)
+    kinds = [kind.strip() for kind in chosen.classes.split(",") if kind.strip()] or list(CLASSES)
+    jobs = [
+        (chosen.seed, kind, number, chosen.effect)
+        for kind in kinds
+        for number in range(chosen.count or (150 if kind == "none" else 50))
+    ]
+    verdicts, start = [], time.perf_counter()
+    with one_thread_each(chosen.workers) as pool:
+        for job, verdict in zip(jobs, pool.map(one_campaign, jobs), strict=True):
+            if isinstance(verdict, str):
+                print(verdict, file=sys.stderr)
+                return 1
+            verdicts.append(verdict)
+            line = line_of(job[2], verdict)
+            if chosen.verbose and line:
+                print(line, flush=True)
+    print(f"seed {chosen.seed}, {len(jobs)} campaigns in {time.perf_counter() - start:.0f} s")
+    print(table_of(verdicts))
+    if chosen.json:
+        chosen.json.write_text(json.dumps([asdict(v) for v in verdicts], indent=1), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))

@@ -1,0 +1,312 @@
+"""A campaign nobody has seen: a robot drawn at random, effects hidden in it at a given size, instruments with noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stiffcal.identification.identify import predict_observations
+from stiffcal.identification.noise import Noise, whiten
+from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
+from stiffcal.identification.projection import Projection
+from stiffcal.identification.signatures import Linearised
+from stiffcal.measurements.load_states import Floats, LoadStates, RunInfo
+from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.model.equilibrium import NoBalanceError, solve_balance
+from stiffcal.reduction.screening import set_bumped_aside
+from tests.rates.hiding import (
+    FAINT,
+    INSIDE,
+    OF_TOTAL_TORQUE,
+    SEAT,
+    draw_inside,
+    draw_outside,
+    scaled,
+    with_effects,
+)
+from tests.rates.robots import DrawnRobot, draw_robot, draw_setup
+
+LEVELS = np.array([0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0])
+ONE_CYCLE = np.concatenate([LEVELS, -LEVELS])
+# A joint's own law, backlash and friction apart, stays below what its spring gives: gears are not that bad.
+MOST_OF_SPRING = 1.5
+# An effect of which the springs absorb more than nine tenths would have to be ten times as large as what is seen.
+MOST_ABSORBED = 10.0
+CLASSES = ("none", "one 4x", "one 1x", "one 0.5x", "several", "outside 4x", "outside 1x", "seat-shift")
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """A campaign and what is in it.
+
+    Attributes
+    ----------
+    kind : one of `CLASSES`.
+    states : as the tool gets them, bumped readings set aside as ingest does.
+    model : the model under test: joint springs, masses where known.
+    truth : the robot with all that is hidden, fully valued.
+    hidden : what the model lacks.
+    sizes : rms over all measured components, over their noise, of what the joint springs cannot absorb.
+    alike : per hidden effect the names of candidates with 95 % the same signature.
+    noise : the tracker's, m and rad per axis.
+    settings : words on poses, position only, masses, bumps.
+    """
+
+    kind: str
+    states: LoadStates
+    model: CompliantRobot
+    truth: CompliantRobot
+    hidden: tuple[PlacedEffect, ...]
+    sizes: tuple[float, ...]
+    noise: tuple[float, float]
+    settings: str
+    bumped: tuple[int, ...]
+
+
+def play_campaign(kind: str, rng: np.random.Generator, only: str = "") -> Hidden:
+    """Draw campaigns until one finds its balance and its effects are such as machines have."""
+    for _ in range(200):
+        try:
+            return _play(kind, rng, only)
+        except NoBalanceError:
+            continue
+    raise RuntimeError("no campaign found its balance")
+
+
+def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
+    robot = draw_robot(rng)
+    full_pose = bool(rng.uniform() < 0.6)
+    truth = joint_springs(robot)
+    plain = _plan(rng, robot, full_pose)
+    noise = (robot.family.translation * rng.uniform(0.7, 1.4), robot.family.rotation * rng.uniform(0.7, 1.4))
+    ruler = Ruler.of(truth, observe(plain, robot.chain), noise)
+    hidden, sizes = _hide(kind, rng, ruler, only)
+    whole = with_effects(truth, *hidden)
+    states = _measure(rng, plain, truth, whole, robot, noise, full_pose)
+    bumped: tuple[int, ...] = ()
+    if rng.uniform() < 0.25:
+        states, bumped = _bumped(rng, states)
+    masses = bool(rng.uniform() < 0.7) or any(one.effect.name in OF_TOTAL_TORQUE for one in hidden)
+    model = CompliantRobot(
+        robot.chain if masses else robot.without_masses(),
+        tuple(PlacedEffect(one.effect, one.place) for one in truth.placed),
+    )
+    words = (
+        f"{robot.family.name.split()[0]}, {len(states.runs)} poses, {'pose' if full_pose else 'position'}"
+        f"{'' if masses else ', masses unknown'}{', bumped' if bumped else ''}"
+    )
+    return Hidden(kind, set_bumped_aside(states), model, whole, hidden, sizes, noise, words, bumped)
+
+
+def joint_springs(robot: DrawnRobot) -> CompliantRobot:
+    """Return the robot with its joint stiffness alone."""
+    effect = built_in_effects()["joint-compliance"]
+    return CompliantRobot(
+        robot.chain,
+        tuple(
+            PlacedEffect(effect, Place("joints", (k,)), {"c": 1.0 / stiffness})
+            for k, stiffness in enumerate(robot.stiffness, start=1)
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """Measures how large an effect is, as the issue defines it."""
+
+    truth: CompliantRobot
+    state: Linearised
+    space: Projection
+    basis: Floats
+
+    @classmethod
+    def of(cls, truth: CompliantRobot, data: Observations, noise: tuple[float, float]) -> Ruler:
+        """Prepare for one campaign."""
+        space = Projection.of(data, whiten(Noise(*noise, 0.0, 0.0, "manifest", np.inf), data, None))
+        columns = np.concatenate([b.columns for b in evaluate(truth, data, free_columns(truth))], axis=2)
+        rows = space.rows(columns)
+        basis, triangle = np.linalg.qr(rows.T)
+        seen = np.abs(np.diag(triangle)) > 1e-9 * np.abs(np.diag(triangle)).max()
+        return cls(truth, Linearised.about(truth, data), space, basis[:, seen])
+
+    def rest_of(self, stack: Floats) -> Floats:
+        """Return whitened rows of what joint springs and run offsets leave of displacements (k, m, n)."""
+        rows = self.space.rows(stack)
+        return np.asarray(rows - (rows @ self.basis) @ self.basis.T)
+
+    def size(self, one: PlacedEffect) -> float:
+        """Return the rms over all measured components of what the joint springs cannot absorb."""
+        change = predict_observations(with_effects(self.truth, one), self.state.data) - self.state.predicted
+        return float(np.sqrt(np.mean(self.rest_of(change[None])[0] ** 2)))
+
+    def _spring(self, one: PlacedEffect) -> float:
+        """Return the rms of what the spring of the effect's joint gives, over the noise; infinite for other places."""
+        if one.place.kind != "joints" or one.effect.name in ("bearing-tilt", "joint-translation"):
+            return np.inf
+        spring = next(p for p in self.truth.placed if p.place == one.place)
+        column = self.state.signature(spring.effect, spring.place, {}).columns[0] * spring.amplitude("c")
+        return float(np.sqrt(np.mean(self.space.rows(column[None])[0] ** 2)))
+
+    def sized(self, one: PlacedEffect, size: float) -> PlacedEffect:
+        """Scale an effect until it has the size."""
+        start = self.state.signature(one.effect, one.place, one.shape())
+        amplitudes = np.array([one.amplitude(symbol) if symbol in one.values else 0.0 for symbol in start.symbols])
+        linear = np.einsum("q,qmn->mn", amplitudes, start.columns)
+        found = float(np.sqrt(np.mean(self.rest_of(linear[None])[0] ** 2)))
+        if found <= 0.0:
+            raise NoBalanceError("the effect does not show")
+        one = scaled(one, size / found)
+        bare = float(np.sqrt(np.mean(self.space.rows(size / found * linear[None])[0] ** 2)))
+        if bare > MOST_ABSORBED * size or bare > MOST_OF_SPRING * self._spring(one):
+            raise NoBalanceError("it would have to be larger than on any machine")
+        for _ in range(4):
+            found = self.size(one)
+            if abs(found / size - 1.0) < 0.01:
+                break
+            one = scaled(one, size / found)
+        return one
+
+
+def _hide(
+    kind: str, rng: np.random.Generator, ruler: Ruler, only: str
+) -> tuple[tuple[PlacedEffect, ...], tuple[float, ...]]:
+    if kind == "none":
+        return (), ()
+    if kind.startswith("outside"):
+        size = 4.0 if "4x" in kind else 1.0
+        return (ruler.sized(draw_outside(rng, ruler.state), size),), (size,)
+    if kind == "seat-shift":
+        size = float(rng.uniform(0.5, 1.5))
+        return (ruler.sized(draw_inside(rng, ruler.state, SEAT), size),), (size,)
+    if kind == "several":
+        return _several(rng, ruler)
+    one = draw_inside(rng, ruler.state, only=only)
+    size = {"one 4x": 4.0, "one 1x": 1.0, "one 0.5x": 0.5}[kind]
+    if one.effect.name in FAINT:
+        size = float(rng.uniform(0.5, 1.5)) if kind != "one 0.5x" else 0.5
+    return (ruler.sized(one, size),), (size,)
+
+
+def _several(rng: np.random.Generator, ruler: Ruler) -> tuple[tuple[PlacedEffect, ...], tuple[float, ...]]:
+    """Hide two or three at once, at one to four times the noise, whose signatures are not each other's."""
+    while True:
+        count = 2 if rng.uniform() < 0.7 else 3
+        drawn = [draw_inside(rng, ruler.state) for _ in range(count)]
+        sizes = [float(rng.uniform(0.5, 1.5) if d.effect.name in FAINT else rng.uniform(1.0, 4.0)) for d in drawn]
+        placed = [ruler.sized(one, size) for one, size in zip(drawn, sizes, strict=True)]
+        rows = []
+        for one in placed:
+            change = predict_observations(with_effects(ruler.truth, one), ruler.state.data) - ruler.state.predicted
+            row = ruler.rest_of(change[None])[0]
+            rows.append(row / np.linalg.norm(row))
+        overlap = np.abs(np.array(rows) @ np.array(rows).T - np.eye(count)).max()
+        if overlap < 0.7:
+            return tuple(placed), tuple(sizes)
+
+
+def _plan(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool) -> LoadStates:
+    """Return the loads, and no readings yet."""
+    poses, family = int(rng.integers(8, 15)), robot.family
+    directions = int(rng.integers(2, 5))
+    per_run = 1 + directions * 2 * len(ONE_CYCLE)
+    angles = np.radians(
+        np.array(family.centre) + np.array(family.spread) * rng.uniform(-1.0, 1.0, (poses, len(family.rows)))
+    )
+    wrench = np.zeros((poses, per_run, 6))
+    setup = draw_setup(rng, robot.chain)
+    point = np.array([0.02, 0.0, rng.uniform(0.1, 0.16)])
+    for pose in range(poses):
+        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        if directions == 4:
+            axes = np.vstack([axes, np.sum(axes, axis=0)[None] / np.sqrt(3.0)])
+        level = (
+            np.tile(ONE_CYCLE, 2)[None]
+            * family.force
+            * (1.0 + 0.03 * rng.normal(size=(directions, per_run // directions)))
+        )
+        wrench[pose, 1:, :3] = (level[:, :, None] * axes[:directions, None]).reshape(-1, 3)
+        wrench[pose, :, 3:] = np.cross(point, wrench[pose, :, :3])
+    n = poses * per_run
+    run = np.repeat(np.arange(poses), per_run)
+    return LoadStates(
+        runs=tuple(RunInfo(f"pose{k + 1:02d}") for k in range(poses)),
+        run=run,
+        time=8.0 * np.arange(n) + 120.0 * run,
+        hold=np.full(n, np.nan),
+        joints=angles[run],
+        wrench=wrench.reshape(-1, 6),
+        position=np.zeros((n, 1, 3)),
+        rotation=np.tile(np.eye(3), (n, 1, 1, 1)) if full_pose else np.full((n, 1, 3, 3), np.nan),
+        deflection=np.full((n, 1, 6), np.nan),
+        reference=np.concatenate([[True], np.diff(run) != 0]),
+        temperature=np.zeros((n, 0)),
+        row=np.arange(1, n + 1),
+        n_readings=np.ones(n, dtype=np.int64),
+        wrench_scatter=np.full((n, 6), np.nan),
+        position_scatter=np.full((n, 1, 3), np.nan),
+        set_aside=np.full(n, "", dtype=np.str_),
+        setup=setup,
+    )
+
+
+def _measure(
+    rng: np.random.Generator,
+    plan: LoadStates,
+    springs: CompliantRobot,
+    whole: CompliantRobot,
+    robot: DrawnRobot,
+    noise: tuple[float, float],
+    full_pose: bool,
+) -> LoadStates:
+    """Return what the instruments read: the exact displacements of the whole truth, from where the robot rests."""
+    data = observe(plan, robot.chain)
+    moved = predict_observations(whole, data).T
+    n = len(plan)
+    rest = solve_balance(springs, robot.chain.model_angles(plan.joints), np.zeros((n, 6)), plan.setup)
+    poses = len(plan.runs)
+    off, turn = rng.normal(size=(poses, 3)) * 3e-4, rng.normal(size=(poses, 3)) * 2e-4
+    position = rest.target_position[:, 0] + off[plan.run] + moved[:, :3] + noise[0] * rng.normal(size=(n, 3))
+    rotation = np.full((n, 1, 3, 3), np.nan)
+    if full_pose:
+        start = rotation_from_vector(turn[plan.run]) @ rest.target_rotation[:, 0]
+        seen = rotation_from_vector(noise[1] * rng.normal(size=(n, 3))) @ rotation_from_vector(moved[:, 3:]) @ start
+        rotation = seen[:, None]
+    force = 1.5e-3 * robot.family.force
+    sensor = np.repeat([force, 0.15 * force], 3) * rng.normal(size=(n, 6))
+    return replace(plan, wrench=plan.wrench + sensor, position=position[:, None], rotation=rotation)
+
+
+def _bumped(rng: np.random.Generator, states: LoadStates) -> tuple[LoadStates, tuple[int, ...]]:
+    """Return the states with some readings knocked away by some tenths of a millimetre."""
+    count = int(rng.integers(3, 8))
+    picked = rng.choice(np.flatnonzero(~states.reference), size=count, replace=False)
+    position, rotation = states.position.copy(), states.rotation.copy()
+    direction = rng.normal(size=(count, 3))
+    size = rng.uniform(2e-4, 1e-3, size=(count, 1))
+    position[picked, 0] += size * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    if states.has_orientation:
+        rotation[picked, 0] = rotation_from_vector(3e-4 * rng.normal(size=(count, 3))) @ rotation[picked, 0]
+    return replace(states, position=position, rotation=rotation), tuple(int(k) for k in np.sort(picked))
+
+
+def nearly_the_same(ruler: Ruler, one: PlacedEffect) -> tuple[str, ...]:
+    """Return the candidates that make up 95 % of an effect's signature, joint springs absorbing what they can."""
+    catalogue = built_in_effects()
+    change = predict_observations(with_effects(ruler.truth, one), ruler.state.data) - ruler.state.predicted
+    row = ruler.rest_of(change[None])[0]
+    found = []
+    for name in INSIDE:
+        for place in catalogue[name].places(ruler.truth.chain):
+            for shape in ruler.state.shapes(catalogue[name], place):
+                signature = ruler.state.signature(catalogue[name], place, shape)
+                if not signature.symbols:
+                    continue
+                basis, _ = np.linalg.qr(ruler.rest_of(signature.columns).T)
+                if np.linalg.norm(basis.T @ row) >= 0.95 * np.linalg.norm(row):
+                    found.append(f"{name} {place.label}")
+                    break
+    return tuple(found)

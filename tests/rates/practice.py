@@ -1,0 +1,151 @@
+"""`make practice`: the campaigns whose truth is told, through the library as ingest and diagnose use it.
+
+A table of what was hidden, what is named first and whether that is right, with the error in unseen poses before and
+after, over the noise. ``campaigns/hidden`` holds them; the folder given on the command line may be another.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.diagnosis.search import Found, Search, search_missing
+from stiffcal.errors import no_progress
+from stiffcal.model.assembly import compliant_robot
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.effect import Place
+from stiffcal.workflow.reducing import reduce_campaign
+from tests.rates.workers import one_thread_each
+
+HIDDEN = Path(__file__).resolve().parents[2] / "campaigns" / "hidden"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was said of one campaign.
+
+    Attributes
+    ----------
+    folder : its name.
+    hidden : names of what is in it; empty where nothing is.
+    outside : none of the catalogue's effects explains it.
+    named : what is missing by the tool, with look-alikes in brackets.
+    right : see `is_right`.
+    before, after : error in unseen poses over the noise.
+    noise : mm, as the tool tells it.
+    seconds : of reading and searching.
+    """
+
+    folder: str
+    hidden: str
+    outside: bool
+    named: str
+    right: bool
+    before: float
+    after: float
+    noise: float
+    seconds: float
+
+
+def truth(folder: Path = HIDDEN) -> dict[str, dict[str, Any]]:
+    """Return what was hidden, by folder name."""
+    entries = json.loads((folder / "truth.json").read_text("utf-8"))
+    return {one["folder"]: one for one in entries}
+
+
+def hidden_name(entry: dict[str, Any]) -> str:
+    """Return an entry's effect as candidates are named."""
+    where = entry["where"]
+    if "joints" in where:
+        place = Place("joints", tuple(where["joints"]))
+    elif "pairs" in where:
+        place = Place("pairs", tuple(where["pairs"][0]))
+    else:
+        place = Place("links", (), where["links"][0]) if "links" in where else Place("setup")
+    return f"{entry['effect']} {place.label}"
+
+
+def search_campaign(folder: Path) -> Search:
+    """Read a campaign as ingest does, bumped readings set aside, and look for what its model lacks."""
+    campaign = load_campaign(folder)
+    states = reduce_campaign(campaign, no_progress).states
+    catalogue = built_in_effects()
+    return search_missing(states, compliant_robot(campaign.chain, campaign.model, catalogue), catalogue)
+
+
+def is_right(hidden: Sequence[str], outside: bool, search: Search) -> bool:
+    """Return whether a search says what is true.
+
+    Nothing hidden: nothing named, and the model is adequate. Outside the catalogue: unexplained. Else exactly the
+    hidden ones are named, or look-alikes that name them, and nothing is left unexplained.
+    """
+    if outside:
+        return search.unexplained
+    left = list(hidden)
+    for one in search.found:
+        known = [one.candidate.name, *(c.name for c in one.alternatives)]
+        match = next((name for name in known if name in left), None)
+        if match is None:
+            return False
+        left.remove(match)
+    return not left and not search.unexplained
+
+
+def ask(folder: Path) -> Answer:
+    """Search one campaign and compare with its truth."""
+    entry = truth(folder.parent)[folder.name]
+    start = time.perf_counter()
+    search = search_campaign(folder)
+    seconds = time.perf_counter() - start
+    hidden = [hidden_name(one) for one in entry["hidden"]]
+    noise = search.final.noise_length["translation"]
+    return Answer(
+        folder=folder.name,
+        hidden=" + ".join(hidden),
+        outside=entry["outside_the_catalogue"],
+        named=" + ".join(_told(one) for one in search.found) or ("none of these" if search.unexplained else ""),
+        right=is_right(hidden, entry["outside_the_catalogue"], search),
+        before=search.before.ratio if search.before else float("nan"),
+        after=search.after.ratio if search.after else float("nan"),
+        noise=1e3 * noise if noise else float("nan"),
+        seconds=seconds,
+    )
+
+
+def _told(one: Found) -> str:
+    others = ", ".join(c.name for c in one.alternatives)
+    return one.candidate.name + (f" (or {others})" if others else "")
+
+
+def table_of(answers: Sequence[Answer]) -> str:
+    """Return the table."""
+    lines = [f"{'':<4}{'hidden':<42}{'named':<52}{'right':<7}{'before':>7}{'after':>7}  {'noise mm':>8}{'s':>6}"]
+    for one in answers:
+        hidden = (one.hidden + (" (outside the catalogue)" if one.outside else "")) or "nothing"
+        lines.append(
+            f"{one.folder:<4}{hidden:<42}{one.named or 'nothing':<52}{'yes' if one.right else 'NO':<7}"
+            f"{one.before:>7.2f}{one.after:>7.2f}  {one.noise:>8.4f}{one.seconds:>6.1f}"
+        )
+    right = sum(one.right for one in answers)
+    lines.append(f"{right} of {len(answers)} right; errors in unseen poses, over the noise")
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Ask all; the folder may be given."""
+    folder = Path(arguments[0]) if arguments else HIDDEN
+    folders = [folder / name for name in sorted(truth(folder)) if (folder / name / "campaign.toml").is_file()]
+    with one_thread_each(2) as pool:
+        answers = list(pool.map(ask, folders))
+    print(table_of(answers))
+    return 0 if all(one.right for one in answers) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))

@@ -1,0 +1,158 @@
+"""What the tool makes of a hidden campaign, in words that can be counted."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.diagnosis.search import Found, Search, search_missing
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Sort
+from tests.rates.playing import Hidden
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One campaign's outcome.
+
+    Attributes
+    ----------
+    kind, settings : of the campaign.
+    hidden, found : names; found with alternatives in brackets.
+    outcome : "right", "look-alike", "wrong", "nothing", "exact", "incomplete" …; see `verdict_of`.
+    good : counts towards the rate.
+    before, after : unseen error over noise.
+    within : after adding, within five per cent of the noise.
+    p_parameters : χ² p of the hidden parameters, None where the found set is not the hidden one.
+    unexplained : the tool says that something is left.
+    seconds : of the search.
+    """
+
+    kind: str
+    settings: str
+    hidden: str
+    found: str
+    outcome: str
+    good: bool
+    before: float
+    after: float
+    within: bool
+    p_parameters: float | None
+    unexplained: bool
+    seconds: float
+
+
+def name_of(one: PlacedEffect) -> str:
+    """Return ``effect at place`` as candidates are named."""
+    return f"{one.effect.name} {one.place.label}"
+
+
+def judge_campaign(campaign: Hidden) -> Verdict:
+    """Search a campaign and compare with its truth."""
+    start = time.perf_counter()
+    search = search_missing(campaign.states, campaign.model, built_in_effects())
+    seconds = time.perf_counter() - start
+    outcome, good = _outcome(campaign, search)
+    before = search.before.ratio if search.before else np.nan
+    after = search.after.ratio if search.after else np.nan
+    return Verdict(
+        kind=campaign.kind,
+        settings=campaign.settings,
+        hidden=", ".join(
+            f"{name_of(one)} {size:.1f}x{_numbers(one)}"
+            for one, size in zip(campaign.hidden, campaign.sizes, strict=True)
+        ),
+        found="; ".join(_told(one) for one in search.tried)
+        + ("" if search.found else " (withheld)" * bool(search.tried)),
+        outcome=outcome,
+        good=good,
+        before=before,
+        after=after,
+        within=bool(after <= 1.05),
+        p_parameters=_parameter_p(campaign, search),
+        unexplained=search.unexplained,
+        seconds=seconds,
+    )
+
+
+def _numbers(one: PlacedEffect) -> str:
+    return "(" + ",".join(f"{s}={v:.2g}" for s, v in one.values.items()) + ")"
+
+
+def _told(one: Found) -> str:
+    others = ", ".join(c.name for c in one.alternatives)
+    return one.candidate.name + (f" [{others}]" if others else "") + f" {one.judgement.errors:.1f}se"
+
+
+def _outcome(campaign: Hidden, search: Search) -> tuple[str, bool]:
+    truth = [name_of(one) for one in campaign.hidden]
+    named = search.found
+    if campaign.kind == "none":
+        quiet = not search.tried and not search.unexplained
+        return ("quiet" if quiet else "false alarm" if search.tried else "not adequate"), quiet
+    if campaign.kind.startswith("outside"):
+        if search.unexplained:
+            return ("unexplained, named too" if named else "unexplained"), True
+        return ("wrong name alone" if named else "nothing"), False
+    if campaign.kind == "several":
+        return _several(truth, search)
+    if not named:
+        if search.tried:
+            right = search.tried[0].candidate.name == truth[0]
+            return ("right but withheld" if right else "wrong, withheld"), False
+        return ("unexplained" if search.unexplained else "nothing"), False
+    first = named[0]
+    more = "" if len(named) == 1 else " + more"
+    if first.candidate.name == truth[0]:
+        return "right" + more, True
+    if truth[0] in (c.name for c in first.alternatives):
+        return "look-alike" + more, True
+    return ("right, not first" if any(truth[0] == one.candidate.name for one in named) else "wrong"), False
+
+
+def _several(truth: list[str], search: Search) -> tuple[str, bool]:
+    left, exact, strange = list(truth), True, 0
+    for one in search.found:
+        if one.candidate.name in left:
+            left.remove(one.candidate.name)
+            continue
+        alike = [c.name for c in one.alternatives if c.name in left]
+        if alike:
+            left.remove(alike[0])
+            exact = False
+        else:
+            strange += 1
+    if not left and not strange:
+        return ("exact" if exact else "look-alikes"), True
+    return f"{len(left)} missed, {strange} wrong", False
+
+
+def _parameter_p(campaign: Hidden, search: Search) -> float | None:
+    """Return the χ² p of the hidden effects' parameters, where all of them were found themselves."""
+    from scipy.special import chdtrc
+
+    found = {one.candidate.name for one in search.tried}
+    if not campaign.hidden or {name_of(one) for one in campaign.hidden} != found:
+        return None
+    fit = search.final
+    picked, off = [], []
+    for one in campaign.hidden:
+        valued = next(p for p in fit.robot.placed if p.effect.name == one.effect.name and p.place == one.place)
+        for spec in one.effect.parameters:
+            name = one.parameter_name(spec.symbol)
+            if name in fit.free_names and not spec.discrete:
+                picked.append(fit.free_names.index(name))
+                true = one.amplitude(spec.symbol) if spec.symbol in one.values else 0.0
+                off.append(valued.amplitude(spec.symbol) - true)
+                if spec.sort is Sort.SHAPE:
+                    off[-1] = valued.values[spec.symbol] - one.values[spec.symbol]
+    if not picked:
+        return None
+    covariance = fit.covariance[np.ix_(picked, picked)]
+    scale = np.sqrt(np.diag(covariance))
+    distance = np.array(off) / scale
+    chi2 = float(distance @ np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) @ distance)
+    return float(chdtrc(len(picked), chi2))

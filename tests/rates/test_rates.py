@@ -1,0 +1,78 @@
+"""The generator keeps what it promises: sizes, places, loads, offsets, and the scores count what they should."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.identification.observation import observe
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.composite import CompliantRobot
+from tests.rates.__main__ import table_of, wilson
+from tests.rates.playing import CLASSES, Hidden, Ruler, play_campaign
+from tests.rates.scoring import judge_campaign, name_of
+
+
+def drawn(kind: str, number: int = 0, only: str = "") -> Hidden:
+    return play_campaign(kind, np.random.default_rng([11, CLASSES.index(kind), number]), only)
+
+
+def springs_of(campaign: Hidden) -> CompliantRobot:
+    """Return the truth without what is hidden."""
+    kept = tuple(one for one in campaign.truth.placed if one.effect.name == "joint-compliance")
+    return CompliantRobot(campaign.truth.chain, kept)
+
+
+@pytest.mark.parametrize("kind", ["one 4x", "one 0.5x", "outside 1x"])
+def test_effects_have_their_size(kind: str) -> None:
+    campaign = drawn(kind)
+    data = observe(campaign.states, campaign.truth.chain)
+    ruler = Ruler.of(springs_of(campaign), data, campaign.noise)
+    for one, size in zip(campaign.hidden, campaign.sizes, strict=True):
+        # The ruler of the draw has no wrench noise, and bumped readings in it.
+        assert ruler.size(one) == pytest.approx(size, rel=0.05)
+
+
+def test_loads_are_never_hit_exactly() -> None:
+    states = drawn("none").states
+    size = np.linalg.norm(states.wrench[:, :3], axis=1)
+    assert len(np.unique(np.round(size, 6))) == len(size)
+    assert 8 <= len(states.runs) <= 14
+
+
+def test_draws_differ_by_seed_and_repeat() -> None:
+    first, again, other = drawn("one 1x"), drawn("one 1x"), drawn("one 1x", 1)
+    assert np.array_equal(first.states.position, again.states.position)
+    assert len(first.states) != len(other.states) or not np.array_equal(first.states.wrench, other.states.wrench)
+
+
+def test_outside_is_outside() -> None:
+    for number in range(6):
+        (hidden,) = drawn("outside 4x", number).hidden
+        assert hidden.effect.name not in built_in_effects()
+
+
+def test_a_slip_is_found_where_it_was() -> None:
+    campaign = drawn("seat-shift")
+    search = search_missing(campaign.states, campaign.model, built_in_effects())
+    assert [one.candidate.name for one in search.found] == ["seat-shift setup"]
+    placed = next(one for one in search.final.robot.placed if one.effect.name == "seat-shift")
+    assert placed.values["state"] == pytest.approx(campaign.hidden[0].values["state"], abs=1.0)
+
+
+def test_the_score_counts() -> None:
+    verdict = judge_campaign(drawn("one 4x", only="base-compliance"))
+    assert verdict.outcome in ("right", "look-alike")
+    assert verdict.good
+    assert verdict.hidden.startswith("base-compliance setup")
+    assert "one 4x" in table_of([verdict])
+    assert name_of(drawn("one 4x", only="base-compliance").hidden[0]) == "base-compliance setup"
+
+
+def test_wilson() -> None:
+    """Ten of ten: 72.2 to 100 % (Wilson 1927; Brown, Cai and DasGupta 2001, Table 1 give 0.722)."""
+    low, high = wilson(10, 10)
+    assert low == pytest.approx(0.7225, abs=1e-4)
+    assert high == pytest.approx(1.0)
+    assert wilson(0, 0) == (0.0, 1.0)
