@@ -103,7 +103,7 @@ def _sources(campaign: Campaign, watches: Watches) -> list[dict[str, Any]]:
     """Return what was seen of each file."""
     return [
         _file(campaign, source, watch)
-        for (source, _), watch in watches.logs.items()
+        for (source, _, _), watch in watches.logs.items()
     ]  # fmt: skip
 
 

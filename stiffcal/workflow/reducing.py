@@ -24,6 +24,8 @@ from stiffcal.reduction.registration import Registration, in_instrument_axes, re
 from stiffcal.reduction.screening import set_bumped_aside
 from stiffcal.reduction.states import Gathered, load_states, of_run, stacked, tabled_states
 from stiffcal.store import TableStream, Writing
+from stiffcal.workflow.logged_runs import log_files, logged_runs
+from stiffcal.workflow.logged_runs import of_run as rows_of_run
 from stiffcal.workflow.recording_tables import recording_columns, recording_table
 from stiffcal.workflow.watching import Watches, contradictions
 
@@ -109,13 +111,15 @@ def gather(
             parts.append(table if reading.only is None else of_run(table, reading.only))
     except InputError as error:
         reading.fault(error)
-    logged = [name for name, source in manifest.sources.items() if not source.is_states]
-    chosen = [run for run in manifest.runs if reading.only in (None, run.id)] if logged else []
+    try:
+        chosen = [(run, sources) for run, sources in logged_runs(campaign) if reading.only in (None, run.id)]
+    except InputError as error:
+        reading.fault(error)
+        chosen = []
     runs: list[ReducedRun] = []
-    for k, run in enumerate(chosen):
-        sources = [name for name in logged if name in run.files]
+    for k, (run, sources) in enumerate(chosen):
         if reading.collected is not None:  # files that are still to be measured are no faults there
-            sources = [name for name in sources if (campaign.folder / run.files[name]).is_file()]
+            sources = [name for name, file in log_files(campaign, run, sources) if (campaign.folder / file).is_file()]
         if not sources:
             continue
         logs = _read_logs(
@@ -212,7 +216,8 @@ def _read_log(
     campaign: Campaign, run: Run, name: str, progress: Progress, reading: Reading, watches: Watches
 ) -> Blocks:
     """Stream one log: into the store as it is, into block averages for everything else."""
-    source, file = campaign.manifest.sources[name], run.files[name]
+    source = campaign.manifest.sources[name]
+    ((_, file),) = log_files(campaign, run, [name])
     averager = BlockAverager()
     stream: TableStream | None = None
     out = {
@@ -221,9 +226,11 @@ def _read_log(
     }  # fmt: skip
     size, rows_told = (campaign.folder / file).stat().st_size, 0.0
     progress(f"reading {file}", 0.0)
-    for rows in read_rows(
-        campaign.folder, name, source, campaign.manifest.files_of(name, run), partial(watches.see, name, file)
-    ):
+    for everything in read_rows(campaign.folder, name, source, campaign.manifest.files_of(name, run)):
+        rows = rows_of_run(source, run, everything)
+        if len(rows) == 0:
+            continue
+        watches.see(name, file, rows, run.id)
         if reading.writing is not None:
             if stream is None:
                 stream = reading.writing.stream(f"recordings/{run.id}/{name}", recording_columns(source, rows))

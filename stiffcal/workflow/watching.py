@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.signals import Displacement, Lengths
 from stiffcal.errors import Fault
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics
@@ -20,11 +21,14 @@ class Watches:
 
     def __init__(self, campaign: Campaign) -> None:
         self._campaign = campaign
-        self.logs: dict[tuple[str, str], LogWatch] = {}
+        self.logs: dict[tuple[str, str, str], LogWatch] = {}
 
-    def see(self, source: str, file: str, rows: Rows) -> None:
-        """Look at rows as they stream past; raises `InputError` at what cannot be."""
-        key = (source, file)
+    def see(self, source: str, file: str, rows: Rows, run: str = "") -> None:
+        """Look at rows as they stream past; raises `InputError` at what cannot be.
+
+        One file may hold the logs of several runs, each with its own clock: `run` tells them apart.
+        """
+        key = (source, file, run)
         if key not in self.logs:
             held = self._campaign.manifest.sources[source]
             place = partial(place_of_row, self._campaign.folder, held, file)
@@ -32,8 +36,17 @@ class Watches:
         self.logs[key].see(rows.number, rows.time, rows.signals)
 
     def remarks(self) -> list[str]:
-        """Return what may be wrong without being a fault."""
-        return [remark for watch in self.logs.values() for remark in watch.remarks()]
+        """Return what may be wrong without being a fault, and what is read without being used."""
+        return [remark for watch in self.logs.values() for remark in watch.remarks()] + unused_signals(self._campaign)
+
+
+def unused_signals(campaign: Campaign) -> list[str]:
+    """Return a warning for every signal that no load state uses yet: gauges along one direction, rods."""
+    return [
+        f"source {source}: {name} is read and kept in the store, but not used by load campaigns yet"
+        for source, name, signal in campaign.manifest.signals()
+        if isinstance(signal, Displacement | Lengths)
+    ]
 
 
 def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> tuple[list[Fault], list[str]]:

@@ -1,0 +1,93 @@
+"""Which runs the logs hold: each with its own files, or one log for all, told apart by its run column."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.manifest import Run, Source
+from stiffcal.errors import InputError
+from stiffcal.readers import Wanted
+from stiffcal.reduction.logs import Rows, read_batches
+
+
+def logged_runs(campaign: Campaign) -> list[tuple[Run, list[str]]]:
+    """Return every run with the sources that log it, in the manifest's order.
+
+    A log for all runs is read through once for the names in its run column.
+
+    Raises
+    ------
+    InputError
+        A log holds a run that the manifest does not list; its run column cannot be read.
+    """
+    manifest = campaign.manifest
+    logged = [name for name, source in manifest.sources.items() if not source.is_states]
+    named = {name: _names_in(campaign, name) for name in logged if _has_column(manifest.sources[name])}
+    runs = manifest.runs or tuple(Run(id=name) for name in dict.fromkeys(n for names in named.values() for n in names))
+    listed = {run.id for run in runs}
+    for source, names in named.items():
+        unknown = [name for name in names if name not in listed]
+        if unknown:
+            raise InputError.at(
+                "campaign.toml", "[[runs]]", f"the log of {source} holds run {unknown[0]!r}, which is not listed",
+                "add it to [[runs]], or leave [[runs]] out where a column names the runs",
+            )  # fmt: skip
+    return [
+        (
+            run,
+            [
+                name
+                for name in logged
+                if name in run.files
+                or (run.id in named[name] if name in named else bool(manifest.files_of(name)) and len(runs) == 1)
+            ],
+        )
+        for run in runs
+    ]
+
+
+def of_run(source: Source, run: Run, rows: Rows) -> Rows:
+    """Return the rows that belong to a run: all, unless the source names runs in a column."""
+    if not _has_column(source):
+        return rows
+    keep = np.array([name == run.id for name in rows.run], dtype=np.bool_)
+    if keep.all():
+        return rows
+    return replace(
+        rows,
+        number=rows.number[keep],
+        time=rows.time[keep],
+        run=[run.id] * int(keep.sum()),
+        signals={name: values[:, keep] for name, values in rows.signals.items()},
+    )
+
+
+def log_files(campaign: Campaign, run: Run, sources: Sequence[str]) -> list[tuple[str, str]]:
+    """Return (source, file) for each source of a run; of a source in several files the first stands for it."""
+    return [(name, next(iter(campaign.manifest.files_of(name, run).values()))) for name in sources]
+
+
+def _has_column(source: Source) -> bool:
+    return source.run is not None and source.run.column is not None and bool(source.file or source.files)
+
+
+def _names_in(campaign: Campaign, name: str) -> list[str]:
+    """Return the names in a log's run column, in order; none where the log is not there yet."""
+    source = campaign.manifest.sources[name]
+    column = source.run.column if source.run is not None and source.run.column is not None else ""
+    file = source.file or source.files.get("run")
+    if file is None:
+        raise InputError.at(
+            "campaign.toml", f"[sources.{name}.files]", f'no file is named for the run column "{column}"',
+            'add run = "raw/….csv", the file that holds it',
+        )  # fmt: skip
+    if not (campaign.folder / file).is_file():
+        return []
+    found: dict[str, None] = {}
+    for batch in read_batches(campaign.folder, source, file, Wanted((), (column,))):
+        found |= dict.fromkeys(batch.texts[column])
+    return list(found)
