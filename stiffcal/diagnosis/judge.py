@@ -160,15 +160,19 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
 
     The fall is that with the choice repeated. Its standard errors are the leader's own: where one pose tells most,
     another candidate is chosen without it and errs there by far, which says that this pose was needed for the choice,
-    not that what all poses together say could be chance; for that, the family-wise p counts all that were tried.
+    not that what all poses together say could be chance; for that, the family-wise p counts all that were tried. Where
+    the noise is not known, nothing else checks the choice, and its own standard errors count too.
     """
     own = judge(scan, leader)
     if is_slip(leader.candidate.effect):
         # Without the run that slipped there is nothing to choose; its load cycles were left out instead.
         return own
-    before, after = float(np.trace(scan.base.nested)), float(chosen_in_every_fold(scan).sum())
-    fall = float(np.sqrt(before / scan.dof) - np.sqrt(max(after, 0.0) / scan.dof))
-    return Judgement(min(fall, own.fall), own.errors, own.p_value, own.possible)
+    before, after = np.diagonal(scan.base.nested).copy(), chosen_in_every_fold(scan)
+    fall, errors = _fall(before, after, np.bincount(scan.groups, weights=leader.score.moved), scan.dof)
+    if scan.fit.noise is not None:
+        # What is left is held against the noise (`lack_of_fit`): a wrong name leaves something, and is withheld.
+        errors = own.errors
+    return Judgement(min(fall, own.fall), min(errors, own.errors), own.p_value, own.possible)
 
 
 def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
