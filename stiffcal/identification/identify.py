@@ -19,7 +19,7 @@ from stiffcal.identification.identifiability import Identifiability, tell_apart
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
 from stiffcal.identification.noise import Noise, rms_length, root_mean_square_length, stated_noise
 from stiffcal.identification.observation import Column, Evaluation, Observations, evaluate, free_columns, observe
-from stiffcal.identification.reported import amplitude_bounds, reported_parameters, student_95
+from stiffcal.identification.reported import bounds_of, reported_parameters, student_95
 from stiffcal.identification.shapes import lacks_shape, start_shapes
 from stiffcal.identification.weighing import (
     Weights,
@@ -255,21 +255,11 @@ def amplitudes(robot: CompliantRobot, columns: Sequence[Column]) -> Floats:
     return np.array([robot.placed[c.placed].amplitude(c.symbol) for c in columns], dtype=np.float64)
 
 
-def _bounds(robot: CompliantRobot, columns: Sequence[Column]) -> tuple[Floats, Floats]:
-    """Return lower and upper bounds of the amplitudes."""
-    lower, upper = [], []
-    for column in columns:
-        low, high = amplitude_bounds(robot.placed[column.placed].effect.spec(column.symbol))
-        lower.append(low)
-        upper.append(high)
-    return np.array(lower), np.array(upper)
-
-
 def _tell_apart(
     reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], needed: Booleans | None = None
 ) -> Identifiability:
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
-    lower, upper = _bounds(robot, columns)
+    lower, upper = bounds_of(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
     return tell_apart(reduced.factor, names, widest, _are_shapes(columns), needed)
 
@@ -287,7 +277,7 @@ def _solve(
     cannot be negative: those are told by the solution with all of them free.
     """
     told = _tell_apart(reduced, robot, columns)
-    lower, upper = _bounds(robot, columns)
+    lower, upper = bounds_of(robot, columns)
     shapes = _are_shapes(columns)
     # A law bends with its shape: no step beyond a factor of two.
     lower = np.where(shapes, np.maximum(lower, start / 2), lower)

@@ -101,9 +101,9 @@ def _reference_of_runs(states: LoadStates) -> Integers:
     loaded state differ in second order from those that the model counts from the unloaded one.
     """
     reference = np.zeros(len(states), dtype=np.int64)
-    load = np.sqrt(np.sum(states.wrench**2, axis=1))
+    load, used = np.sqrt(np.sum(states.wrench**2, axis=1)), states.used
     for members in run_members(states.run):
-        usable = members[states.used[members]]
+        usable = members[used[members]]
         marked = usable[states.reference[usable]]
         candidates = usable if len(usable) else members
         reference[members] = marked[0] if len(marked) else candidates[np.argmin(load[candidates])]
@@ -328,11 +328,7 @@ def _law_columns(
 
 
 def _observation_columns(
-    model: CompliantRobot,
-    data: Observations,
-    predicted: Floats,
-    found: Floats,
-    rows: dict[tuple[int, str], int],
+    model: CompliantRobot, data: Observations, predicted: Floats, found: Floats, rows: dict[tuple[int, str], int]
 ) -> None:
     full = np.zeros((len(data.setup.targets), 6, data.n_states))
     full[data.body, data.component] = predicted

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiffcal.identification.fit import Parameter
+from stiffcal.identification.observation import Column
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterSpec, Place
+
+Floats = NDArray[np.float64]
 
 
 def amplitude_bounds(spec: ParameterSpec) -> tuple[float, float]:
@@ -18,6 +22,16 @@ def amplitude_bounds(spec: ParameterSpec) -> tuple[float, float]:
             1.0 / spec.lower if spec.lower > 0.0 else np.inf
         )
     return spec.lower, spec.upper
+
+
+def bounds_of(robot: CompliantRobot, columns: Sequence[Column]) -> tuple[Floats, Floats]:
+    """Return lower and upper bounds of the amplitudes."""
+    lower, upper = [], []
+    for column in columns:
+        low, high = amplitude_bounds(robot.placed[column.placed].effect.spec(column.symbol))
+        lower.append(low)
+        upper.append(high)
+    return np.array(lower), np.array(upper)
 
 
 def student_95(dof: int) -> float:
