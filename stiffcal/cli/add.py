@@ -30,7 +30,7 @@ def add(
 
     Your comments stay.
 
-    Example: stiffcal add campaigns/irb4400 joint-compliance --joints 2,3
+    Example: stiffcal add demo backlash --joints 4
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.edit_model import edit_model

@@ -37,7 +37,7 @@ def check(
     Reads everything (streamed), names every fault with its place, and is usable while still measuring.
     Ends with exit code 1 where the campaign is not ready.
 
-    Example: stiffcal check campaigns/irb4400 --quick
+    Example: stiffcal check demo --quick
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.check import check_campaign

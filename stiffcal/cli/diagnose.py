@@ -23,7 +23,7 @@ def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate
     Tries every effect at every place beside everything else, in poses the fit has not seen; says how sure it is, what
     else could look the same, and when nothing is missing.
 
-    Example: stiffcal diagnose campaigns/irb4400
+    Example: stiffcal diagnose demo
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.diagnose import diagnose_campaign

@@ -29,7 +29,7 @@ def export(
 
     States with measured, predicted and residual as CSV or Parquet; the model as JSON or URDF.
 
-    Example: stiffcal export campaigns/irb4400 -o states.parquet
+    Example: stiffcal export demo -o states.parquet
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.export import export_campaign

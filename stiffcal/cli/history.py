@@ -27,7 +27,7 @@ def history(
 ) -> int:
     """List every fit: model, error in unseen poses, noise.
 
-    Example: stiffcal history campaigns/irb4400 --restore 1
+    Example: stiffcal history demo --restore 1
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.history import read_history, restore_model

@@ -27,7 +27,7 @@ def identify(
 
     Says too what the data cannot tell, and what error to expect in new poses.
 
-    Example: stiffcal identify campaigns/irb4400 --loss huber
+    Example: stiffcal identify demo --loss huber
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.identify import identify_campaign

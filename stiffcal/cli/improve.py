@@ -29,7 +29,7 @@ def improve(
 
     Asks before each step where a person sits at the terminal and --yes is not given.
 
-    Example: stiffcal improve campaigns/irb4400 --yes
+    Example: stiffcal improve demo --yes
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.improve import always, improve_campaign

@@ -20,7 +20,7 @@ def ingest(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None
     Clocks are aligned, holds found, references taken. With nothing changed since the last time it does
     nothing and says so.
 
-    Example: stiffcal ingest campaigns/irb4400
+    Example: stiffcal ingest demo
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.ingest import ingest_campaign

@@ -23,8 +23,12 @@ def init(
         Literal["load", "clamped", "ids", "friction"] | None, typer.Option(help="What kind of campaign it is to be.")
     ] = None,
     table: Annotated[
-        Path | None,
-        typer.Option("--from", metavar="TABLE.csv", help="Propose the campaign from a table's header and values."),
+        list[Path] | None,
+        typer.Option(
+            "--from",
+            metavar="TABLE.csv",
+            help="Propose the campaign from a table's header and values; once more for each table of a set.",
+        ),
     ] = None,
     urdf: Annotated[Path | None, typer.Option(metavar="F", help="The robot as a URDF (with --from).")] = None,
     robot: Annotated[
@@ -43,7 +47,7 @@ def init(
     with answering(as_json) as answer:
         from stiffcal.workflow.init import init_campaign
 
-        document = init_campaign(folder, kind=kind, table=table, urdf=urdf, robot=robot)
+        document = init_campaign(folder, kind=kind, tables=table or (), urdf=urdf, robot=robot)
         answer.give(document, show_init, command_line("check", folder))
     return OK
 

@@ -34,7 +34,7 @@ def plot(
 
     The residual against anything it might follow; SVG, PNG or PDF by the file's ending.
 
-    Example: stiffcal plot campaigns/irb4400 --against torque:4 -o residual.svg
+    Example: stiffcal plot demo --against torque:4 -o residual.svg
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.plot import plot_campaign

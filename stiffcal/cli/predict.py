@@ -53,7 +53,7 @@ def predict(
 
     With uncertainty; loads from a table of poses, or along a path of forces at one pose.
 
-    Example: stiffcal predict campaigns/irb4400 --load-path "-100,200,-300;0,0,0;100,-200,100" --at 0,10,20,0,30,0
+    Example: stiffcal predict demo --load-path "-100,200,-300;0,0,0;100,-200,100" --at 0,10,20,0,30,0
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.predict import LoadPathWish, predict_campaign

@@ -26,7 +26,7 @@ def remove(
 
     Your comments stay.
 
-    Example: stiffcal remove campaigns/irb4400 joint-compliance --joints 6
+    Example: stiffcal remove demo backlash --joints 4
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.edit_model import edit_model

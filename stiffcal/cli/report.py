@@ -21,7 +21,7 @@ def report(
 ) -> int:
     """Write the report as a PDF (DIR/report.pdf).
 
-    Example: stiffcal report campaigns/irb4400 -o irb4400.pdf
+    Example: stiffcal report demo -o demo.pdf
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.report import report_campaign

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -> int:
     """Check, ingest, identify, validate, diagnose and report in one go.
 
-    Example: stiffcal run campaigns/irb4400
+    Example: stiffcal run demo
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.run import run_campaign

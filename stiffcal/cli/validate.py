@@ -31,7 +31,7 @@ def validate(
 
     Says where it fails. Ends with exit code 1 where a threshold of campaign.toml is not held.
 
-    Example: stiffcal validate campaigns/irb4400
+    Example: stiffcal validate demo
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.steps import Means

@@ -188,15 +188,19 @@ def _suggest_format(log_format: str, known: Sequence[str]) -> str:
 
 def check_columns(wanted: Wanted, columns: Sequence[str], shown: str, place: str, hint: str = "") -> None:
     """Raise `InputError` naming every wanted column that is missing or not unique, with the nearest name there is."""
-    faults = []
+    faults, missing = [], []
     for name in wanted.names:
         found = sum(column == name for column in columns)
         if found > 1:
             reason = f"the column name {name!r} stands {found} times"
             faults.append(Fault(shown, place, reason, "give every column a name of its own"))
         elif found == 0:
-            mend = hint or nearest_name(name, columns)
-            faults.append(Fault(shown, place, f"no column {name!r}", mend))
+            missing.append(name)
+    if hint and len(missing) > 1:  # one cause, one line
+        others = f"{len(missing) - 1} other" + ("s" if len(missing) > 2 else "")
+        faults.append(Fault(shown, place, f"no column {missing[0]!r} nor {others}", hint))
+    else:
+        faults += [Fault(shown, place, f"no column {name!r}", hint or nearest_name(name, columns)) for name in missing]
     if faults:
         raise InputError(*faults)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from stiffcal.errors import InputError
@@ -11,7 +12,7 @@ from stiffcal.workflow.steps import Document
 def init_campaign(
     folder: Path,
     kind: str | None = None,
-    table: Path | None = None,
+    tables: Sequence[Path] = (),
     urdf: Path | None = None,
     robot: str | None = None,
 ) -> Document:
@@ -21,7 +22,8 @@ def init_campaign(
     ----------
     folder : where; it must not hold a campaign yet.
     kind : "load", "clamped", "ids" or "friction": a commented folder of that kind. None without a table: "load".
-    table : propose the campaign from this table's header and values instead.
+    tables : propose the campaign from the headers and values of one table, or of several of equal length (angles in
+        one, forces in another), instead.
     urdf, robot : with a table: the robot as URDF, or the name of a bundled one.
 
     Returns
@@ -34,21 +36,21 @@ def init_campaign(
     InputError : the options do not go together, or the folder holds a campaign already.
     """
     folder = Path(folder)
-    if table is not None and kind is not None:
+    if tables and kind is not None:
         raise InputError.at(
             "command line", "--kind", "a table proposes a load campaign", "give either --kind or --from"
         )
-    if table is None and (urdf is not None or robot is not None):
+    if not tables and (urdf is not None or robot is not None):
         option = "--urdf" if urdf is not None else "--robot"
         raise InputError.at("command line", option, "it goes with --from only", "give --from TABLE.csv too")
-    if table is None:
+    if not tables:
         from stiffcal.campaign.templates import write_template
 
         written, guessed, unused = write_template(folder, kind or "load"), [], []
     else:
         from stiffcal.campaign.from_table import propose_campaign
 
-        proposal = propose_campaign(folder, Path(table), urdf=urdf, robot=robot)
+        proposal = propose_campaign(folder, [Path(table) for table in tables], urdf=urdf, robot=robot)
         written, guessed = proposal.files, list(proposal.guessed)
         unused = [f"nothing was seen in column {name}: it is not used" for name in proposal.unused]
     files = [str(file) for file in written]

@@ -42,7 +42,7 @@ def test_shortest_manifest_is_what_init_proposes(tmp_path: Path) -> None:
     rows = [f"{pose},{100 + k},{-50 * k},20,{0.1 * k + 0.5:.1f},0.3,-0.2" for k, pose in enumerate(joints)]
     table = tmp_path / "table.csv"
     table.write_text("\n".join([HEADER, *rows]) + "\n", encoding="utf-8")
-    init_campaign(tmp_path / "my-robot", table=table, robot="irb4400")
+    init_campaign(tmp_path / "my-robot", tables=[table], robot="irb4400")
     proposed = tomllib.loads((tmp_path / "my-robot" / "campaign.toml").read_text(encoding="utf-8"))
     expected = tomllib.loads(shown)
     # where the tool is only its owner knows
@@ -70,3 +70,17 @@ def test_init_options_that_do_not_go_together(tmp_path: Path, capsys: pytest.Cap
         assert end.value.code == 2
         assert len(capsys.readouterr().err.splitlines()) == 1
     assert not (tmp_path / "new").exists()
+
+
+def test_init_from_several_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As published measurements come: angles, forces and displacements in a file each."""
+    (tmp_path / "angles.csv").write_text("A1,A2,A3,A4,A5,A6\n10,20,30,40,50,60\n20,10,35,0,50,0\n", encoding="utf-8")
+    (tmp_path / "forces.csv").write_text("Fx,Fy,Fz\n0,0,-100\n50,0,-300\n", encoding="utf-8")
+    (tmp_path / "moved.csv").write_text("dx,dy,dz\n0.1,0,-0.2\n0.2,0.1,-0.6\n", encoding="utf-8")
+    words = [word for name in ("angles", "forces", "moved") for word in ("--from", str(tmp_path / f"{name}.csv"))]
+    folder = tmp_path / "my-robot"
+    with pytest.raises(SystemExit) as end:
+        main(["init", str(folder), *words, "--robot", "irb4400"])
+    assert end.value.code == 0, capsys.readouterr().err
+    source = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))["sources"]["table"]
+    assert source["files"] == {"joints": "raw/angles.csv", "wrench": "raw/forces.csv", "deflection": "raw/moved.csv"}

@@ -187,7 +187,7 @@ def _header_hint(path: Path, text: LogText, shown: str, wanted: Wanted, delimite
                 if other != delimiter and given:
                     settings.append(f"csv.delimiter = {other!r}".replace("'", '"'))
                 if settings:
-                    return f"the column names stand in line {search.line_number}: set " + " and ".join(settings)
+                    return f"the names stand in line {search.line_number}: set " + " and ".join(settings)
     return ""
 
 
