@@ -168,7 +168,8 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
         # Without the run that slipped there is nothing to choose; its load cycles were left out instead.
         return own
     before, after = np.diagonal(scan.base.nested).copy(), chosen_in_every_fold(scan)
-    fall, errors = _fall(before, after, np.bincount(scan.groups, weights=leader.score.moved), scan.dof)
+    moved = np.bincount(scan.groups, weights=leader.score.moved).astype(np.float64)
+    fall, errors = _fall(before, after, moved, scan.dof)
     if scan.fit.noise is not None:
         # What is left is held against the noise (`lack_of_fit`): a wrong name leaves something, and is withheld.
         errors = own.errors
