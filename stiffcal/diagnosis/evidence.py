@@ -186,7 +186,7 @@ def _directions(
     Along the lever of the node that turns, where that is one; else along one fixed line, where the effect keeps to it;
     else along what it adds in each state, the sign that of its driver.
     """
-    lever = _common_lever(state, one, rows)
+    lever = _common_lever(state, one, rows, driver)
     direction = np.full_like(added, np.nan)
     seen = state.data.seen[rows]
     if lever is not None:
@@ -213,8 +213,11 @@ def _directions(
     return direction, None
 
 
-def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers) -> Floats | None:
-    """Return (m, n) the lever of the one thing that the effect turns or shifts; None where it moves several."""
+def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers, driver: Floats | None) -> Floats | None:
+    """Return (m, n) the lever of the one thing that the effect turns or shifts; None where it moves several.
+
+    None also where the driver is the size of what turns it, without its sign: curves would fold over each other.
+    """
     moved: dict[tuple[int, int], Floats] = {}
     chain, shape = state.robot.chain, one.shape()
     bare = NodeLoads(state.unloaded.wrench, state.loaded.inputs.angles)
@@ -231,6 +234,8 @@ def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers) -> Float
     size = {key: float(np.sum((lever * value)[rows] ** 2)) for key, (lever, value) in parts.items()}
     lead = max(size, key=lambda key: size[key])
     whole, drive = parts[lead]
+    if driver is not None and _is_size_of(driver, drive):
+        return None
     covered = whole * drive
     for key, (lever, value) in parts.items():
         # A drive on mechanically coupled axes turns several joints, in fixed proportion.
@@ -240,6 +245,14 @@ def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers) -> Float
     total = np.asarray(sum(lever * value for lever, value in parts.values()))[rows]
     left = float(np.sum((total - covered[rows]) ** 2))
     return whole if left <= (1.0 - ONE_LINE) * float(np.sum(total**2)) else None
+
+
+def _is_size_of(driver: Floats, drive: Floats) -> bool:
+    """Return whether a driver follows the size of a law's term and not the term."""
+    if np.ptp(driver) == 0.0 or np.ptp(drive) == 0.0 or np.ptp(np.abs(drive)) == 0.0:
+        return False
+    signed, unsigned = (abs(float(np.corrcoef(driver, each)[0, 1])) for each in (drive, np.abs(drive)))
+    return unsigned > 0.5 > signed
 
 
 def _along(direction: Floats, residual: Floats, rows: Integers) -> Floats:

@@ -73,12 +73,13 @@ def test_other_effects_are_read_along_what_they_add(effect: str, place: Place, u
     """An effect with several directions, or none of its own, is projected; its whole error falls too."""
     found, _ = evidence(effect, place)
     assert found.unit == unit
-    assert found.lever is None or effect == "bearing-tilt"
+    assert found.lever is None
     assert np.isfinite(found.value[np.isfinite(found.before)]).all()
     assert (found.rms_after["translation"] or 0.0) < (found.rms_before["translation"] or 0.0)
-    # Residual and law agree where nothing absorbs the law.
     read = np.isfinite(found.before)
-    assert np.corrcoef(found.before[read] - found.after[read], found.law[read])[0, 1] > 0.2
+    assert found.law[read].min() >= 0.0
+    # A driver without a sign has the residual along what is added: before it rises, afterwards it does not.
+    assert found.before[read] @ found.value[read] > 5.0 * abs(found.after[read] @ found.value[read])
 
 
 def test_runs_add_up() -> None:

@@ -84,7 +84,8 @@ def _caption(one: EffectEvidence) -> str:
         )
     n_known, n_all = int(np.isfinite(one.before).sum()), len(one.before)
     if n_known < n_all:
-        text += f" {n_all - n_known} of {n_all} states tell nothing of it (no lever) and are not drawn."
+        why = "next to nothing of it shows there" if one.lever is None else "no lever"
+        text += f" {n_all - n_known} of {n_all} states are not drawn: {why}."
     if n_known > MOST_POINTS:
         text += f" About {MOST_POINTS} states are drawn, the largest residuals among them."
     if one.path_run:

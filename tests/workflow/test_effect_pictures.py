@@ -1,0 +1,48 @@
+"""What an effect does to a load-deformation curve, computed by its own law."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.model.catalogue import find_effects
+from stiffcal.workflow.effect_pictures import draw_effect, effect_picture
+
+
+@pytest.mark.parametrize("name", sorted(find_effects()))
+def test_every_effect_shows(name: str) -> None:
+    """Each effect of the catalogue changes a curve of the example, and visibly."""
+    picture = effect_picture(find_effects()[name])
+    assert picture is not None
+    change = np.abs(picture.with_effect - picture.without).max()
+    assert change > 0.1 * np.abs(np.concatenate([picture.with_effect, picture.without])).max()
+    assert "[" in picture.x_label
+    assert picture.y_label.endswith("]")
+
+
+def test_shapes_are_those_of_the_laws() -> None:
+    """Backlash jumps at zero load and keeps the slope; friction runs in a loop; a straight spring does neither."""
+    backlash = effect_picture(find_effects()["backlash"])
+    assert backlash is not None
+    far = backlash.x > 0.5 * backlash.x.max()
+    added = (backlash.with_effect - backlash.without)[far]
+    assert np.ptp(added) < 0.05 * added.mean()
+    loop = effect_picture(find_effects()["friction-hysteresis"])
+    assert loop is not None
+    assert loop.unloading.any()
+    assert not backlash.unloading.any()
+    middle = np.abs(loop.x - 0.5 * loop.x.max()) < 1.0
+    assert loop.with_effect[middle & loop.unloading].mean() > loop.with_effect[middle & ~loop.unloading].mean()
+
+
+def test_drawn_to_a_file(tmp_path: Path) -> None:
+    """A picture; a wrong ending and a missing folder are told in one line."""
+    assert "backlash" in draw_effect("backlash", tmp_path / "one.svg")
+    assert (tmp_path / "one.svg").read_text().startswith("<?xml")
+    with pytest.raises(InputError, match="no picture format"):
+        draw_effect("backlash", tmp_path / "one.txt")
+    with pytest.raises(InputError, match="cannot be written"):
+        draw_effect("backlash", tmp_path / "nowhere" / "one.svg")
