@@ -1,6 +1,6 @@
 """What each joint saw of the load, and whether that is enough to identify its compliance.
 
-A first-order look before any fit: columns J Δτ of every joint's compliance, the scatter that is left, and the
+A first-order look before any fit: columns J Δτ of every drive's compliance, the scatter that is left, and the
 uncertainty that follows. It answers "which pose or load is still missing" while one can still measure.
 """
 
@@ -29,7 +29,7 @@ class JointExcitation:
 
     Attributes
     ----------
-    name : the joint. torque : largest change of torque about its axis within a run, N·m.
+    name : the joint. torque : largest change of torque on its drive within a run, N·m.
     relative_std : standard uncertainty over value that a fit of joint compliances can expect; NaN where unknown.
     identifiable : False where its compliance cannot be told. verdict : in words.
     """
@@ -64,8 +64,10 @@ def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floa
         [np.einsum("nij,nj->ni", axes, states.wrench[:, :3]), np.einsum("nij,nj->ni", axes, states.wrench[:, 3:])],
         axis=1,
     )
-    torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench)
-    columns = jacobians(chain, angles, states.setup.targets[0])[:, :3] * torque[:, None, :]
+    # a drive that turns several joints (a parallel rod) carries the torque of each: τ_drive = Mᵀ τ, δ = M δ_drive
+    drives = chain.drive_axes
+    torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench) @ drives
+    columns = (jacobians(chain, angles, states.setup.targets[0])[:, :3] @ drives) * torque[:, None, :]
     seen = states.deflection[:, 0, :3].copy() if states.deflection_given else states.position[:, 0].copy()
     if not states.deflection_given:
         for k in np.unique(states.run):

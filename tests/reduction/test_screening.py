@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.reduction.load_cycles import find_load_cycles
-from stiffcal.reduction.screening import bumped_readings, set_bumped_aside
+from stiffcal.reduction.screening import bumped_readings, load_is_good, set_bumped_aside
 from tests.reduction.practice import needs_practice, reduced
 
 OTHERS = ["01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "12", "13-table"]
@@ -73,3 +73,12 @@ def test_states_set_aside_keep_their_reasons() -> None:
     states = reduced("11").states
     again = set_bumped_aside(states)
     assert (again.set_aside == states.set_aside).all()
+
+
+@needs_practice
+def test_the_load_of_a_bumped_reading_is_good_that_of_an_excluded_row_in_doubt() -> None:
+    states = reduced("11").states
+    assert load_is_good(states).all()
+    reasons = states.set_aside.copy().astype("<U80")
+    reasons[7] = "excluded in the manifest: bumped the table"
+    assert np.flatnonzero(~load_is_good(replace(states, set_aside=reasons))).tolist() == [7]
