@@ -126,7 +126,7 @@ def peak_of_own_process(n: int) -> float | None:
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
-def main(n: int = 200_000, repeats: int = 2) -> bool:
+def main(n: int = 200_000, repeats: int = 3) -> bool:
     """Print the comparison; return whether all wanted ratios were met."""
     states = many_states(n)
     matrix, measured = finished_matrix(states)
