@@ -159,14 +159,21 @@ class CsvOptions(Table):
     unit_row: bool | None = None
 
     look_alikes: ClassVar[dict[str, str]] = {
-        "sep": "delimiter", "separator": "delimiter", "skiprows": "skip_rows", "units_row": "unit_row",
+        "sep": "delimiter", "separator": "delimiter", "skiprows": "skip_rows", "header": "skip_rows",
+        "header_lines": "skip_rows", "units_row": "unit_row",
     }  # fmt: skip
 
 
 class Hdf5Options(Table):
-    """Where in an HDF5 file the columns lie."""
+    """Where in an HDF5 file the columns lie.
+
+    Attributes
+    ----------
+    group : the group that holds them. dataset : one dataset in it that holds all columns; recognised where left out.
+    """
 
     group: Name = "/"
+    dataset: Name | None = None
 
 
 class ParquetOptions(Table):

@@ -45,6 +45,8 @@ UNIT_ATTRIBUTES = ("unit", "units")
 # Conventions by which stored numbers are not the physical ones.
 SCALING_ATTRIBUTES = ("scale_factor", "add_offset", "scale", "offset", "gain")
 
+KNOWN_OPTIONS: dict[str, type] = {"group": str, "dataset": str}
+
 
 @dataclass(frozen=True)
 class Columns:
@@ -101,7 +103,7 @@ READER = Hdf5Reader()
 
 @contextmanager
 def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, str]]:
-    check_options(options, {"group": str, "dataset": str}, "hdf5", shown)
+    check_options(options, KNOWN_OPTIONS, "hdf5", shown)
     if not path.is_file():
         raise InputError.at(shown, "", "no such file", "correct the file's name")
     group_name = str(options.get("group") or "/")

@@ -236,10 +236,7 @@ def reader_options(source: Source, log_format: str) -> dict[str, object]:
         return {}
     if isinstance(table, dict):
         return dict(table)
-    options: dict[str, object] = table.model_dump(exclude_unset=True)
-    if "units_row" in options:
-        options["unit_row"] = options.pop("units_row")
-    return options
+    return dict(table.model_dump(exclude_unset=True))
 
 
 def _batches(folder: Path, source: Source, files: Mapping[str, str]) -> Iterator[Batch]:

@@ -1,0 +1,28 @@
+"""What the manifest lets a user say of a format is what its reader knows, and only that."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+from stiffcal.campaign.manifest import CsvOptions, Hdf5Options, ParquetOptions, Source
+from stiffcal.readers import csv, hdf5
+from stiffcal.reduction.logs import reader_options
+
+
+def test_manifest_and_readers_know_the_same_options() -> None:
+    assert set(CsvOptions.model_fields) == set(csv.layout.KNOWN_OPTIONS)
+    assert set(Hdf5Options.model_fields) == set(hdf5.KNOWN_OPTIONS)
+    assert not ParquetOptions.model_fields
+
+
+@pytest.mark.parametrize("key", ["header", "comment", "units_row"])
+def test_other_names_are_refused(key: str) -> None:
+    with pytest.raises(ValidationError):
+        CsvOptions.model_validate({key: 1})
+
+
+def test_what_is_said_reaches_the_reader_as_it_is() -> None:
+    said = {"delimiter": ";", "decimal": ",", "encoding": "latin-1", "skip_rows": 3, "unit_row": True}
+    assert reader_options(Source.model_validate({"csv": said}), "csv") == said
+    assert reader_options(Source.model_validate({"hdf5": {"dataset": "log"}}), "hdf5") == {"dataset": "log"}
