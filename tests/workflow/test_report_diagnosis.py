@@ -1,0 +1,45 @@
+"""What a diagnosis leaves for the report: not made, of the present fit with evidence for what was added, stale."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+
+from stiffcal.store import values_of
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.edit_model import edit_model
+from stiffcal.workflow.history import read_history
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.report_content import report_content
+from stiffcal.workflow.report_diagnosis import diagnosis_content
+from stiffcal.workflow.steps import Means, ingested
+from stiffcal.workflow.validate import validated
+
+
+def test_not_made_made_and_stale(campaign: Path) -> None:
+    data = ingested(campaign, Means())
+    identified = identify_campaign(campaign)
+    assert "not been diagnosed yet" in diagnosis_content(data, identified)["not_diagnosed"]
+    edit_model(campaign, "add", "bearing-tilt", where={"joints": "2"})
+    diagnose_campaign(campaign)
+    data, identified = ingested(campaign, Means()), identify_campaign(campaign)
+    content = report_content(data, identified, validated(data, identified, Means()), read_history(campaign))
+    assert content.diagnose is not None
+    tilt = next(one for one in content.evidence if one.effect == "bearing-tilt")
+    assert not tilt.missing
+    assert [each["name"].rpartition(".")[2] for each in tilt.parameters] == ["x", "y"]
+    assert tilt.picture is not None
+    assert len(tilt.value) == len(tilt.run) == len(tilt.branch) == np.count_nonzero(data.states.used)
+    table = data.store.read_table("evidence")
+    assert len(values_of(table.column("driver"))) == sum(len(one.value) for one in content.evidence)
+    # The campaign's own files stand among the sources with their digests.
+    digests = {one.file: one.sha256 for one in content.provenance.sources}
+    for name in ("campaign.toml", "robot.toml", "model.toml"):
+        assert digests[name] == hashlib.sha256((campaign / name).read_bytes()).hexdigest()
+    edit_model(campaign, "remove", "bearing-tilt", where={"joints": "2"})
+    identified = identify_campaign(campaign)
+    stale = diagnosis_content(ingested(campaign, Means()), identified)
+    assert "diagnose" not in stale
+    assert "stale (it is of fit 2)" in stale["not_diagnosed"]
