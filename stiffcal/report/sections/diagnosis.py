@@ -80,7 +80,7 @@ def _facts(document: Document) -> list[tuple[str, str]]:
             )
         )
     explained = document.get("explained_by_missing")
-    if explained is not None and document["missing"]:
+    if explained is not None and document["missing"] and document["noise"]:
         facts.append(("explained", f"{wording.percent(explained)} of the avoidable error goes with it"))
     return facts
 

@@ -11,7 +11,7 @@ _TITLE = "Every effect that was tried"
 _MOST_ROWS = 15
 # Where every candidate is rejected, the first few say all.
 _FEW_ROWS = 8
-_MOST_ALIKE = 3
+_MOST_ALIKE = 1
 _COLUMNS = (
     Column("effect", align="left"), Column("place", align="left"), Column("verdict", align="left"),
     Column("unseen, rms"), Column("explains"), Column("first in"), Column("at the tool"), Column("p"),
