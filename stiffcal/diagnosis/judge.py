@@ -34,17 +34,27 @@ class LackOfFit:
     dof : degrees of freedom of the residuals and of the noise.
     p_value : probability of so much by chance.
     ratio : unseen error over noise.
+    wander : residuals' rms over what successive readings differ by (over √2): 1 where nothing lingers. Repeats lie a
+        cycle apart; what wanders in between counts as their noise and hides from ``ratio``.
+    wander_p : probability of so much by chance.
     """
 
     statistic: float
     dof: tuple[float, float]
     p_value: float
     ratio: float
+    wander: float = 1.0
+    wander_p: float = 1.0
+
+    @property
+    def wanders(self) -> bool:
+        """True where residuals linger from reading to reading: what repeats call noise is not all noise."""
+        return self.wander > ADEQUATE_RATIO and self.wander_p < LACK_OF_FIT_P
 
     @property
     def adequate(self) -> bool:
         """True where the unseen error is the noise, to within five per cent or to within what the noise is known."""
-        return self.ratio <= ADEQUATE_RATIO or self.p_value > LACK_OF_FIT_P
+        return (self.ratio <= ADEQUATE_RATIO or self.p_value > LACK_OF_FIT_P) and not self.wanders
 
 
 def f_tail(statistic: float, dof: float, other: float) -> float:
@@ -63,7 +73,30 @@ def lack_of_fit(fit: Fit, scan: Scan) -> LackOfFit | None:
     dof = scan.dof - scan.n_columns
     statistic = scan.base.fitted / dof
     ratio = float(np.sqrt(np.sum(scan.base.unseen) / scan.dof))
-    return LackOfFit(statistic, (float(dof), fit.noise.dof), f_tail(statistic, dof, fit.noise.dof), ratio)
+    p_value = f_tail(statistic, dof, fit.noise.dof)
+    return LackOfFit(statistic, (float(dof), fit.noise.dof), p_value, ratio, *_wander(scan))
+
+
+def _wander(scan: Scan) -> tuple[float, float]:
+    """Return how much larger residuals are than what successive readings of a run differ by, and its p.
+
+    Half the mean squared difference over the variance is 1 for independent readings, with variance 1/n (von Neumann
+    1941; Young 1941).
+    """
+    from scipy.special import ndtr
+
+    data = scan.fit.data
+    white = scan.space.rows(scan.residual[None]).reshape(len(data.measured), -1)
+    beside = (data.run[1:] == data.run[:-1]) & (data.seen[:, 1:] & data.seen[:, :-1])
+    n_pairs = int(np.count_nonzero(beside))
+    rest = scan.dof - scan.n_columns
+    if n_pairs < 2 or rest < 1 or not data.free_offset:
+        return 1.0, 1.0
+    short = float(np.sum(np.where(beside, np.diff(white, axis=1), 0.0) ** 2)) / (2.0 * n_pairs)
+    whole = float(np.sum(white**2)) / rest
+    if short <= 0.0:
+        return 1.0, 1.0
+    return float(np.sqrt(whole / short)), float(ndtr(-(1.0 - short / whole) * np.sqrt(n_pairs)))
 
 
 @dataclass(frozen=True)

@@ -209,7 +209,8 @@ def _conclude(bench: Workbench, present: Fit, first: Scan, fit: Fit, scan: Scan,
     # Both errors in units of the final model's noise, which no missing effect has swollen.
     e_before = before.ratio**2 if before is not None else float(np.sum(first.base.unseen) / first.dof)
     e_after = after.ratio**2 if after is not None else float(np.sum(scan.base.unseen) / scan.dof)
-    avoidable = e_before - (1.0 if after is not None else 0.0)
+    floor = 0.0 if after is None else 1.0 / after.wander**2 if after.wanders else 1.0
+    avoidable = e_before - floor
     explained = float(np.clip((e_before - e_after) / avoidable, 0.0, 1.0)) if avoidable > 0.0 else 1.0
     unexplained = after is not None and not after.adequate
     found = () if unexplained and explained < LEAST_EXPLAINED else tried

@@ -204,7 +204,8 @@ def _several(rng: np.random.Generator, ruler: Ruler) -> tuple[tuple[PlacedEffect
             row = ruler.rest_of(change[None])[0]
             rows.append(row / np.linalg.norm(row))
         overlap = np.abs(np.array(rows) @ np.array(rows).T - np.eye(count)).max()
-        if overlap < 0.7:
+        apart = len({(one.effect.name, one.place) for one in placed}) == count
+        if overlap < 0.7 and apart:
             return tuple(placed), tuple(sizes)
 
 
