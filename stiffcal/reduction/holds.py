@@ -30,6 +30,7 @@ CHUNK = 256  # blocks that are segmented at a time: keeps the work proportional 
 REST = 1.6  # times as long at a level as the ramps need to pass it: perhaps a hold
 USUAL_REST = 2.2  # where none is clear, the median of all that may be holds: less is a ramp in uneven slices
 CLEAR_REST = 6.0  # likewise: surely a hold, whose durations tell what is usual
+SLICE = 0.05  # of what most of the time is spent in: a slice of a ramp, not a hold
 SHORT_HOLD = 0.35  # of the usual duration: shorter ones are pauses or settling
 SHORT_PAUSE = 0.1  # likewise: shorter ones are not worth telling from the ramps
 LONG_END = 1.25  # of the median: a log that runs on before the first or after the last load is cut to the median
@@ -132,7 +133,10 @@ def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece]
     if not holds or (stay[level].max() < CLEAR_REST and float(np.median(stay[level])) < USUAL_REST):
         return [], []
     duration = np.array([time[piece.last - 1] - time[piece.first] for piece in holds])
-    clear = duration[stay[level] > CLEAR_REST]
+    # half of all the time held is held for longer than this: slices of ramps, however many, take little time
+    inner = np.sort([d for d, p in zip(duration, holds, strict=True) if p.first > 0 and p.last < len(time)] or duration)
+    heavy = inner[np.searchsorted(np.cumsum(inner), 0.5 * inner.sum())]
+    clear = duration[(stay[level] > CLEAR_REST) & (duration > SLICE * heavy)]
     usual = float(np.median(clear if clear.size >= 3 else duration))
     long_enough = duration >= SHORT_HOLD * usual
     # Before the first load nobody waits longer than it takes to see that nothing moves; that is the reference.

@@ -46,6 +46,7 @@ def test_raw_logs_give_the_holds_of_the_table() -> None:
         {"lead": 120.0},
         {"hold": 60.0, "ramp": 3.0, "rate": 20.0, "lead": 60.0},
         {"hold": 20.0, "lead": 3.0},
+        {"noise": 5.0, "hold": 5.0, "ramp": 3.0, "peak": 1000.0},
     ],
     ids=str,
 )
