@@ -14,42 +14,9 @@ from typing import Any, Literal, NotRequired
 from pydantic import TypeAdapter
 from typing_extensions import TypedDict
 
-Number = float | None
-Matrix = list[list[float]]
-
-
-class Rms(TypedDict):
-    """Square root of the mean squared length of a residual vector, m and rad (N·m for torques)."""
-
-    translation: Number
-    rotation: Number
-    length: NotRequired[Number]
-    motor_angle: NotRequired[Number]
-    torque: NotRequired[Number]
-
-
-class Where(TypedDict, total=False):
-    """Where an effect sits; empty for the set-up."""
-
-    joints: list[int]
-    links: list[str]
-    pairs: list[list[int]]
-
-
-class EffectHeld(TypedDict):
-    """An effect of a model, with its places."""
-
-    type: str
-    joints: NotRequired[list[int]]
-    links: NotRequired[list[str]]
-    pairs: NotRequired[list[list[int]]]
-
-
-class Model(TypedDict):
-    """What a model holds."""
-
-    balance: Literal["deformed", "first-order"]
-    effects: list[EffectHeld]
+from stiffcal.workflow.command_documents import Check, Edit, Effects, Init, Plot, Report, Run, Simulate, StatesExport
+from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
+from stiffcal.workflow.document_types import Matrix, Model, Number, Rms, Where
 
 
 class Parameter(TypedDict):
@@ -234,6 +201,18 @@ DOCUMENTS: dict[str, Any] = {
     "history": History,
     "predict": Predict,
     "ingest": Ingest,
+    "diagnose": Diagnose,
+    "improve": Improve,
+    "compare": Compare,
+    "check": Check,
+    "run": Run,
+    "report": Report,
+    "plot": Plot,
+    "export": StatesExport,
+    "edit": Edit,
+    "effects": Effects,
+    "init": Init,
+    "simulate": Simulate,
     "error": Error,
 }
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -245,7 +224,7 @@ def schema_texts() -> dict[str, str]:
     Examples
     --------
     >>> sorted(schema_texts())[0]
-    'error.document.schema.json'
+    'check.document.schema.json'
     """
     texts = {}
     for name, kind in DOCUMENTS.items():

@@ -48,6 +48,8 @@ def read_load_table(file: Path, joint_names: Sequence[str], joints_needed: bool)
     InputError : the file is missing, a column or a cell is wrong.
     """
     shown = str(file)
+    if not file.is_file():
+        raise InputError.at(shown, "", "no such file", "correct its name")
     try:
         text = file.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -87,11 +89,19 @@ def _column(word: str, joint_names: Sequence[str], shown: str) -> tuple[str, flo
     elif name in AXES:
         quantity, default = ("force", "N") if name.startswith("F") else ("moment", "N*m")
     else:
+        plain = {_plain(known): known for known in (*joint_names, *AXES)}
+        if _plain(name) in plain:  # a load or an angle that would silently be taken as zero
+            reason = f"no column is called {name} here"
+            raise InputError.at(shown, "line 1", reason, f"did you mean {plain[_plain(name)]}?")
         return name, 1.0
     try:
         return name, unit(named_unit or default, quantity).factor
     except ValueError as error:
         raise InputError.at(shown, f"line 1, column {name}", str(error), f"write it in {default}") from error
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]", "", name).casefold()
 
 
 def _number(cell: str, shown: str, line: int, name: str, delimiter: str) -> float:

@@ -30,6 +30,18 @@ WORDS: dict[str, list[str]] = {
     "ingest": ["ingest", "{}"],
     "predict": ["predict", "{}", "--load-path", "0,0,0;0,0,-100", "--at", "0,-70,20,0,30,0"],
     "error": ["identify", "{}/nowhere"],
+    "check": ["check", "{}"],
+    "diagnose": ["diagnose", "{}"],
+    "improve": ["improve", "{}", "--dry-run"],
+    "compare": ["compare", "{}", "{}"],
+    "run": ["run", "{}"],
+    "report": ["report", "{}", "-o", "{}/report.pdf"],
+    "plot": ["plot", "{}", "-o", "{}/plot.svg"],
+    "export": ["export", "{}", "-o", "{}/states.csv"],
+    "edit": ["add", "{}", "backlash", "--joints", "4"],
+    "effects": ["effects", "backlash"],
+    "init": ["init", "{}/new"],
+    "simulate": ["simulate", "{}/twin", "--from", str(SCHEMAS.parent / "campaigns" / "irb4400")],
 }
 
 

@@ -152,6 +152,7 @@ def test_units_in_brackets_and_decimal_commas(tmp_path: Path) -> None:
         ("A1,A2,A3,A4,A5,A6 [gon],Fx", "0,0,0,0,0,0,0", "column A6"),
         ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0", "line 2: 6 cells, the header has 7"),
         ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0,nan", "line 2, column Fx: 'nan' is no number"),
+        ("A1,A2,A3,A4,A5,A6,FX", "0,0,0,0,0,0,100", "did you mean Fx"),
     ],
 )
 def test_faulty_tables_name_line_and_column(tmp_path: Path, header: str, row: str, message: str) -> None:

@@ -1,0 +1,44 @@
+"""What several answers share: errors, places, models."""
+
+from __future__ import annotations
+
+from typing import Literal, NotRequired
+
+from typing_extensions import TypedDict
+
+Number = float | None
+Matrix = list[list[float]]
+
+
+class Rms(TypedDict):
+    """Square root of the mean squared length of a residual vector, m and rad (N·m for torques)."""
+
+    translation: Number
+    rotation: Number
+    length: NotRequired[Number]
+    motor_angle: NotRequired[Number]
+    torque: NotRequired[Number]
+
+
+class Where(TypedDict, total=False):
+    """Where an effect sits; empty for the set-up."""
+
+    joints: list[int]
+    links: list[str]
+    pairs: list[list[int]]
+
+
+class EffectHeld(TypedDict):
+    """An effect of a model, with its places."""
+
+    type: str
+    joints: NotRequired[list[int]]
+    links: NotRequired[list[str]]
+    pairs: NotRequired[list[list[int]]]
+
+
+class Model(TypedDict):
+    """What a model holds."""
+
+    balance: Literal["deformed", "first-order"]
+    effects: list[EffectHeld]
