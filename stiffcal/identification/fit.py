@@ -52,8 +52,8 @@ class Parameter:
 
     @property
     def poorly_known(self) -> bool:
-        """True where the value is known, but hardly."""
-        if self.value is None or self.std is None:
+        """True where the value is known, but hardly. What may have either sign may as well be zero, and is not meant."""
+        if self.value is None or self.std is None or self.spec.lower < 0.0:
             return False
         return NORMAL_95 * self.std > POORLY_KNOWN * abs(self.value)
 
