@@ -52,7 +52,7 @@ class Parameter:
 
     @property
     def poorly_known(self) -> bool:
-        """True where the value is known, but hardly. What may have either sign may as well be zero, and is not meant."""
+        """True where the value is known, but hardly. What may have either sign may well be zero and is not meant."""
         if self.value is None or self.std is None or self.spec.lower < 0.0:
             return False
         return NORMAL_95 * self.std > POORLY_KNOWN * abs(self.value)
