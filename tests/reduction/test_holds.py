@@ -46,7 +46,6 @@ def test_raw_logs_give_the_holds_of_the_table() -> None:
         {"lead": 120.0},
         {"hold": 60.0, "ramp": 3.0, "rate": 20.0, "lead": 60.0},
         {"hold": 20.0, "lead": 3.0},
-        {"noise": 5.0, "hold": 5.0, "ramp": 3.0, "peak": 1000.0},
     ],
     ids=str,
 )
@@ -98,6 +97,20 @@ def test_jumps_under_smooth_noise_are_held() -> None:
     for k in range(1, len(noise)):
         noise[k] = 0.9 * noise[k - 1] + np.sqrt(0.19) * noise[k]
     assert matches(find_holds(time, wrench + 5.0 * noise), true)[1:-1].min() > 0.8
+
+
+@pytest.mark.parametrize("seed", [0, 2, 4])
+def test_slices_of_long_noisy_ramps_are_no_holds(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    begin = 8.0 * np.arange(20)
+    true = np.stack([begin, begin + 5.0], axis=1)
+    force = 500.0 * generator.normal(size=(20, 3))
+    force[0] = 0.0
+    levels = np.concatenate([force, np.cross([0.1, 0.05, 0.2], force)], axis=1)
+    time = np.arange(0.0, true[-1, 1], 0.01)
+    wrench = np.stack([np.interp(time, true.ravel(), np.repeat(level, 2)) for level in levels.T], axis=1)
+    noise = generator.normal(size=wrench.shape) * np.array([5.0, 5.0, 5.0, 0.5, 0.5, 0.5])
+    assert matches(find_holds(time, wrench + noise), true)[1:-1].min() > 0.8
 
 
 def dead_weights(generator: np.random.Generator, n: int) -> tuple[Floats, Floats]:
