@@ -61,6 +61,17 @@ def test_a_slip_is_found_where_it_was() -> None:
     assert placed.values["state"] == pytest.approx(campaign.hidden[0].values["state"], abs=1.0)
 
 
+def test_a_wandering_target_is_not_noise() -> None:
+    """Repeats lie a cycle apart: a random walk in between looks like their noise, and hides the lack of fit."""
+    campaign = play_campaign("outside 4x", np.random.default_rng([6, CLASSES.index("outside 4x"), 11]))
+    assert campaign.hidden[0].effect.name == "wander"
+    search = search_missing(campaign.states, campaign.model, built_in_effects())
+    assert search.unexplained
+    assert not search.found
+    assert search.after is not None
+    assert search.after.wander > 2.0
+
+
 def test_the_score_counts() -> None:
     verdict = judge_campaign(drawn("one 4x", only="base-compliance"))
     assert verdict.outcome in ("right", "look-alike")
