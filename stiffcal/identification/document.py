@@ -81,7 +81,7 @@ def fit_document(fit: Fit, states: LoadStates) -> dict[str, Any]:
         "warnings": fit_warnings(fit),
         "model": model_document(fit.robot),
         "parameters": [parameter_document(one) for one in fit.parameters],
-        "n_states": fit.data.n_states,
+        "n_states": fit.data.n_seen,
         "n_runs": len(set(fit.data.run.tolist())),
         "rms": fit_rms(fit),
         "noise": fit.noise_length if noise is not None else None,

@@ -30,6 +30,7 @@ from stiffcal.model.equilibrium import (
 )
 from stiffcal.model.shape import unit_wrenches
 from stiffcal.reduction.load_cycles import run_members
+from stiffcal.reduction.screening import load_is_good
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -77,8 +78,13 @@ class Observations:
 
     @property
     def n_states(self) -> int:
-        """N."""
+        """How many states there are, n."""
         return int(self.run.shape[0])
+
+    @property
+    def n_seen(self) -> int:
+        """How many of the n states have a reading."""
+        return int(np.count_nonzero(self.seen.any(axis=0)))
 
     def part(self, pick: slice | Booleans | Integers) -> Observations:
         """Return some of the states."""
@@ -111,13 +117,7 @@ def _reference_of_runs(states: LoadStates) -> Integers:
 
 
 def observe(states: LoadStates, chain: Chain) -> Observations:
-    """Turn load states into observations for a fit; states set aside are left out.
-
-    Parameters
-    ----------
-    states : the campaign's load states.
-    chain : the robot.
-    """
+    """Turn load states into observations for a fit; readings set aside are not seen."""
     reference = _reference_of_runs(states)
     given = states.deflection_given
     pieces, rotational, body, component = [], [], [], []
@@ -136,9 +136,10 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
                 body.append(b)
                 component.append(axis)
     measured = np.stack(pieces) if pieces else np.zeros((0, len(states)))
-    keep = np.flatnonzero(states.used & np.isfinite(states.wrench[:, :3]).all(axis=1))
+    # A bumped reading is no observation, but the robot went through its load, and laws with a memory must too.
+    keep = np.flatnonzero(load_is_good(states) & np.isfinite(states.wrench[:, :3]).all(axis=1))
     measured = measured[:, keep]
-    seen = np.isfinite(measured)
+    seen = np.isfinite(measured) & states.used[keep]
     return Observations(
         angles=_run_angles(states, chain)[:, keep],
         wrench=np.ascontiguousarray(np.nan_to_num(states.wrench[keep]).T),

@@ -42,7 +42,7 @@ def validation_document(states: LoadStates, validation: Validation, failed: list
         "schema": SCHEMA,
         "warnings": warnings,
         "scheme": validation.unseen.scheme,
-        "n_states": validation.unseen.data.n_states,
+        "n_states": validation.unseen.data.n_seen,
         "n_poses": int(validation.unseen.fold.max(initial=-1)) + 1,
         "rms": validation.rms,
         "max": validation.largest,

@@ -122,8 +122,10 @@ def with_lost_freedom(residual: Floats, data: Observations) -> Floats:
     """Scale each run's residuals by √(n/(n − 1)) where its own offset was taken out."""
     if not data.free_offset:
         return residual
-    counts = np.diff(np.append(run_edges(data.run), data.n_states))
-    factor = np.sqrt(counts / np.maximum(counts - 1, 1))
+    edges = run_edges(data.run)
+    counts = np.diff(np.append(edges, data.n_states))
+    readings = np.add.reduceat(data.seen.any(axis=0).astype(np.int64), edges)
+    factor = np.sqrt(readings / np.maximum(readings - 1, 1))
     return np.asarray(residual * np.repeat(factor, counts))
 
 

@@ -96,7 +96,7 @@ def _largest_of(values: Floats, data: Observations) -> dict[str, float | None]:
 def _slice(label: str, low: float, high: float, members: Booleans, unseen: Unseen) -> Slice:
     data = unseen.data.part(members)
     values = unseen.residual[:, members]
-    return Slice(label, low, high, int(np.count_nonzero(members)), rms_of(values, data), _largest_of(values, data))
+    return Slice(label, low, high, data.n_seen, rms_of(values, data), _largest_of(values, data))
 
 
 def validate_fit(states: LoadStates, fit: Fit, unseen: Unseen | None = None) -> Validation:

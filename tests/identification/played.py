@@ -11,7 +11,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Place
+from stiffcal.model.effect import Place, StateOrder
 from stiffcal.model.equilibrium import solve_balance
 from tests.independent.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
 
@@ -69,14 +69,18 @@ def played(
     joints = six_axis_joints(rng, runs)[run]
     sigma = noise or Sigma()
     setup = force_sensor_setup(chain)
-    rest = solve_balance(robot, chain.model_angles(joints), true, setup)
     n = len(run)
+    time = 8.0 * np.arange(n, dtype=np.float64)
+    first = np.searchsorted(run, run)
+    still, unknown = np.zeros((chain.n_joints, n)), np.full(n, np.nan)
+    order = StateOrder(run, time, unknown, still, unknown, time - time[first], np.arange(1, n + 1))
+    rest = solve_balance(robot, chain.model_angles(joints), true, setup, order)
     turn = rotation_from_vector((sigma.rotation or 0.0) * rng.normal(size=(n, 1, 3)))
     spread = np.repeat([sigma.force or 0.0, sigma.moment or 0.0], 3)
     return LoadStates(
         runs=tuple(RunInfo(f"pose{k + 1}") for k in range(runs)),
         run=run,
-        time=8.0 * np.arange(n, dtype=np.float64),
+        time=time,
         hold=np.full(n, np.nan),
         joints=joints,
         wrench=true + spread * rng.normal(size=(n, 6)),
