@@ -6,11 +6,11 @@ alone (frames that do not exist, files that are missing) is checked in `stiffcal
 
 from __future__ import annotations
 
-from pathlib import PurePosixPath
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
+from stiffcal.campaign.file_formats import CsvOptions, Format, Hdf5Options, Options, ParquetOptions, format_of
 from stiffcal.campaign.signals import (
     DeadWeight,
     Deflection,
@@ -26,25 +26,8 @@ from stiffcal.campaign.signals import (
 from stiffcal.campaign.typed import Counting, Name, NotNegative, Placement, Positive, Table, Vector3, WrongValueError
 from stiffcal.quantities import UnknownUnitError, unit, unit_names
 
-Format: TypeAlias = Literal["csv", "hdf5", "parquet", "tdms", "mat", "mcap", "rosbag2", "postgres"]
 Experiment: TypeAlias = Literal["load", "clamped", "friction", "free"]
 
-_ENDINGS: dict[str, Format] = {
-    ".csv": "csv",
-    ".txt": "csv",
-    ".tsv": "csv",
-    ".dat": "csv",
-    ".asc": "csv",
-    ".h5": "hdf5",
-    ".hdf5": "hdf5",
-    ".hdf": "hdf5",
-    ".parquet": "parquet",
-    ".pq": "parquet",
-    ".tdms": "tdms",
-    ".mat": "mat",
-    ".mcap": "mcap",
-    ".db3": "rosbag2",
-}
 SIGNAL_NAMES = (
     "joints",
     "wrench",
@@ -56,17 +39,6 @@ SIGNAL_NAMES = (
     "temperature",
     "hold",
 )
-
-
-def format_of(file: str) -> Format | None:
-    """Return the format that a file's ending stands for, None where it says nothing.
-
-    Examples
-    --------
-    >>> format_of("raw/table.CSV")
-    'csv'
-    """
-    return _ENDINGS.get(PurePosixPath(file).suffix.lower())
 
 
 class Frame(Placement):
@@ -140,47 +112,6 @@ class RunOfRows(Table):
         if (self.column is None) == (self.each is None):
             raise WrongValueError("run needs one of column and each", 'write { column = "run" } or { each = "row" }')
         return self
-
-
-class CsvOptions(Table):
-    """How a text file is written.
-
-    Attributes
-    ----------
-    delimiter : a single character or "tab"; recognised where left out. decimal : "." where left out.
-    encoding : Python's name of it; UTF-8 where left out. skip_rows : lines before the header.
-    unit_row : True where the line after the header holds units; recognised where left out.
-    """
-
-    delimiter: Name | None = None
-    decimal: Literal[".", ","] | None = None
-    encoding: Name | None = None
-    skip_rows: Annotated[int, Field(ge=0)] | None = None
-    unit_row: bool | None = None
-
-    look_alikes: ClassVar[dict[str, str]] = {
-        "sep": "delimiter", "separator": "delimiter", "skiprows": "skip_rows", "header": "skip_rows",
-        "header_lines": "skip_rows", "units_row": "unit_row",
-    }  # fmt: skip
-
-
-class Hdf5Options(Table):
-    """Where in an HDF5 file the columns lie.
-
-    Attributes
-    ----------
-    group : the group that holds them. dataset : one dataset in it that holds all columns; recognised where left out.
-    """
-
-    group: Name = "/"
-    dataset: Name | None = None
-
-
-class ParquetOptions(Table):
-    """Nothing to say yet: a Parquet file carries names and types itself."""
-
-
-Options: TypeAlias = dict[str, Any]
 
 
 class Source(Table):

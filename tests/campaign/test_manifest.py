@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from stiffcal.campaign.manifest import Manifest, format_of
+from stiffcal.campaign.file_formats import format_of
+from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.row_filter import RowCondition, parse_rows
 from stiffcal.campaign.signals import Deflection, Joints, Pose, Wrench
 from stiffcal.campaign.typed import WrongValueError, expand_columns

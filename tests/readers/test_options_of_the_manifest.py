@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from stiffcal.campaign.manifest import CsvOptions, Hdf5Options, ParquetOptions, Source
+from stiffcal.campaign.file_formats import CsvOptions, Hdf5Options, ParquetOptions
+from stiffcal.campaign.manifest import Source
 from stiffcal.readers import csv, hdf5
 from stiffcal.reduction.logs import reader_options
 
