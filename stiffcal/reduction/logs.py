@@ -121,6 +121,21 @@ def columns_of_signals(source: Source) -> dict[str, tuple[str, ...]]:
     return found
 
 
+def files_of_signals(source: Source) -> dict[str, str]:
+    """Return the file of each signal of `Rows` that has one of its own; empty where one file holds all signals."""
+    bodies = {pose.body or "target": "pose" for pose in ([source.pose] if source.pose is not None else [])}
+    bodies |= {pose.body or name: f"poses.{name}" for name, pose in source.poses.items()}
+    found = {}
+    for signal in columns_of_signals(source):
+        kind, _, rest = signal.partition(".")
+        if kind in ("position", "marker", "quaternion"):
+            kind = bodies.get(rest if kind != "marker" else rest.rpartition(".")[0], kind)
+        kind = "deflection" if kind in ("translation", "rotation") else kind
+        if kind in source.files:
+            found[signal] = source.files[kind]
+    return found
+
+
 def instrument_readings(source: Source, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
     """Return the signals of a source in SI, channels first, from its columns by name."""
     found: dict[str, Floats] = {}

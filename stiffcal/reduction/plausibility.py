@@ -6,7 +6,7 @@ that are none. Gaps, channels that stand still and saturation are remarked on: t
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -39,6 +39,7 @@ class LogWatch:
     ----------
     file : as the user named it. place_of_row : row to ``line n``. sampled : False where rows are load states.
     columns : signal to the columns' names in the file.
+    elsewhere : signal to its own file and ``row to line n``, where a source lies in several files.
     n_rows, first_s, last_s, interval, longest : what was seen of rows and time.
     low, high : signal to the least and the largest value of each channel, SI.
     """
@@ -47,6 +48,7 @@ class LogWatch:
     place_of_row: Callable[[int], str]
     sampled: bool
     columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    elsewhere: Mapping[str, tuple[str, Callable[[int], str]]] = field(default_factory=dict)
     n_rows: int = 0
     first_s: float = float("nan")
     last_s: float = float("nan")
@@ -114,9 +116,8 @@ class LogWatch:
             length = np.sqrt(np.einsum("cn,cn->n", values, values))
             off = np.flatnonzero(np.abs(length - 1.0) > QUATERNION_SLACK)
             if off.size:
-                self._fail(
-                    number[off[0]], f"quaternion of length {length[off[0]]:.4g}", "name its four columns, w first"
-                )
+                reason = f"quaternion of length {length[off[0]]:.4g}"
+                self._fail(name, number[off[0]], reason, "name its four columns, w first")
             return
         largest, reason, mend = _BOUNDS.get(kind, (np.inf, "", ""))
         if name in ("joints.velocity", "joints.torque", "joints.current") or not np.isfinite(largest):
@@ -130,10 +131,11 @@ class LogWatch:
             value = float(values[channel, rows[0]])
             names = self.columns.get(name, ())
             column = names[channel] if channel < len(names) else str(channel + 1)
-            self._fail(number[rows[0]], reason.format(value=value, channel=column), mend)
+            self._fail(name, number[rows[0]], reason.format(value=value, channel=column), mend)
 
-    def _fail(self, number: int, reason: str, mend: str) -> None:
-        raise InputError.at(self.file, self.place_of_row(int(number)), reason, mend)
+    def _fail(self, signal: str, number: int, reason: str, mend: str) -> None:
+        file, place_of_row = self.elsewhere.get(signal, (self.file, self.place_of_row))
+        raise InputError.at(file, place_of_row(int(number)), reason, mend)
 
     @property
     def interval(self) -> float:
@@ -147,6 +149,7 @@ class LogWatch:
     def remarks(self) -> list[str]:
         """Return what may be wrong: gaps, channels that stand still beside moving ones, saturation."""
         told: list[str] = []
+        file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         if self.sampled and self.longest > GAP * self.interval:
             told.append(
                 f"{self.file}: a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
@@ -155,10 +158,10 @@ class LogWatch:
         still = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
         if still.any() and not still.all() and self.n_rows > SATURATED:
             for k in np.flatnonzero(still & (self.high["wrench"] != 0.0)):
-                told.append(f"{self.file}: {self._column(int(k))} stands still at {self.high['wrench'][k]:g}")
+                told.append(f"{file}: {self._column(int(k))} stands still at {self.high['wrench'][k]:g}")
         for k in np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED):
             times = int(self.at_high["wrench"][k])
-            told.append(f"{self.file}: {self._column(int(k))} stays at its extreme for {times} readings: saturated?")
+            told.append(f"{file}: {self._column(int(k))} stays at its extreme for {times} readings: saturated?")
         return told
 
 

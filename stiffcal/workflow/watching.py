@@ -12,7 +12,7 @@ from stiffcal.errors import Fault
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
-from stiffcal.reduction.logs import Rows, columns_of_signals, place_of_row
+from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
 from stiffcal.reduction.plausibility import LogWatch, check_displacements
 
 
@@ -31,8 +31,12 @@ class Watches:
         key = (source, file, run)
         if key not in self.logs:
             held = self._campaign.manifest.sources[source]
-            place = partial(place_of_row, self._campaign.folder, held, file)
-            self.logs[key] = LogWatch(file, place, not held.is_states, columns_of_signals(held))
+            place = partial(partial, place_of_row, self._campaign.folder, held)
+            files = files_of_signals(held)
+            elsewhere = {signal: (own, place(own)) for signal, own in files.items()}
+            self.logs[key] = LogWatch(
+                file, place(file), not held.is_states, columns_of_signals(held), elsewhere=elsewhere
+            )
         self.logs[key].see(rows.number, rows.time, rows.signals)
 
     def remarks(self) -> list[str]:

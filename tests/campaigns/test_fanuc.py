@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.errors import InputError
+from stiffcal.workflow.ingest import ingest_campaign
 from tests.campaigns.conftest import Command
 
 PUBLISHED = (8.6158e5, 2.8560e6, 1.8483e6, 2.7935e5, 4.1867e5, 2.7772e5)  # N·m/rad, 38 of the 43 poses
@@ -58,3 +60,16 @@ def test_balanced_on_the_deformed_robot(fanuc: Path, command: Command) -> None:
     ]
     # the load moves by millimetres on arms of metres: some tenths of a per cent, far below the uncertainty
     assert 0 < np.abs(change).max() < 0.05
+
+
+def _scaled(file: Path, factor: float) -> None:
+    """Multiply every number of a table."""
+    header, *rows = file.read_text(encoding="utf-8-sig").splitlines()
+    scaled = [",".join(repr(factor * float(cell)) for cell in row.split(",")) for row in rows if row.strip()]
+    file.write_text("\n".join([header, *scaled]) + "\n")
+
+
+def test_a_fault_names_the_file_of_its_own_column(fanuc: Path) -> None:
+    _scaled(fanuc / "raw/deltaX.csv", 1000.0)
+    with pytest.raises(InputError, match=r"^raw/deltaX\.csv: line 2: a displacement of -0\.\d+ m in column deltax"):
+        ingest_campaign(fanuc)
