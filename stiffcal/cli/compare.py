@@ -50,7 +50,7 @@ def show_comparison(console: Console, document: Document) -> None:
         table.add_row(
             row["effect"],
             places(row["where"]),
-            row["name"].rsplit(".", 1)[1],
+            "stiffness" if key == "stiffness" else row["name"].rsplit(".", 1)[1],
             significant(one),
             f"{significant(other)} {unit}",
             share(change),

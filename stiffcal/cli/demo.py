@@ -28,5 +28,5 @@ def demo(
         from stiffcal.workflow.steps import Means
 
         document = run_demo(folder, Means(progress=answer.progress, say=answer.say))
-        answer.give(document, show_run, command_line("validate", folder))
+        answer.give(document, show_run, command_line("diagnose", folder))
     return OK if document["passed"] else NOT_HELD

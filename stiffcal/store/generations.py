@@ -168,10 +168,12 @@ def read_index(folder: Path, shown: str) -> dict[str, dict[str, dict[str, object
         index = json.loads((folder / INDEX).read_text("utf-8"))
         schema = index.get("schema")
     except (ValueError, AttributeError) as error:
-        raise InputError.at(shown, INDEX, f"damaged ({error})", "delete the store and run ingest again") from None
+        raise InputError.at(
+            shown, INDEX, f"damaged ({error})", "delete the store and run ingest again (its history goes too)"
+        ) from None
     if schema != SCHEMA:
         reason = f"schema {schema!r}, this version of stiffcal reads {SCHEMA!r}"
-        raise InputError.at(shown, INDEX, reason, "delete the store and run ingest again")
+        raise InputError.at(shown, INDEX, reason, "delete the store and run ingest again (its history goes too)")
     return {"tables": index["tables"], "documents": index["documents"]}
 
 

@@ -21,7 +21,7 @@ from stiffcal.store.writing import Writing, begin_writing
 BATCH_ROWS = 1 << 16
 # How often a generation may be replaced between finding and opening it before that is taken for an error.
 ATTEMPTS = 100
-REBUILD = "delete the store and run ingest again"
+REBUILD = "delete the store and run ingest again (its history goes too)"
 
 
 @dataclass(frozen=True)

@@ -209,7 +209,10 @@ class Writing:
             try:
                 os.link(source, target)
             except FileNotFoundError:
-                reason, mend = "damaged (the file is gone)", "delete the store and run ingest again"
+                reason, mend = (
+                    "damaged (the file is gone)",
+                    "delete the store and run ingest again (its history goes too)",
+                )
                 raise InputError.at(self._shown, name, reason, mend) from None
             except OSError:
                 # No hard links here.
@@ -223,7 +226,10 @@ class Writing:
             return {}
         if not (self._old / INDEX).exists():
             raise InputError.at(
-                self._shown, INDEX, "damaged (the file is gone)", "delete the store and run ingest again"
+                self._shown,
+                INDEX,
+                "damaged (the file is gone)",
+                "delete the store and run ingest again (its history goes too)",
             )
         return read_index(self._old, self._shown)
 

@@ -108,7 +108,7 @@ def ingested(folder: Path, means: Means) -> Ingested:
     try:
         states = states_from_table(table)
     except ValueError as error:
-        mend = "delete the store and run ingest again"
+        mend = "delete the store and run ingest again (its history goes too)"
         raise InputError.at(store.shown, STATES, str(error), mend) from error
     return Ingested(campaign, store, table, states)
 

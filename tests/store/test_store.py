@@ -197,7 +197,7 @@ def test_empty_and_damaged_stores_are_named(store: Store) -> None:
     current = store.folder / "current"
     whole = (current / "states.parquet").read_bytes()
     (current / "states.parquet").write_bytes(whole[:-40])
-    with pytest.raises(InputError, match=r"states: damaged .*; delete the store"):
+    with pytest.raises(InputError, match=r"states: damaged .*; delete the store .*history goes too"):
         store.read_table("states")
     (current / "fit.json").write_text("{", "utf-8")
     with pytest.raises(InputError, match="fit: damaged"):
