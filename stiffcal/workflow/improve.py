@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
@@ -50,53 +51,18 @@ def improve_campaign(
     InputError : the input is wrong.
     """
     means = means or Means()
-    steps: list[Document] = []
-
-    def reached(action: str, effect: str | None, where: Any) -> Document:
-        judged = validate_campaign(folder, means)
-        step = {
-            "action": action,
-            "effect": effect,
-            "where": where,
-            "heldout_rms": judged["rms"],
-            "noise": judged["noise"],
-        }
-        step["zero_model"] = judged["zero_model"]
-        steps.append(step)
-        if told is not None:
-            told(step)
-        return judged
-
-    reached("start", None, {})
+    ladder = _Ladder(folder, means, told)
+    ladder.reached("start", None, {})
     diagnosed = diagnose_campaign(folder, means)
-    for _ in range(MOST_STEPS):
-        missing = diagnosed["missing"]
-        if not missing:
-            break
-        proposal = missing[0]
-        if dry_run:
-            steps += [
-                {
-                    "action": "would add",
-                    "effect": one["effect"],
-                    "where": one["where"],
-                    "heldout_rms": None,
-                    "noise": None,
-                }
-                for one in missing
-            ]
-            break
-        if not ask(proposal):
-            break
-        edit_model(folder, "add", proposal["effect"], where=places_as_words(proposal["where"]))
-        reached("add", proposal["effect"], proposal["where"])
-        diagnosed = diagnose_campaign(folder, means)
-        _drop_superfluous(folder, diagnosed, reached)
+    if dry_run:
+        ladder.steps += [_would_add(one) for one in diagnosed["missing"]]
+    else:
+        diagnosed = _climb(ladder, diagnosed, ask)
     judged = validate_campaign(folder, means)
     return {
         "schema": SCHEMA,
         "warnings": list(diagnosed["warnings"]),
-        "steps": steps,
+        "steps": ladder.steps,
         "model": _present_model(folder, means),
         "adequate": diagnosed["adequate"],
         "unexplained": diagnosed["unexplained"],
@@ -108,11 +74,63 @@ def improve_campaign(
     }
 
 
-def _drop_superfluous(folder: Path, diagnosed: Document, reached: Callable[[str, str | None, Any], Document]) -> None:
-    """Take out what the diagnosis calls superfluous."""
-    for one in diagnosed.get("superfluous", []):
-        edit_model(folder, "remove", one["effect"], where=places_as_words(one["where"]))
-        reached("remove", one["effect"], one["where"])
+@dataclass
+class _Ladder:
+    """The rungs reached so far, each a change of the model with the error in unseen poses after it.
+
+    Attributes
+    ----------
+    folder, means, told : as `improve_campaign` was given them.
+    steps : the rungs, first the model as it was.
+    """
+
+    folder: Path
+    means: Means
+    told: Callable[[Document], None] | None
+    steps: list[Document] = field(default_factory=list)
+
+    def reached(self, action: str, effect: str | None, where: Any) -> None:
+        """Judge the present model and note what was done to get there."""
+        judged = validate_campaign(self.folder, self.means)
+        step = {
+            "action": action,
+            "effect": effect,
+            "where": where,
+            "heldout_rms": judged["rms"],
+            "noise": judged["noise"],
+            "zero_model": judged["zero_model"],
+        }
+        self.steps.append(step)
+        if self.told is not None:
+            self.told(step)
+
+    def edit(self, action: Literal["add", "remove"], change: Document) -> None:
+        """Change the model, and judge it."""
+        edit_model(self.folder, action, change["effect"], where=places_as_words(change["where"]))
+        self.reached(action, change["effect"], change["where"])
+
+
+def _climb(ladder: _Ladder, diagnosed: Document, ask: Ask) -> Document:
+    """Add what is missing until nothing is, or the answer is no; return the last diagnosis."""
+    for _ in range(MOST_STEPS):
+        if not diagnosed["missing"] or not ask(diagnosed["missing"][0]):
+            break
+        ladder.edit("add", diagnosed["missing"][0])
+        diagnosed = diagnose_campaign(ladder.folder, ladder.means)
+        for one in diagnosed.get("superfluous", []):
+            ladder.edit("remove", one)
+    return diagnosed
+
+
+def _would_add(proposal: Document) -> Document:
+    """Return the rung of a dry run: nothing is changed, so nothing is known of the error."""
+    return {
+        "action": "would add",
+        "effect": proposal["effect"],
+        "where": proposal["where"],
+        "heldout_rms": None,
+        "noise": None,
+    }
 
 
 def places_as_words(where: Document) -> dict[str, str | None]:

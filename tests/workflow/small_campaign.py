@@ -78,16 +78,20 @@ def robot_text() -> str:
     return "\n".join(parts) + "\n[flange]\nxyz_m = [0.0, 0.0, 0.14]\n"
 
 
-def write_small_campaign(folder: Path, seed: int = 1, poses: int = 4) -> Path:
-    """Write the campaign's files and its measured table; return the folder."""
+def write_small_campaign(folder: Path, seed: int = 1, poses: int = 4, hidden: str = "") -> Path:
+    """Write the campaign's files and its measured table; return the folder.
+
+    ``hidden`` is what the real robot has beyond model.toml: entries of a model file, every parameter valued.
+    """
     (folder / "raw").mkdir(parents=True)
     (folder / "campaign.toml").write_text(CAMPAIGN, encoding="utf-8")
     (folder / "robot.toml").write_text(robot_text(), encoding="utf-8")
-    (folder / "model.toml").write_text(MODEL, encoding="utf-8")
+    (folder / "model.toml").write_text(MODEL + hidden, encoding="utf-8")
     campaign = load_campaign(folder, check_files=False)
     chain = campaign.chain
     values = {f"joint-compliance.j{k + 1}.c": 1.0 / stiffness for k, stiffness in enumerate(STIFFNESS)}
     robot = placed_robot(campaign).with_values(values)
+    (folder / "model.toml").write_text(MODEL, encoding="utf-8")
     setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
     rng = np.random.default_rng(seed)
     lines = ["run,A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,X,Y,Z,rx,ry,rz"]
