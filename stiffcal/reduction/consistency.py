@@ -44,7 +44,7 @@ def work_of_load(states: LoadStates, chain: Chain) -> WorkSign:
     force, moment, moved, turned = _loads_and_motions(states, chain)
     work = np.sum(force * moved, axis=1) + np.sum(moment * turned, axis=1)
     total = np.array([work[states.run == k].sum() for k in range(len(states.runs))])
-    return WorkSign(total, _explained(states, chain, np.eye(3), 1.0))
+    return WorkSign(total, explained_by_joints(states, chain))
 
 
 def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats, Floats]:
@@ -72,13 +72,13 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
     return force, moment, np.nan_to_num(moved + np.cross(turned, point - target)), turned
 
 
-def _explained(states: LoadStates, chain: Chain, flip: Floats, sign: float) -> float:
+def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = None, sign: float = 1.0) -> float:
     """Return what share of the displacement non-negative joint compliances explain, sensor axes turned by `flip`."""
     from scipy.optimize import nnls
 
     angles = chain.model_angles(states.joints)
     _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
-    turned = sign * (axes @ flip)
+    turned = sign * (axes if flip is None else axes @ flip)
     wrench = np.concatenate(
         [
             np.einsum("nij,nj->ni", turned, states.wrench[:, :3]),
@@ -105,10 +105,16 @@ def _explained(states: LoadStates, chain: Chain, flip: Floats, sign: float) -> f
     return 1.0 - (left**2 + outside) / total if total > 0.0 else 1.0
 
 
-def check_work(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> list[Fault]:
+def check_work(
+    states: LoadStates, chain: Chain, file: str = "campaign.toml", acts_on: str = "robot", place: str = "wrench"
+) -> list[Fault]:
     """Return a fault where force and deflection run against each other, with the mend that fits.
 
     Only runs of experiment "load" count.
+
+    Parameters
+    ----------
+    acts_on : what the manifest says now. place : the wrench's key in it.
     """
     loads = np.array([states.runs[k].experiment == "load" for k in states.run], dtype=np.bool_) & states.used
     chosen = states.select(loads)
@@ -120,13 +126,15 @@ def check_work(states: LoadStates, chain: Chain, file: str = "campaign.toml") ->
     if 2 * negative <= present.size and sign.explained > FOLLOWS_NOT:
         return []
     turns = {axis: np.diag([1.0 if k == axis else -1.0 for k in range(3)]) for axis in range(3)}
-    variants = [("acts_on", _explained(chosen, chain, np.eye(3), -1.0))]
-    variants += [(f"turned about {'xyz'[axis]}", _explained(chosen, chain, flip, 1.0)) for axis, flip in turns.items()]
+    variants = [("acts_on", explained_by_joints(chosen, chain, sign=-1.0))]
+    variants += [
+        (f"turned about {'xyz'[axis]}", explained_by_joints(chosen, chain, flip)) for axis, flip in turns.items()
+    ]
     name, best = max(variants, key=lambda entry: entry[1])
-    place = "wrench"
     if best > FOLLOWS and best > sign.explained + 0.25:
         if name == "acts_on":
-            mend = 'acts_on is the wrong way round: write acts_on = "environment" (or "robot" where that stands)'
+            other = "robot" if acts_on == "environment" else "environment"
+            mend = f'acts_on is the wrong way round: write acts_on = "{other}"'
         else:
             mend = f"the sensor is upside down, half a turn {name.split(' ', 1)[1]} of its axes: correct its frame"
         reason = f"force and deflection run against each other ({negative} of {present.size} runs do negative work)"

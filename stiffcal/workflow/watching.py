@@ -7,13 +7,14 @@ from functools import partial
 import numpy as np
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.signals import Displacement, Lengths
+from stiffcal.campaign.signals import Deflection, Displacement, Joints, Lengths, Wrench
 from stiffcal.errors import Fault
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
 from stiffcal.reduction.plausibility import LogWatch, check_displacements
+from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
 
 
 class Watches:
@@ -72,7 +73,33 @@ def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> t
         match = match_kinematics(states, chain)
         if not faults and match.median_m > MEETS_M:
             warnings.append(f"kinematics misses the measured target by {1e3 * match.median_m:.0f} mm in the references")
-    return faults + ([] if faults else check_work(chosen, chain)), warnings
+    if faults:
+        return faults, warnings
+    faults, doubts = unit_slips(chosen, campaign)
+    wrench, acts_on = _wrench_of(campaign)
+    return faults or check_work(chosen, chain, manifest, acts_on, wrench), warnings + doubts
+
+
+def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], list[str]]:
+    """Return faults and warnings about units that only load, displacement and poses together show."""
+    faults: list[Fault] = []
+    warnings: list[str] = []
+    for source, name, signal in campaign.manifest.signals():
+        place = f"sources.{source}.{name}.units"
+        if isinstance(signal, Deflection):
+            faults += check_displacement_unit(states, signal.unit_of("translation").name, f"{place}.translation")
+        elif isinstance(signal, Joints) and signal.unit_of("position").name == "deg":
+            found, doubts = check_angle_unit(states, campaign.chain, f"{place}.position")
+            faults, warnings = faults + found, warnings + doubts
+    return faults, warnings
+
+
+def _wrench_of(campaign: Campaign) -> tuple[str, str]:
+    """Return the key of the first wrench in the manifest, and on what it says that the reading acts."""
+    for source, name, signal in campaign.manifest.signals():
+        if isinstance(signal, Wrench):
+            return f"sources.{source}.{name}", signal.acts_on
+    return "wrench", "robot"
 
 
 def loaded_references(states: LoadStates) -> list[str]:

@@ -73,3 +73,24 @@ def test_a_fault_names_the_file_of_its_own_column(fanuc: Path) -> None:
     _scaled(fanuc / "raw/deltaX.csv", 1000.0)
     with pytest.raises(InputError, match=r"^raw/deltaX\.csv: line 2: a displacement of -0\.\d+ m in column deltax"):
         ingest_campaign(fanuc)
+
+
+SLIPS = {
+    "metres as millimetres": ('translation = "m"', 'translation = "mm"', "3.66 µm under up to 1.17e+03 N", "m"),
+    "metres as micrometres": ('translation = "m"', 'translation = "um"', "3.19e+05 N/µm", "m"),
+    "radians as degrees": ('position = "rad"', 'position = "deg"', "43 poses lie within", "rad"),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_wrong_unit_that_passes_every_bound_is_told(slip: str, fanuc: Path) -> None:
+    old, new, words, mend = SLIPS[slip]
+    manifest = fanuc / "campaign.toml"
+    manifest.write_text(manifest.read_text().replace(old, new))
+    with pytest.raises(InputError) as raised:
+        ingest_campaign(fanuc)
+    (fault,) = raised.value.faults
+    assert fault.file == "campaign.toml"
+    assert fault.place.startswith("sources.table.")
+    assert words in fault.reason
+    assert f'= "{mend}"' in fault.mend

@@ -31,7 +31,9 @@ def test_sound_campaigns_pass(name: str) -> None:
 def test_a_sensor_upside_down_is_told_from_acts_on() -> None:
     states, chain = reduced("04").states, load_campaign(PRACTICE / "04").chain
     (fault,) = check_work(replace(states, wrench=-states.wrench), chain)
-    assert "acts_on is the wrong way round" in fault.mend
+    assert fault.mend == 'acts_on is the wrong way round: write acts_on = "environment"'
+    (fault,) = check_work(replace(states, wrench=-states.wrench), chain, acts_on="environment")
+    assert fault.mend == 'acts_on is the wrong way round: write acts_on = "robot"'
     for k, axis in enumerate("xyz"):
         signs = np.where(np.arange(6) % 3 == k, 1.0, -1.0)
         (fault,) = check_work(replace(states, wrench=states.wrench * signs), chain)

@@ -179,7 +179,10 @@ FAULTS: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
         ("raw/states.csv", "line 2", "rad in column A1", "deg"),
     ),
     "sensor upside down": (_upside_down, ("negative work", "upside down", "about x")),
-    "acts_on the wrong way round": (_manifest('acts_on = "robot"', 'acts_on = "environment"'), ("acts_on",)),
+    "acts_on the wrong way round": (
+        _manifest('acts_on = "robot"', 'acts_on = "environment"'),
+        ('write acts_on = "robot"',),
+    ),
     "two joint columns swapped": (_swap("A2", "A3"), ("joint columns A2 and A3 swapped",)),
     "five joints against six columns": (_five_joints, ("5", "6")),
     "a rotation that is none": (
@@ -229,7 +232,7 @@ LOG_FAULTS: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "time repeated": (_tracker("\n400,0;", "\n360,0;"), ("raw/pose01_tracker.csv", "line 15", "time stands still")),
     "millimetres as metres": (_manifest('position = "mm"', 'position = "m"'), ("raw/pose01_tracker.csv", "metres")),
     "degrees as radians": (_manifest('position = "deg"', 'position = "rad"'), ("raw/pose01_joints.csv", "degrees")),
-    "acts_on": (_manifest('acts_on = "robot"', 'acts_on = "environment"'), ("acts_on",)),
+    "acts_on": (_manifest('acts_on = "robot"', 'acts_on = "environment"'), ('write acts_on = "robot"',)),
 }
 
 

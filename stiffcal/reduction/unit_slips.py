@@ -1,0 +1,86 @@
+"""Units that pass every bound and still cannot be: displacements too small for the load, radians called degrees.
+
+Metres declared as millimetres make a robot a thousand times too stiff, radians declared as degrees fold all poses into
+one. Nothing in a single reading shows it; load and displacement together, over all poses, do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import Fault
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.quantities import unit
+from stiffcal.reduction.consistency import explained_by_joints
+
+Floats = NDArray[np.float64]
+
+# Industrial robots give 0.1 to 5 N/µm at the tool; machine tools begin near 20 N/µm. The softest that a whole campaign
+# shows is looked at, so that a stiff direction of a single pose is no matter.
+STIFFEST_N_PER_M = 2e7
+USUAL_N_PER_M = (5e4, 1e7)
+# Below this the sensor's own noise may be all there is.
+LEAST_LOAD_N = 50.0
+# Angles of several poses, of several joints, all within ±2π "degrees": nobody calibrates a robot in one pose only.
+LEAST_POSES, LEAST_JOINTS, LEAST_MOVED_DEG = 4, 3, 0.2
+EXPLAINS_MORE = 0.25  # of the deflection, with the angles in radians: beyond what a better pose explains by chance
+
+
+def check_displacement_unit(states: LoadStates, declared: str, place: str, file: str = "campaign.toml") -> list[Fault]:
+    """Return a fault where given deflections are too small for any robot under the loads that made them.
+
+    Parameters
+    ----------
+    states : load states with given deflections; others are let pass (kinematics shows their unit).
+    declared : the unit of translation in the manifest. place : its key.
+    """
+    if not states.deflection_given or len(states) == 0:
+        return []
+    # a body nearer the base than the load may well stand still
+    outer = [k for k, target in enumerate(states.setup.targets) if target.body >= states.setup.wrench_point.body]
+    moved = np.linalg.norm(states.deflection[:, outer, :3], axis=2)
+    largest = float(np.nanmax(moved, initial=0.0))
+    force = float(np.linalg.norm(states.wrench[:, :3], axis=1).max())
+    if force < LEAST_LOAD_N or largest <= 0.0 or force < STIFFEST_N_PER_M * largest:
+        return []
+    stiffness = force / largest
+    reason = (
+        f"the largest displacement is {1e6 * largest:.3g} µm under up to {force:.3g} N: {1e-6 * stiffness:.3g} N/µm, "
+        "where robots have 0.1 to 5 N/µm at the tool"
+    )
+    here = unit(declared, "translation").factor
+    low, high = USUAL_N_PER_M
+    fitting = [name for name in ("m", "mm", "um") if low <= stiffness * here / unit(name, "translation").factor <= high]
+    if not fitting:
+        return [Fault(file, place, reason, "correct units.translation, or units.force of the wrench")]
+    return [Fault(file, place, reason, f'write units = {{ translation = "{fitting[0]}" }} if that is what was logged')]
+
+
+def check_angle_unit(
+    states: LoadStates, chain: Chain, place: str, file: str = "campaign.toml"
+) -> tuple[list[Fault], list[str]]:
+    """Return a fault, or a warning where it is not sure, where angles declared in degrees look like radians.
+
+    Parameters
+    ----------
+    states : load states with given deflections; others are let pass (kinematics shows the unit of their angles).
+    place : the key of the unit in the manifest.
+    """
+    if not states.deflection_given or len(states) == 0 or not states.setup.targets:
+        return [], []
+    degrees = np.degrees(states.joints)
+    largest = float(np.abs(degrees).max())
+    poses = len(np.unique(np.round(degrees, 2), axis=0))
+    joints = int((np.ptp(degrees, axis=0) > LEAST_MOVED_DEG).sum())
+    if largest > 2.0 * np.pi or poses < LEAST_POSES or joints < LEAST_JOINTS:
+        return [], []
+    reason = f"all angles of {poses} poses lie within {largest:.3g} degrees of zero: these look like radians"
+    gain = explained_by_joints(replace(states, joints=degrees), chain) - explained_by_joints(states, chain)
+    if gain > EXPLAINS_MORE:
+        told = f"{reason}, and joint springs explain {100 * gain:.0f} % more of the deflection with them so"
+        return [Fault(file, place, told, 'write units = { position = "rad" }')], []
+    return [], [f'{file}: {place}: {reason}; if they are, write units = {{ position = "rad" }}']
