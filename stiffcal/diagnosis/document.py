@@ -57,6 +57,7 @@ def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
     before = left_out_rms(scan, None)
     adequate = None if search.before is None else not search.tried and search.before.adequate
     remainder = what_it_follows(search.final_scan if search.found else scan, states)
+    with_missing = fitted_rms(states, search.final) if search.found else before
     document = {
         "schema": SCHEMA,
         "warnings": _warnings(search),
@@ -72,8 +73,8 @@ def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
         "structure": [{"follows": one.what, "share": one.share, "seen": one.words} for one in remainder]
         if search.unexplained or search.after is None
         else [],
-        "explained_by_missing": search.explained if search.tried else None,
-        "heldout_rms_with_missing": fitted_rms(states, search.final) if search.found else before,
+        "explained_by_missing": _explained(search, before, with_missing) if search.tried else None,
+        "heldout_rms_with_missing": with_missing,
         "heldout_rms_after_choosing": _after_choosing(scan, before),
         "parameters_with_missing": [parameter_document(one) for one in search.final.parameters] if search.found else [],
         "n_candidates": len(scan.trials),
@@ -81,6 +82,14 @@ def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
     }
     document["summary"] = summary(search, before, noise)
     return document
+
+
+def _explained(search: Search, before: Rms, after: Rms) -> float | None:
+    """Return the share of the avoidable error that goes; of all the error where no noise is known to be unavoidable."""
+    if search.after is not None:
+        return search.explained
+    first, last = before["translation"], after["translation"]
+    return 1.0 - (last / first) ** 2 if first and last is not None else None
 
 
 def _warnings(search: Search) -> list[str]:
@@ -179,6 +188,18 @@ def look_alike_pair(search: Search) -> tuple[Trial, Trial] | None:
     return (near[0], near[1]) if search.tried and len(near) > 1 else None
 
 
+def _named(found: Found) -> str:
+    """Return a missing effect as one says it, with how many others would look the same."""
+    alike = len(found.alternatives)
+    if not alike:
+        return candidate_in_words(found.candidate)
+    if alike == 1:
+        return (
+            f"{candidate_in_words(found.candidate)} (or {candidate_in_words(found.alternatives[0])}, which looks alike)"
+        )
+    return f"{candidate_in_words(found.candidate)} (or one of {alike} others that look alike in these poses)"
+
+
 def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     """Return the answer in one or two sentences."""
     error = before["translation"] or 0.0
@@ -188,7 +209,9 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
         return f"Nothing is supported; without a known noise nobody can say whether that is good enough ({against})."
     if not search.tried and not search.unexplained:
         return f"Nothing is missing: the error is that of the instruments ({against})."
-    names = " and ".join(candidate_in_words(one.candidate) for one in search.found)
+    names = " and ".join(_named(one) for one in search.found)
+    if search.found and search.before is None:
+        return f"Missing: {names} ({against}); without a known noise nobody can say whether that is all."
     if search.found and not search.unexplained:
         return f"Missing: {names} ({against})."
     if search.found:
