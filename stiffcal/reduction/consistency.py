@@ -7,7 +7,7 @@ the single change of it that fits is looked for and named (physics, section 0); 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, permutations, product
 
 import numpy as np
@@ -29,6 +29,8 @@ MISSES_M = 0.05
 TURNED_RAD = 0.1
 # A load that follows the declared axes leaves less than half of the deflection to other effects.
 FOLLOWS, FOLLOWS_NOT = 0.8, 0.5
+# Another order of the force's columns has to explain nearly all, and much more; of few poses any order explains much.
+ORDER_EXPLAINS, LEAST_POSES = 0.9, 3
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,12 @@ def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = 
 
 
 def check_work(
-    states: LoadStates, chain: Chain, file: str = "campaign.toml", acts_on: str = "robot", place: str = "wrench"
+    states: LoadStates,
+    chain: Chain,
+    file: str = "campaign.toml",
+    acts_on: str = "robot",
+    place: str = "wrench",
+    columns: tuple[str, ...] = (),
 ) -> list[Fault]:
     """Return a fault where force and deflection run against each other, with the mend that fits.
 
@@ -114,7 +121,7 @@ def check_work(
 
     Parameters
     ----------
-    acts_on : what the manifest says now. place : the wrench's key in it.
+    acts_on : what the manifest says now. place : the wrench's key in it. columns : of the wrench, 3 or 6.
     """
     loads = np.array([states.runs[k].experiment == "load" for k in states.run], dtype=np.bool_) & states.used
     chosen = states.select(loads)
@@ -123,6 +130,11 @@ def check_work(
     sign = work_of_load(chosen, chain)
     present = np.unique(chosen.run)
     negative = int((sign.work[present] < 0.0).sum())
+    if 2 * negative <= present.size and sign.explained > FOLLOWS:
+        return []
+    swapped = _swapped_columns(chosen, chain, sign.explained, columns)
+    if swapped:
+        return [Fault(file, f"{place}.columns", *swapped)]
     if 2 * negative <= present.size and sign.explained > FOLLOWS_NOT:
         return []
     turns = {axis: np.diag([1.0 if k == axis else -1.0 for k in range(3)]) for axis in range(3)}
@@ -143,6 +155,32 @@ def check_work(
         reason = f"{negative} of {present.size} runs do negative work: force and deflection run against each other"
         return [Fault(file, place, reason, "check acts_on, the sensor's frame and the displacement's axes")]
     return []
+
+
+def _swapped_columns(
+    states: LoadStates, chain: Chain, explained: float, columns: tuple[str, ...]
+) -> tuple[str, str] | None:
+    """Return reason and mend where another order of the force's columns explains the deflection, and this does not."""
+    if len(columns) not in (3, 6) or len(np.unique(states.run)) < LEAST_POSES:
+        return None
+    best, right = 0.0, list(range(6))
+    for order in permutations(range(3)):
+        moments = [3, 4, 5], [3 + k for k in order]
+        for indices in ([*order, *moment] for moment in moments[: 1 if len(columns) == 3 else 2]):
+            share = explained_by_joints(replace(states, wrench=states.wrench[:, indices]), chain)
+            # the moments' order may show too little to tell: the first, the lesser change, stands then
+            best, right = (share, indices) if share > best + 0.01 else (best, right)
+    if right[:3] == [0, 1, 2] or best < ORDER_EXPLAINS or best < explained + 0.25:
+        return None
+    turned = explained_by_joints(states, chain, sign=-1.0)
+    if turned > best:
+        return None
+    names = ", ".join(f'"{columns[k]}"' for k in right[: len(columns)])
+    reason = (
+        f"joint springs explain {100 * explained:.0f} % of the deflection with the force's columns in this order, "
+        f"{100 * best:.0f} % in another"
+    )
+    return reason, f"columns are swapped, here or in the log: write columns = [{names}] (Fx, Fy, Fz as they are)"
 
 
 @dataclass(frozen=True)

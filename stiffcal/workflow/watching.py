@@ -76,8 +76,7 @@ def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> t
     if faults:
         return faults, warnings
     faults, doubts = unit_slips(chosen, campaign)
-    wrench, acts_on = _wrench_of(campaign)
-    return faults or check_work(chosen, chain, manifest, acts_on, wrench), warnings + doubts
+    return faults or check_work(chosen, chain, manifest, *_wrench_of(campaign)), warnings + doubts
 
 
 def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], list[str]]:
@@ -94,12 +93,12 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
     return faults, warnings
 
 
-def _wrench_of(campaign: Campaign) -> tuple[str, str]:
-    """Return the key of the first wrench in the manifest, and on what it says that the reading acts."""
+def _wrench_of(campaign: Campaign) -> tuple[str, str, tuple[str, ...]]:
+    """Return on what the first wrench in the manifest acts as it says, its key, and its columns."""
     for source, name, signal in campaign.manifest.signals():
         if isinstance(signal, Wrench):
-            return f"sources.{source}.{name}", signal.acts_on
-    return "wrench", "robot"
+            return signal.acts_on, f"sources.{source}.{name}", signal.columns
+    return "robot", "wrench", ()
 
 
 def loaded_references(states: LoadStates) -> list[str]:

@@ -41,6 +41,17 @@ def test_a_sensor_upside_down_is_told_from_acts_on() -> None:
 
 
 @needs_practice
+@pytest.mark.parametrize("name", ["04", "07", "11"])
+@pytest.mark.parametrize("order", [(0, 2, 1), (1, 0, 2), (2, 0, 1), (2, 1, 0)])
+def test_the_order_of_the_force_columns_is_named(name: str, order: tuple[int, ...]) -> None:
+    states, chain = reduced(name).states, load_campaign(PRACTICE / name).chain
+    read = replace(states, wrench=states.wrench[:, [*order, 3, 4, 5]])
+    columns = tuple("abc"[k] for k in order)  # what a column is called: a holds Fx
+    (fault,) = check_work(read, chain, columns=(*columns, "d", "e", "f"))
+    assert 'write columns = ["a", "b", "c", "d", "e", "f"]' in fault.mend
+
+
+@needs_practice
 @pytest.mark.parametrize("estimated", [False, True])
 def test_the_one_change_that_fits_is_named(estimated: bool) -> None:
     states, chain = reduced("01").states, load_campaign(PRACTICE / "01").chain

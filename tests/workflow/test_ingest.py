@@ -184,6 +184,7 @@ FAULTS: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
         ('write acts_on = "robot"',),
     ),
     "two joint columns swapped": (_swap("A2", "A3"), ("joint columns A2 and A3 swapped",)),
+    "two force columns swapped": (_swap("Fx", "Fz"), ("wrench.columns", 'write columns = ["Fz", "Fy", "Fx"')),
     "five joints against six columns": (_five_joints, ("5", "6")),
     "a rotation that is none": (
         _manifest("quaternion_wxyz = [0.955336489126, 0, 0, 0.295520206661]", "matrix = [[1,0,0],[0,1,0],[0,1,1]]"),
