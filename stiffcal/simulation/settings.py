@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.campaign.typed import Interval, NotNegative, Placement, Positive, Table, WrongValueError
@@ -28,7 +28,12 @@ def _direction(value: object) -> object:
     return list(value)
 
 
-Direction = Annotated[list[float], BeforeValidator(_direction)]
+_NUMBERS = {"type": "array", "items": {"type": "number"}}
+Direction = Annotated[
+    list[float],
+    BeforeValidator(_direction),
+    WithJsonSchema({"anyOf": [{**_NUMBERS, "minItems": count, "maxItems": count} for count in (3, 6)]}),
+]
 
 
 class Amounts(Table):
