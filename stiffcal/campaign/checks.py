@@ -86,13 +86,26 @@ def model_match_faults(model: ModelFile, joint_names: tuple[str, ...], links: tu
 def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[Fault]:
     """Check every path in the manifest: inside the campaign folder, and there."""
     faults = []
+    absent: dict[str, list[tuple[str, str]]] = {}
+    taken = {file for _, file, _ in _paths(manifest)}
     for location, file, fetched in _paths(manifest):
         place = key_path(location, {"runs": [{"id": run.id} for run in manifest.runs]})
         if escapes(file):
             mend = "copy or link the file into the campaign folder, and write its path from there"
             faults.append(_fault(place, f'"{file}" lies outside the campaign folder', mend))
         elif fetched and must_exist and not (folder / file).exists():
-            faults.append(_fault(place, f"no such file: {file}", _file_advice(folder, file)))
+            if (folder / file).parent.is_dir():
+                faults.append(_fault(place, f"no such file: {file}", _file_advice(folder, file, taken)))
+            else:
+                absent.setdefault(str(PurePosixPath(file).parent), []).append((place, file))
+    for name, missing in absent.items():  # one line for a folder, not one for each of its files
+        place, file = missing[0]
+        if len(missing) == 1:
+            mend = f"there is no folder {name} either; put the file there"
+            faults.append(_fault(place, f"no such file: {file}", mend))
+        else:
+            reason = f"no such folder: {name}; {len(missing)} files are named in it, {file} first"
+            faults.append(_fault(place, reason, "put the files there"))
     return faults
 
 
@@ -114,11 +127,11 @@ def escapes(file: str) -> bool:
     return False
 
 
-def _file_advice(folder: Path, file: str) -> str:
+def _file_advice(folder: Path, file: str, taken: set[str]) -> str:
+    """Suggest a file of nearly the same name, unless the manifest names it elsewhere."""
     wanted = folder / file
-    if not wanted.parent.is_dir():
-        return f"there is no folder {PurePosixPath(file).parent} either; put the file there"
-    names = sorted(path.name for path in wanted.parent.iterdir())
+    others = {folder / other for other in taken}
+    names = sorted(path.name for path in wanted.parent.iterdir() if path not in others)
     near = get_close_matches(wanted.name, names, n=1)
     return f'did you mean "{near[0]}"?' if near else "put it there, or correct the name"
 
@@ -158,8 +171,25 @@ def _run_faults(manifest: Manifest) -> Iterator[Fault]:
                     yield _fault(
                         f"{place}.{key}.{name}", f'there is no source "{name}"', _choices(name, manifest.sources)
                     )
+        yield from _shared_log_faults(manifest, number, place)
         if not run.files and manifest.sources and not any(_has_own_file(held) for held in manifest.sources.values()):
             yield _fault(place, "the run names no files", 'add files = { SOURCE = "raw/…" }')
+
+
+def _shared_log_faults(manifest: Manifest, number: int, place: str) -> Iterator[Fault]:
+    """See that a run does not name an earlier run's log, unless rows or holds tell the two apart."""
+    run = manifest.runs[number]
+    split = {entry.run for entry in manifest.exclude}
+    for name, file in run.files.items():
+        if name not in manifest.sources or manifest.sources[name].run is not None:
+            continue
+        for other in manifest.runs[:number]:
+            apart = run.states != other.states or run.id in split or other.id in split
+            if other.files.get(name) == file and other.id != run.id and not apart:
+                yield _fault(
+                    f"{place}.files.{name}", f"{file} is named by run {other.id} too", "name this run's own log"
+                )
+                break
 
 
 def _choices(wrong: str, known: Any) -> str:

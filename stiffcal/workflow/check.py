@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterable
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
@@ -89,14 +90,23 @@ def _is_missing(fault: Fault) -> bool:
 def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
     """Return one line for every file that is named and not there yet."""
     told = []
+    homeless: dict[str, int] = {}  # a folder that is not there is told once, not for each of its files
+
+    def absent(files: Iterable[str]) -> list[str]:
+        missing = [file for file in files if not (campaign.folder / file).is_file()]
+        for file in missing:
+            parent = PurePosixPath(file).parent
+            if not (campaign.folder / parent).is_dir():
+                homeless[str(parent)] = homeless.get(str(parent), 0) + 1
+        return [file for file in missing if str(PurePosixPath(file).parent) not in homeless]
+
     for entry in campaign.manifest.runs:
         if only in (None, entry.id):
-            absent = [file for file in entry.files.values() if not (campaign.folder / file).is_file()]
-            told += [f"run {entry.id}: {', '.join(absent)} not there yet"] if absent else []
+            files = absent(entry.files.values())
+            told += [f"run {entry.id}: {', '.join(files)} not there yet"] if files else []
     for name in campaign.manifest.sources:
-        for file in campaign.manifest.files_of(name).values():
-            told += [f"source {name}: {file} not there yet"] if not (campaign.folder / file).is_file() else []
-    return told
+        told += [f"source {name}: {file} not there yet" for file in absent(campaign.manifest.files_of(name).values())]
+    return [f"folder {name}: not there yet, {count} files are named in it" for name, count in homeless.items()] + told
 
 
 def _sources(campaign: Campaign, watches: Watches) -> list[dict[str, Any]]:

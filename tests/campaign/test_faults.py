@@ -8,6 +8,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import Fault, InputError
+from stiffcal.workflow.check import check_campaign
 from tests.campaign.folders import MANIFEST, ROBOT, changed, write_campaign
 
 PYDANTIC_WORDS = (
@@ -258,3 +259,68 @@ def test_logs_may_be_missing_where_they_are_not_needed(tmp_path: Path) -> None:
     (folder / "raw" / "table.csv").unlink()
     load_campaign(folder, check_files=False)
     assert one_fault(folder).place == "sources.table.file"
+
+
+LOGS = """schema = "stiffcal/campaign/1"
+robot = "robot.toml"
+[sources.ft]
+time = { rate_hz = 100 }
+joints = { position = "A1..A6" }
+[[runs]]
+id = "a"
+files = { ft = "raw/a_ft.csv" }
+[[runs]]
+id = "b"
+files = { ft = "raw/b_ft.csv" }
+[[runs]]
+id = "c"
+files = { ft = "raw/c_ft.csv" }
+"""
+
+
+def with_logs(folder: Path, manifest: str, *names: str) -> Path:
+    """Write a folder of logs, empty as they are."""
+    write_campaign(folder, manifest)
+    for name in names:
+        (folder / "raw" / name).write_text("A1\n")
+    return folder
+
+
+def test_a_log_named_by_two_runs(tmp_path: Path) -> None:
+    doubled = changed(LOGS, ("raw/b_ft.csv", "raw/a_ft.csv"))
+    fault = one_fault(with_logs(tmp_path / "c", doubled, "a_ft.csv", "c_ft.csv"))
+    assert str(fault) == (
+        "campaign.toml: runs[2] (b).files.ft: raw/a_ft.csv is named by run a too; name this run's own log"
+    )
+
+
+@pytest.mark.parametrize(
+    "apart",
+    [
+        ('"b"\n', '"b"\nstates = "raw/b_holds.csv"\n'),
+        ("[[runs]]", '[[exclude]]\nsource = "ft"\nrun = "b"\nrows = [1]\nwhy = "of a"\n[[runs]]'),
+        ("time = {", 'run = { column = "run" }\nsampling = "time"\ntime = {'),
+    ],
+    ids=["holds", "rows", "run column"],
+)
+def test_a_log_of_two_runs_that_are_told_apart(tmp_path: Path, apart: tuple[str, str]) -> None:
+    doubled = changed(LOGS, ("raw/b_ft.csv", "raw/a_ft.csv"), apart)
+    load_campaign(with_logs(tmp_path / "c", doubled, "a_ft.csv", "c_ft.csv", "b_holds.csv"))
+
+
+def test_another_runs_log_is_not_suggested_for_a_missing_one(tmp_path: Path) -> None:
+    fault = one_fault(with_logs(tmp_path / "c", LOGS, "a_ft.csv", "c_ft.csv"))
+    assert fault.reason == "no such file: raw/b_ft.csv"
+    assert fault.mend == "put it there, or correct the name"
+    (tmp_path / "c/raw/B_ft.csv").write_text("A1\n")
+    assert one_fault(tmp_path / "c").mend == 'did you mean "B_ft.csv"?'
+
+
+def test_a_missing_folder_is_one_line(tmp_path: Path) -> None:
+    fault = one_fault(write_campaign(tmp_path / "c", LOGS.replace("raw/", "logs/")))
+    assert str(fault) == (
+        "campaign.toml: runs[1] (a).files.ft: no such folder: logs; 3 files are named in it, logs/a_ft.csv first; "
+        "put the files there"
+    )
+    missing = check_campaign(tmp_path / "c")["missing"]
+    assert [line for line in missing if "logs" in line] == ["folder logs: not there yet, 3 files are named in it"]
