@@ -31,6 +31,7 @@ TURNED_RAD = 0.1
 FOLLOWS, FOLLOWS_NOT = 0.8, 0.5
 # Another order of the force's columns has to explain nearly all, and much more; of few poses any order explains much.
 ORDER_EXPLAINS, LEAST_POSES = 0.9, 3
+CLEARLY_LESS = 0.9  # of what the other order of the moments leaves
 
 
 @dataclass(frozen=True)
@@ -163,24 +164,31 @@ def _swapped_columns(
     """Return reason and mend where another order of the force's columns explains the deflection, and this does not."""
     if len(columns) not in (3, 6) or len(np.unique(states.run)) < LEAST_POSES:
         return None
-    best, right = 0.0, list(range(6))
-    for order in permutations(range(3)):
-        moments = [3, 4, 5], [3 + k for k in order]
-        for indices in ([*order, *moment] for moment in moments[: 1 if len(columns) == 3 else 2]):
-            share = explained_by_joints(replace(states, wrench=states.wrench[:, indices]), chain)
-            # the moments' order may show too little to tell: the first, the lesser change, stands then
-            best, right = (share, indices) if share > best + 0.01 else (best, right)
-    if right[:3] == [0, 1, 2] or best < ORDER_EXPLAINS or best < explained + 0.25:
-        return None
+
+    def share_with(order: tuple[int, ...], moments: tuple[int, ...]) -> float:
+        wrench = states.wrench[:, [*order, *(3 + k for k in moments)]]
+        return explained_by_joints(replace(states, wrench=wrench), chain)
+
+    kept = (0, 1, 2)
+    shares = {(order, moments): share_with(order, moments) for order in permutations(kept) for moments in {kept, order}}
+    (right, moments), best = max(shares.items(), key=lambda entry: entry[1])
     turned = explained_by_joints(states, chain, sign=-1.0)
-    if turned > best:
+    if right == kept or best < max(ORDER_EXPLAINS, explained + 0.25, turned):
         return None
-    names = ", ".join(f'"{columns[k]}"' for k in right[: len(columns)])
+    other = shares[right, right if moments == kept else kept]
     reason = (
         f"joint springs explain {100 * explained:.0f} % of the deflection with the force's columns in this order, "
         f"{100 * best:.0f} % in another"
     )
-    return reason, f"columns are swapped, here or in the log: write columns = [{names}] (Fx, Fy, Fz as they are)"
+    names = ", ".join(f'"{columns[k]}"' for k in right)
+    if len(columns) == 3:
+        mend = f"write columns = [{names}]"
+    elif 1.0 - best < CLEARLY_LESS * (1.0 - other):
+        names += "".join(f', "{columns[3 + k]}"' for k in moments)
+        mend = f"write columns = [{names}]"
+    else:  # the moments say too little
+        mend = f"write columns = [{names}, …], and see whether the moments are swapped too"
+    return reason, f"columns are swapped, here or in the log: {mend}"
 
 
 @dataclass(frozen=True)

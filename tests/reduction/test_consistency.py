@@ -46,9 +46,15 @@ def test_a_sensor_upside_down_is_told_from_acts_on() -> None:
 def test_the_order_of_the_force_columns_is_named(name: str, order: tuple[int, ...]) -> None:
     states, chain = reduced(name).states, load_campaign(PRACTICE / name).chain
     read = replace(states, wrench=states.wrench[:, [*order, 3, 4, 5]])
-    columns = tuple("abc"[k] for k in order)  # what a column is called: a holds Fx
-    (fault,) = check_work(read, chain, columns=(*columns, "d", "e", "f"))
-    assert 'write columns = ["a", "b", "c", "d", "e", "f"]' in fault.mend
+    columns = [*("abc"[k] for k in order), "d", "e", "f"]  # a holds Fx, b Fy
+    (fault,) = check_work(read, chain, columns=tuple(columns))
+    assert 'write columns = ["a", "b", "c", ' in fault.mend
+    assert '"d", "e", "f"]' in fault.mend or "see whether the moments are swapped too" in fault.mend
+    moments = [3 + k for k in order]
+    read = replace(states, wrench=states.wrench[:, [*order, *moments]])
+    (fault,) = check_work(read, chain, columns=(*columns[:3], *("abcdef"[k] for k in moments)))
+    assert 'write columns = ["a", "b", "c", ' in fault.mend
+    assert '"d", "e", "f"]' in fault.mend or "see whether the moments are swapped too" in fault.mend
 
 
 @needs_practice
