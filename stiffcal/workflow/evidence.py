@@ -5,6 +5,7 @@ The table ``evidence`` holds one row per effect and load state; outside stiffcal
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from stiffcal.workflow.steps import Document, Ingested, key_of_table, plugin_fil
 if TYPE_CHECKING:
     from stiffcal.diagnosis.evidence import EffectEvidence
     from stiffcal.diagnosis.search import Search
+    from stiffcal.measurements.load_states import LoadStates
 
 EVIDENCE, DIAGNOSES = "evidence", "diagnoses"
 # A report shows no more pages of evidence than these; a model seldom needs as many effects beyond its joints.
@@ -55,7 +57,7 @@ def evidence_of(data: Ingested, search: Search) -> tuple[dict[str, Any], list[Do
     order += sorted((name for name in found if name not in order), key=lambda name: -_fall(found[name]))
     shown = {name: found[name] for name in order[:MOST_SHOWN]}
     entries = [_entry(data, one, "missing" if name in missing else "in the model") for name, one in shown.items()]
-    return _columns(data, shown), entries
+    return evidence_columns(data.states, shown), entries
 
 
 def _fall(one: EffectEvidence) -> float:
@@ -79,11 +81,17 @@ def _entry(data: Ingested, one: EffectEvidence, status: str) -> Document:
     }
 
 
-def _columns(data: Ingested, shown: dict[str, EffectEvidence]) -> dict[str, Any]:
-    """Return the table's columns: rows of one effect stand together, in the order of the entries."""
+def evidence_columns(states: LoadStates, shown: Mapping[str, EffectEvidence]) -> dict[str, Any]:
+    """Return the table's columns: rows of one effect stand together, in the order of the entries.
+
+    Parameters
+    ----------
+    states : all load states of the campaign.
+    shown : evidence by name of the effect, in the order of the entries.
+    """
     from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, find_load_cycles
 
-    branch = find_load_cycles(data.states).branch
+    branch = find_load_cycles(states).branch
     words = np.full(len(branch), "", dtype="<U9")
     if np.any(branch == UNLOADING):
         words[np.isin(branch, (LOADING, PEAK))] = "loading"
@@ -94,13 +102,14 @@ def _columns(data: Ingested, shown: dict[str, EffectEvidence]) -> dict[str, Any]
         return np.concatenate([getattr(one, name) for one in parts]) if parts else np.zeros(0)
 
     index = joined("index").astype(np.int64)
+    # Arrays of words, not lists: an empty list would become a column of numbers.
     return {
-        "effect": [one.placed.effect.name for one in parts for _ in one.index],
-        "place": [one.placed.place.label for one in parts for _ in one.index],
+        "effect": np.array([one.placed.effect.name for one in parts for _ in one.index], dtype=np.str_),
+        "place": np.array([one.placed.place.label for one in parts for _ in one.index], dtype=np.str_),
         "entry": np.repeat(np.arange(len(parts), dtype=np.int64), [len(one.index) for one in parts]),
         "state": index,
-        "run": [data.states.runs[number].name for number in data.states.run[index]],
-        "branch": words[index].tolist(),
+        "run": np.array([states.runs[number].name for number in states.run[index]], dtype=np.str_),
+        "branch": words[index],
         "driver": joined("value"),
         "before": joined("before"),
         "after": joined("after"),

@@ -1,0 +1,174 @@
+"""JSON Schemas of the store's tables: ``python -m stiffcal.workflow.table_schemas schemas/``.
+
+Each describes one row. Names, order and types of the columns come from the code that writes the tables, which is given
+a specimen: one state of a robot whose joint is called ``<joint>`` and whose target ``<target>``. What a column means
+stands in `stiffcal.workflow.table_columns`; a column without a meaning, or a meaning without a column, is a KeyError.
+
+In the Parquet files a missing number is NaN. JSON has no NaN: there it is null, and so the schemas allow null.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from stiffcal.campaign.manifest import Source
+from stiffcal.diagnosis.evidence import EffectEvidence
+from stiffcal.identification.observation import Observations
+from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
+from stiffcal.measurements.tables import states_table
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Place, StateOrder
+from stiffcal.reduction.logs import Rows
+from stiffcal.store import table_of
+from stiffcal.workflow.evidence import evidence_columns
+from stiffcal.workflow.recording_tables import recording_table
+from stiffcal.workflow.state_tables import observed_table
+from stiffcal.workflow.table_columns import EVIDENCE, OBSERVED, RECORDING, STATES, Meaning
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}
+_ONE = np.zeros(1)
+_FIRST = np.zeros(1, dtype=np.int64)
+_TOLD = {
+    "states": "The table `states`: one row per load state.",
+    "recording": "A table `recordings/RUN/SOURCE`: one row per reading, in SI and in the instrument's own axes.",
+    "fit": "The table `fit`: one row per load state that was fitted, with what the fitted model says of it.",
+    "unseen": "The table `unseen`: one row per load state, with what a fit says of it that has not seen its pose.",
+    "evidence": "The table `evidence`: one row per effect and load state, the residual against what drives the effect.",
+}
+
+
+def specimens() -> dict[str, tuple[pa.Table, Mapping[str, Meaning]]]:
+    """Return each table of the store with one row, as its writer makes it, and what its columns mean."""
+    states = _states()
+    observed = observed_table(states, _observations(states), np.zeros((6, 1)), np.zeros((6, 1)))
+    return {
+        "states": (states_table(states, ("<joint>",)), STATES),
+        "recording": (_recording(), RECORDING),
+        "fit": (observed, OBSERVED),
+        "unseen": (observed, OBSERVED),
+        "evidence": (table_of(evidence_columns(states, {"": _evidence()})), EVIDENCE),
+    }
+
+
+def table_schema(name: str) -> dict[str, Any]:
+    """Return the JSON Schema of a row of one of the tables.
+
+    Examples
+    --------
+    >>> table_schema("states")["properties"]["Fx_N"]["unit"]
+    'N'
+    """
+    table, meanings = specimens()[name]
+    # The specimen has one channel of each kind, numbered 1.
+    kinds = {re.sub(r"1(?=_|$)", "<k>", field.name): str(field.type) for field in table.schema}
+    spare = set(meanings) - set(kinds)
+    if spare:
+        raise KeyError(f"no column of {name} is called {', '.join(sorted(spare))}")
+    fixed, patterns = {}, {}
+    for column, kind in kinds.items():
+        told = _column(kind, meanings[column])
+        if "<" in column:
+            patterns[_pattern(column, list(kinds))] = {"title": column, **told}
+        else:
+            fixed[column] = told
+    return {
+        "$schema": DIALECT,
+        "title": name,
+        "description": f"{_TOLD[name]} Missing numbers are NaN in the file, null here.",
+        "type": "object",
+        "properties": fixed,
+        "patternProperties": patterns,
+        # Of a device there is what it logs.
+        "required": ["time_s"] if name == "recording" else list(fixed),
+        "additionalProperties": False,
+    }
+
+
+def _column(kind: str, meaning: Meaning) -> dict[str, Any]:
+    name = _TYPES[kind]
+    told: dict[str, Any] = {"description": meaning.text, "type": [name, "null"] if meaning.missing else name}
+    return told | ({"unit": meaning.unit} if meaning.unit else {}) | {"parquet": kind}
+
+
+def _pattern(column: str, others: list[str]) -> str:
+    """Return the regular expression of a column's names: what stands in <…> is free, unless it is another column's."""
+    mine = _free(column)
+    narrower = [_free(one) for one in others if one != column and re.fullmatch(mine, one)]
+    return "^" + "".join(f"(?!{one}$)" for one in narrower) + mine + "$"
+
+
+def _free(column: str) -> str:
+    """Return the expression of a column's names; <k> is a number from 1, any other <…> a name.
+
+    Examples
+    --------
+    >>> _free("<target>_x_m"), _free("temperature<k>")
+    ('.+_x_m', 'temperature[1-9][0-9]*')
+    """
+    escaped = re.sub(r"<k>", "[1-9][0-9]*", column)
+    return re.sub(r"<[^>]+>", ".+", escaped)
+
+
+def _states() -> LoadStates:
+    """Return one load state in which everything is measured."""
+    frame = Attachment(0, np.eye(4))
+    setup = MeasurementSetup(frame, frame, (frame,), ("<target>",), True, np.eye(4))
+    return LoadStates(
+        runs=(RunInfo("run"),), run=_FIRST, time=_ONE, hold=_ONE, joints=np.zeros((1, 1)), wrench=np.zeros((1, 6)),
+        position=np.zeros((1, 1, 3)), rotation=np.eye(3)[None, None], deflection=np.zeros((1, 1, 6)),
+        reference=np.ones(1, dtype=np.bool_), temperature=np.zeros((1, 1)), row=_FIRST, n_readings=_FIRST,
+        wrench_scatter=np.zeros((1, 6)), position_scatter=np.zeros((1, 1, 3)), set_aside=np.array([""]), setup=setup,
+    )  # fmt: skip
+
+
+def _observations(states: LoadStates) -> Observations:
+    """Return the six components of that state."""
+    return Observations(
+        angles=np.zeros((1, 1)), wrench=np.zeros((6, 1)),
+        order=StateOrder(_FIRST, _ONE, _ONE, np.zeros((1, 1)), _ONE, _ONE),
+        measured=np.zeros((6, 1)), seen=np.ones((6, 1), dtype=np.bool_), rotational=np.arange(6) > 2,
+        body=np.zeros(6, dtype=np.int64), component=np.arange(6), free_offset=True, run=_FIRST, setup=states.setup,
+        index=_FIRST,
+    )  # fmt: skip
+
+
+def _recording() -> pa.Table:
+    """Return one reading of a device that logs everything there is."""
+    joints = {name: ["<joint>"] for name in ("position", "velocity", "torque", "current")}
+    one = np.zeros((1, 1))
+    signals = {
+        "joints": one, "joints.velocity": one, "joints.torque": one, "joints.current": one, "wrench": np.zeros((6, 1)),
+        "mass": one, "position.<target>": np.zeros((3, 1)), "quaternion.<target>": np.zeros((4, 1)), "translation": one,
+        "rotation": one, "displacement": one, "lengths": one, "temperature": one, "hold": one,
+    }  # fmt: skip
+    return table_of(recording_table(Source.model_validate({"joints": joints}), Rows(_FIRST, _ONE, [], signals)))
+
+
+def _evidence() -> EffectEvidence:
+    effect = built_in_effects()["joint-compliance"]
+    rms: dict[str, float | None] = {"translation": 0.0, "rotation": 0.0}
+    placed = PlacedEffect(effect, Place("joints", (1,)))
+    return EffectEvidence(placed, "", "1", False, None, _FIRST, _ONE, _ONE, _ONE, _ONE, rms, rms, ())
+
+
+def schema_texts() -> dict[str, str]:
+    """Return file name to JSON Schema of every table, as they stand in `schemas/`."""
+    return {
+        f"{name}.table.schema.json": json.dumps(table_schema(name), indent=2, ensure_ascii=False) + "\n"
+        for name in _TOLD
+    }
+
+
+if __name__ == "__main__":
+    for file, text in schema_texts().items():
+        (Path(sys.argv[1]) / file).write_text(text, encoding="utf-8", newline="\n")

@@ -1,0 +1,108 @@
+"""The JSON Schemas of the store's tables: equal to what the code makes, and true of the tables of real stores."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from stiffcal.store import Store, values_of
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.ingest import ingest_campaign
+from stiffcal.workflow.table_schemas import schema_texts, table_schema
+from tests.workflow.small_campaign import write_small_campaign
+from tests.workflow.test_improve import COUPLED
+from tests.workflow.test_logged_runs import GAUGE, HEAD, campaign_of
+
+SCHEMAS = Path(__file__).parents[2] / "schemas"
+TABLES = {
+    "states": "states",
+    "recordings/only/log": "recording",
+    "fit": "fit",
+    "unseen": "unseen",
+    "evidence": "evidence",
+}
+
+
+@pytest.mark.parametrize("name", sorted(schema_texts()))
+def test_schemas_are_those_of_the_code(name: str) -> None:
+    text = schema_texts()[name]
+    jsonschema.Draft202012Validator.check_schema(json.loads(text))
+    # renewed by: python -m stiffcal.workflow.table_schemas schemas/
+    assert (SCHEMAS / name).read_text(encoding="utf-8") == text
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    """The store of a campaign in which something is missing, after a diagnosis."""
+    from stiffcal.workflow.validate import validate_campaign
+
+    folder = write_small_campaign(tmp_path_factory.mktemp("tables") / "small", poses=3, hidden=COUPLED)
+    validate_campaign(folder)
+    assert diagnose_campaign(folder)["evidence"]
+    return Store(folder / "store", shown="store")
+
+
+@pytest.fixture(scope="module")
+def logged(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    """The store of a campaign that logs over time."""
+    folder = campaign_of(tmp_path_factory.mktemp("logs") / "small", HEAD, GAUGE, '[[runs]]\nid = "only"\n')
+    ingest_campaign(folder)
+    return Store(folder / "store", shown="store")
+
+
+def rows_of(table: pa.Table) -> list[dict[str, Any]]:
+    """Return a table's rows as JSON has them: null for NaN."""
+    rows: list[dict[str, Any]] = table.to_pylist()
+    return [
+        {name: None if isinstance(value, float) and np.isnan(value) else value for name, value in row.items()}
+        for row in rows
+    ]
+
+
+def described(name: str, column: str) -> dict[str, Any]:
+    """Return what a schema says of a column: exactly one entry of it."""
+    schema = table_schema(name)
+    found = [entry for known, entry in schema["properties"].items() if known == column]
+    found += [entry for pattern, entry in schema["patternProperties"].items() if re.search(pattern, column)]
+    (one,) = found
+    return dict(one)
+
+
+def test_there_is_no_table_without_a_schema(store: Store, logged: Store) -> None:
+    assert {*store.tables, *logged.tables} == set(TABLES)
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_tables_of_a_store_hold_to_their_schema(table: str, store: Store, logged: Store) -> None:
+    found = (store if table in store.tables else logged).read_table(table)
+    assert found.num_rows
+    validator = jsonschema.Draft202012Validator(table_schema(TABLES[table]))
+    for row in rows_of(found):
+        validator.validate(row)
+    for field in found.schema:
+        told = described(TABLES[table], field.name)
+        assert told["parquet"] == str(field.type)
+        # a unit in a column's name is the one that the schema tells
+        unit = re.search(r"_(rad|Nm|N|m|s|K|kg|A)(_(measured|predicted|residual))?$", field.name)
+        if unit is not None:
+            assert told["unit"].replace("·", "") == unit[1]
+    # and the schema is no empty promise
+    row = rows_of(found)[0]
+    for column in table_schema(TABLES[table])["required"]:
+        assert not validator.is_valid({name: value for name, value in row.items() if name != column})
+    assert not validator.is_valid(row | {"what": 1.0})
+
+
+def test_what_may_not_be_missing_is_refused(store: Store) -> None:
+    validator = jsonschema.Draft202012Validator(table_schema("states"))
+    row = rows_of(store.read_table("states"))[0]
+    assert validator.is_valid(row | {"target_rx_rad": None})
+    assert not validator.is_valid(row | {"A1_rad": None})
+    assert np.isfinite(values_of(store.read_table("states").column("A1_rad"))).all()
