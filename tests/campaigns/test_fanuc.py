@@ -5,13 +5,17 @@ Data: repository longton2001-pixel/breakthrough-surge-suppression-in-high-speed-
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from stiffcal.errors import InputError
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError, no_progress
+from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
 from stiffcal.workflow.ingest import ingest_campaign
+from stiffcal.workflow.reducing import reduce_campaign
 from tests.campaigns.conftest import Command
 
 PUBLISHED = (8.6158e5, 2.8560e6, 1.8483e6, 2.7935e5, 4.1867e5, 2.7772e5)  # N·m/rad, 38 of the 43 poses
@@ -94,3 +98,23 @@ def test_a_wrong_unit_that_passes_every_bound_is_told(slip: str, fanuc: Path) ->
     assert fault.place.startswith("sources.table.")
     assert words in fault.reason
     assert f'= "{mend}"' in fault.mend
+
+
+def test_what_may_be_small_is_let_pass(fanuc: Path) -> None:
+    campaign = load_campaign(fanuc)
+    states = reduce_campaign(campaign, no_progress).states
+    stiff = replace(states, deflection=1e-3 * states.deflection)
+    assert check_displacement_unit(states, "m", "x") == []
+    assert len(check_displacement_unit(stiff, "m", "x")) == 1
+    # a light load, and a body nearer the base than the load
+    assert check_displacement_unit(replace(stiff, wrench=0.04 * stiff.wrench), "m", "x") == []
+    inner = replace(stiff.setup, targets=(replace(stiff.setup.targets[0], body=2),))
+    assert check_displacement_unit(replace(stiff, setup=inner), "m", "x") == []
+    # small angles: a fault only where radians explain more, a warning where that is open, nothing for one pose
+    small = replace(states, joints=np.radians(states.joints))
+    noise = np.random.default_rng(0).normal(size=states.deflection.shape)
+    faults, warnings = check_angle_unit(replace(small, deflection=noise), campaign.chain, "x")
+    assert faults == []
+    assert len(warnings) == 1
+    assert check_angle_unit(replace(small, joints=0.0 * small.joints + 0.01), campaign.chain, "x") == ([], [])
+    assert check_angle_unit(states, campaign.chain, "x") == ([], [])
