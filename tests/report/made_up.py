@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.report.content import Floats, Provenance, ReportContent, ReportRun, ReportStates
-from tests.report import practice
+from tests.report.practice_documents import documents
 
 
 def made_up_states(n_runs: int = 2, per_run: int = 5, rotation: bool = False) -> ReportStates:
@@ -35,8 +35,8 @@ def made_up_content(n_runs: int = 2, per_run: int = 5, rotation: bool = False) -
     states = made_up_states(n_runs, per_run, rotation)
     stick: Floats = np.array([[0, 0, 0], [0, 0, 0.4], [0.1, 0, 0.8], [0.6, 0.1, 0.9], [0.7, 0.1, 0.9]], dtype=float)
     runs = tuple(ReportRun(f"run_{i}", np.zeros(3), stick, stick[-1]) for i in range(n_runs))
-    documents = practice.documents(
+    made = documents(
         ("A1", "A2", "A3"), np.array([1e-6, 2e-6, 3e-6]), np.diag([1e-16] * 3), states, [r.name for r in runs], None
     )
     origin = Provenance("made-up", "test robot", "2026-11-21", (("stiffcal", "0.1.0"),))
-    return ReportContent(provenance=origin, runs=runs, joint_names=("A1", "A2", "A3"), states=states, **documents)
+    return ReportContent(provenance=origin, runs=runs, joint_names=("A1", "A2", "A3"), states=states, **made)

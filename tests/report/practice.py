@@ -26,6 +26,7 @@ from stiffcal.report.content import (
     SetAside,
     SourceFile,
 )
+from tests.report.practice_documents import documents
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 
@@ -85,40 +86,6 @@ def fit_compliances(columns: Floats, deflection: Floats, sigma: Floats) -> tuple
     return np.asarray(c, dtype=np.float64), covariance
 
 
-def rms(residual: Floats) -> float:
-    """Root mean squared length of (n, 3)."""
-    return float(np.sqrt(np.mean(np.sum(residual**2, axis=1)))) if residual.size else 0.0
-
-
-def measures(residual: Floats) -> dict[str, float | None]:
-    """The interface's {translation, rotation} of (n, 3) or (n, 6)."""
-    return {
-        "translation": rms(residual[:, :3]),
-        "rotation": rms(residual[:, 3:]) if residual.shape[1] == 6 else None,
-    }
-
-
-def largest(residual: Floats) -> dict[str, float | None]:
-    """The longest residual, as in the interface."""
-    return {
-        "translation": float(np.linalg.norm(residual[:, :3], axis=1).max()),
-        "rotation": float(np.linalg.norm(residual[:, 3:], axis=1).max()) if residual.shape[1] == 6 else None,
-    }
-
-
-def breakdown(labels: np.ndarray[Any, Any], residual: Floats, order: list[str]) -> list[dict[str, Any]]:
-    """`by_…` lists of the validate document."""
-    out = []
-    for label in order:
-        pick = labels == label
-        if pick.any():
-            out.append(
-                {"label": label, "low": None, "high": None, "n": int(pick.sum()), "rms": measures(residual[pick]),
-                 "max": largest(residual[pick])}
-            )  # fmt: skip
-    return out
-
-
 def direction_labels(force: Floats, run: Integers) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     """Labels and branches of load states in order: one label per signed direction in a run."""
     labels = np.full(len(run), "", dtype="U8")
@@ -141,78 +108,6 @@ def direction_labels(force: Floats, run: Integers) -> tuple[np.ndarray[Any, Any]
             branches[i] = "loading" if load[i] > previous else "unloading"
             previous = load[i]
     return labels, branches
-
-
-def documents(
-    joint_names: tuple[str, ...],
-    c: Floats,
-    covariance: Floats,
-    states: ReportStates,
-    run_names: list[str],
-    noise: dict[str, float] | None,
-) -> dict[str, Any]:
-    """identify, validate and history documents in the interface's form."""
-    parameters = []
-    for k in range(len(joint_names)):
-        std = float(np.sqrt(covariance[k, k]))
-        low, high = c[k] - 1.96 * std, c[k] + 1.96 * std
-        parameters.append(
-            {
-                "name": f"joint-compliance.j{k + 1}.c", "effect": "joint-compliance", "where": {"joints": [k + 1]},
-                "value": float(c[k]), "std": std, "interval": [float(low), float(high)], "unit": "rad/(N*m)",
-                "fixed": False, "identifiable": True, "stiffness": float(1 / c[k]),
-                "stiffness_std": float(std / c[k] ** 2),
-                "stiffness_interval": [float(1 / high), float(1 / low) if low > 0 else None],
-            }
-        )  # fmt: skip
-    used = states.used
-    fit_residual = (states.measured - states.predicted)[used]
-    unseen = states.residual[used]
-    names = np.array(run_names)[states.run[used]]
-    joint = {"schema": "stiffcal/identify/1", "warnings": []}
-    identify = joint | {
-        "model": {"balance": "first-order", "effects": [{"type": "joint-compliance", "joints": "all"}]},
-        "parameters": parameters, "n_states": int(used.sum()), "n_runs": len(run_names), "rms": measures(fit_residual),
-        "noise": noise, "noise_source": "repeats" if noise else "none", "reduced_chi2": 1.02 if noise else None,
-        "condition": 31.0, "not_identifiable": [], "rejected": [],
-    }  # fmt: skip
-    loads = states.load[used]
-    edges = np.quantile(loads, [0, 0.33, 0.67, 1.0])
-    bins = np.clip(np.searchsorted(edges, loads, side="right") - 1, 0, 2)
-    load_names = [f"{edges[i]:.0f} … {edges[i + 1]:.0f} N" for i in range(3)]
-    by_load = breakdown(np.array(load_names)[bins], unseen, load_names)
-    axis = np.argmax(np.abs(states.force[used]), axis=1)
-    positive = states.force[used][np.arange(len(axis)), axis] > 0
-    mostly = np.array([f"mostly {'+' if up else '−'}{'xyz'[a]}" for a, up in zip(axis, positive, strict=True)])
-    zero = measures(states.measured[used])
-    order = np.argsort(-np.linalg.norm(unseen[:, :3], axis=1))[:5]
-    validate = {
-        "schema": "stiffcal/validate/1", "warnings": [], "rms": measures(unseen), "max": largest(unseen),
-        "noise": noise, "relative": {k: (v / z if v and (z := zero[k]) else None) for k, v in measures(unseen).items()},
-        "zero_model": zero, "scheme": f"leave one pose out, {len(run_names)} folds",
-        "by_run": breakdown(names, unseen, run_names),
-        "by_direction": breakdown(mostly, unseen, [f"mostly {sign}{axis}" for axis in "xyz" for sign in "+−"]),
-        "by_load": by_load, "by_branch": breakdown(states.branch[used], unseen, ["loading", "unloading"]),
-        "by_joint_angle": [], "passed": True,
-        "worst": [
-            {"run": str(names[i]), "row": int(i), "residual_m": float(np.linalg.norm(unseen[i, :3])),
-             "load": float(loads[i]), "branch": str(states.branch[used][i])}
-            for i in order
-        ],
-    }  # fmt: skip
-    history = {
-        "schema": "stiffcal/history/1", "warnings": [],
-        "fits": [
-            {"id": "1", "time": "2026-11-21T10:02:11Z", "model": ["joint-compliance 2,3"],
-             "heldout_rms": {k: (0.4 * v if v else None) for k, v in zero.items()},
-             "fit_rms": {k: (0.38 * v if v else None) for k, v in zero.items()}, "noise": noise},
-            {"id": "2", "time": "2026-11-21T10:09:40Z", "model": ["joint-compliance 1-6"],
-             "heldout_rms": measures(unseen), "fit_rms": measures(fit_residual), "noise": noise},
-            {"id": "3", "time": "2026-11-21T10:12:02Z", "model": ["joint-compliance 1-6", "backlash 4"],
-             "heldout_rms": None, "fit_rms": None, "noise": noise},
-        ],
-    }  # fmt: skip
-    return {"identify": identify, "validate": validate, "history": history}
 
 
 def provenance(name: str, robot: str, files: list[Path]) -> Provenance:
@@ -257,23 +152,53 @@ def example_path(jacobian_of_pose: Floats, c: Floats, pose: str) -> LoadPath:
     )  # fmt: skip
 
 
+def rows_of_runs(table: Path, max_runs: int | None) -> tuple[list[str], list[dict[str, str]]]:
+    """Names of the first runs of a table of states, and their rows."""
+    with table.open() as stream:
+        rows = list(csv.DictReader(stream))
+    names = list(dict.fromkeys(row["run"] for row in rows))[:max_runs]
+    return names, [row for row in rows if row["run"] in names]
+
+
+def tracked(rows: list[dict[str, str]], tracker: Floats, first: Integers) -> Floats:
+    """Displacement since each run's first row, (n, 3) or with orientation (n, 6), base axes."""
+    position = np.array([[float(row[c]) * 1e-3 for c in "XYZ"] for row in rows]) @ tracker.T
+    measured = position - position[first]
+    if "q0" in rows[0]:
+        seen = tracker @ quaternion_matrix(
+            np.array([[float(row[c]) for c in ("q0", "qx", "qy", "qz")] for row in rows])
+        )
+        measured = np.concatenate([measured, rotation_vector(seen @ seen[first].transpose(0, 2, 1))], axis=1)
+    return measured
+
+
+def report_states(run: Integers, force: Floats, measured: Floats, predicted: Floats, unseen: Floats) -> ReportStates:
+    """States of a report, one of them set aside; each run's offset is free."""
+    labels, branches = direction_labels(force, run)
+    reference = np.zeros(len(run), dtype=bool)
+    reference[np.unique(run, return_index=True)[1]] = True
+    aside = np.full(len(run), "", dtype="U60")
+    aside[5] = "0.31 mm off its three repeats"
+    return ReportStates(
+        run=run, force=force, load=np.linalg.norm(force, axis=1), direction=labels, branch=branches,
+        measured=measured, predicted=with_offsets(predicted, measured, run),
+        predicted_unseen=with_offsets(unseen, measured, run),
+        set_aside=aside, reference=reference,
+    )  # fmt: skip
+
+
 def practice_content(folder: str = "01", max_runs: int | None = None) -> ReportContent:
     """Content from a practice campaign's table of states."""
     root = SHARED / "practice" / folder
     manifest = tomllib.loads((root / "campaign.toml").read_text())
     robot = tomllib.loads((root / "robot.toml").read_text())
     table = root / "raw" / "states.csv"
-    with table.open() as stream:
-        rows = list(csv.DictReader(stream))
-    names = list(dict.fromkeys(row["run"] for row in rows))[:max_runs]
-    rows = [row for row in rows if row["run"] in names]
+    names, rows = rows_of_runs(table, max_runs)
     joint_names = tuple(joint["name"] for joint in robot["joints"])
     run = np.array([names.index(row["run"]) for row in rows])
     q = np.deg2rad([[float(row[j]) for j in joint_names] for row in rows])
     wrench = np.array([[float(row[c]) for c in ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")] for row in rows])
-    dh = [
-        (np.deg2rad(j["alpha_deg"]), j["a_m"], np.deg2rad(j["theta_deg"]), j["d_m"]) for j in robot["joints"]
-    ]  # fmt: skip
+    dh = [(np.deg2rad(j["alpha_deg"]), j["a_m"], np.deg2rad(j["theta_deg"]), j["d_m"]) for j in robot["joints"]]
     frames = joint_frames(dh, q)
     flange = np.eye(4)
     flange[:3, 3] = robot["flange"]["xyz_m"]
@@ -285,33 +210,17 @@ def practice_content(folder: str = "01", max_runs: int | None = None) -> ReportC
     )
     in_base = np.concatenate([np.einsum("nij,nj->ni", sensor_axes, wrench[:, k : k + 3]) for k in (0, 3)], axis=1)
     tracker = quaternion_matrix(np.array(manifest["frames"]["tracker"]["quaternion_wxyz"]))
-    position = np.array([[float(row[c]) * 1e-3 for c in "XYZ"] for row in rows]) @ tracker.T
     first = np.array([int(np.flatnonzero(run == r)[0]) for r in run])
-    measured = position - position[first]
-    position_only = "q0" not in rows[0]
-    if not position_only:
-        seen = tracker @ quaternion_matrix(
-            np.array([[float(row[c]) for c in ("q0", "qx", "qy", "qz")] for row in rows])
-        )
-        measured = np.concatenate([measured, rotation_vector(seen @ seen[first].transpose(0, 2, 1))], axis=1)
+    measured = tracked(rows, tracker, first)
     size = measured.shape[1]
     change = in_base - in_base[first]
     torque = np.einsum("nij,ni->nj", jacobian(frames, point["ft_sensor"]), change)
     columns = (jacobian(frames, point["target"]) * torque[:, None, :])[:, :size]
     sigma = np.array([1.6e-5] * 3 + [3e-5] * 3)[:size] * np.sqrt(2)
     c, covariance = fit_compliances(columns, measured, sigma)
-    labels, branches = direction_labels(change[:, :3], run)
-    reference = np.zeros(len(run), dtype=bool)
-    reference[first] = True
-    aside = np.full(len(run), "", dtype="U60")
-    aside[5] = "0.31 mm off its three repeats"
-    states = ReportStates(
-        run=run, force=change[:, :3], load=np.linalg.norm(change[:, :3], axis=1), direction=labels, branch=branches,
-        measured=measured, predicted=with_offsets(columns @ c, measured, run),
-        predicted_unseen=with_offsets(leave_one_out(columns, measured, sigma, run), measured, run),
-        set_aside=aside, reference=reference,
-    )  # fmt: skip
-    noise = {"translation": 2.77e-5} | ({} if position_only else {"rotation": 5.2e-5})
+    unseen = leave_one_out(columns, measured, sigma, run)
+    states = report_states(run, change[:, :3], measured, columns @ c, unseen)
+    noise = {"translation": 2.77e-5} | ({"rotation": 5.2e-5} if size == 6 else {})
     made = documents(joint_names, c, covariance, states, names, noise)
     starts = [int(np.argmax(run == r)) for r in range(len(names))]
     sticks = [np.concatenate([frames[i, :, :3, 3], flange_frames[i, None, :3, 3]]) for i in starts]
