@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Annotated, ClassVar, TypeAlias
 
 from pydantic import AfterValidator
@@ -20,8 +21,8 @@ Rows: TypeAlias = Annotated[str, AfterValidator(_check_rows)]
 """A condition such as ``test_nr < 100``."""
 
 
-class Signal(Table):
-    """What all signals share.
+class Signal(Table, ABC):
+    """What all signals share; each kind of signal says which columns it reads.
 
     Attributes
     ----------
@@ -54,10 +55,10 @@ class Signal(Table):
         units: Table = getattr(self, "units")  # noqa: B009  (every concrete signal has its own units table)
         return unit(getattr(units, key), self.quantity_of[key])
 
+    @abstractmethod
     def column_names(self) -> tuple[str, ...]:
         """Return every column the signal reads, in order."""
-        raise NotImplementedError
 
+    @abstractmethod
     def columns_with_units(self) -> dict[str, Unit]:
         """Return each column and the unit its numbers are in; columns without a unit are left out."""
-        raise NotImplementedError

@@ -1,24 +1,14 @@
-"""Campaigns whose truth is told: what is missing is named, and where nothing is, nothing is.
-
-A few run with every test run; the rest with `make practice` (or STIFFCAL_ALL_HIDDEN=1 in the environment).
-"""
+"""Campaigns whose truth is told: what is missing is named, and where nothing is, nothing is."""
 
 from __future__ import annotations
-
-import os
 
 import pytest
 
 from tests.rates.practice import HIDDEN, ask, truth
 
-# Nothing; play where only positions are measured; outside the catalogue; as large as the noise.
-QUICK = ("01", "03", "09", "10")
-
 
 @pytest.mark.parametrize("folder", sorted(truth()))
 def test_names_what_is_hidden(folder: str) -> None:
-    if folder not in QUICK and not os.environ.get("STIFFCAL_ALL_HIDDEN"):
-        pytest.skip("with make practice, or STIFFCAL_ALL_HIDDEN=1")
     answer = ask(HIDDEN / folder)
     assert answer.right, f"{answer.hidden or 'nothing'} is hidden, {answer.named or 'nothing'} is named"
     if not answer.outside:
