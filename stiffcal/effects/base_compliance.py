@@ -7,38 +7,32 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.diagonal import Give, diagonal_parameters, diagonal_terms
 from stiffcal.model.effect import (
     BASE_NODE,
     RX,
     RY,
-    RZ,
-    TX,
-    TY,
-    TZ,
     DocumentedEffect,
     Driver,
     Kind,
     NodeLoads,
-    ParameterSpec,
     Place,
     Term,
     Values,
 )
 
-_TURN = "as stiff as the bearing of joint 1 in Table 1 of paper 000: 1/1.4e7; anchored plates are several times softer"
-_MOVE = "paper 001, section III.C: all translations together below 4e-8"
-_AXES = {"rx": RX, "ry": RY, "rz": RZ, "tx": TX, "ty": TY, "tz": TZ}
-
-
-def _spec(symbol: str) -> ParameterSpec:
-    axis = symbol[1]
-    if symbol[0] == "r":
-        return ParameterSpec(
-            symbol, "rad/(N·m)", f"turn of the base about its {axis} axis", 0.0, 1e-3, 7e-8, _TURN, compliance=True
-        )
-    return ParameterSpec(
-        symbol, "m/N", f"shift of the base along its {axis} axis", 0.0, 1e-5, 5e-9, _MOVE, compliance=True
-    )
+_TURN = Give(
+    "turn of the base about its {axis} axis",
+    1e-3,
+    7e-8,
+    "as stiff as the bearing of joint 1 in Table 1 of paper 000: 1/1.4e7; anchored plates are several times softer",
+)
+_SHIFT = Give(
+    "shift of the base along its {axis} axis",
+    1e-5,
+    5e-9,
+    "paper 001, section III.C: all translations together below 4e-8",
+)
 
 
 class BaseCompliance(DocumentedEffect):
@@ -59,14 +53,14 @@ class BaseCompliance(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "setup"
     summary = "the foundation gives: three rotations, three translations"
-    parameters = tuple(_spec(symbol) for symbol in _AXES)
+    parameters = diagonal_parameters(_TURN, _SHIFT)
     looks_like = ("bearing-tilt", "joint-compliance", "tracker-frame")
     fingerprint = "the whole robot leans with the moment on its foot, about the same base axis wherever joint 1 points"
     how_to_check = "Put a target or a dial gauge on the robot's foot and load the tool at full reach."
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """A diagonal compliance at the base's origin."""
-        return tuple(Term(BASE_NODE, axis, symbol, loads.wrench[BASE_NODE, axis]) for symbol, axis in _AXES.items())
+        return diagonal_terms(BASE_NODE, loads)
 
     def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
         """The tilting moment on the foundation."""

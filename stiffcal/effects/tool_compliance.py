@@ -7,38 +7,32 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.diagonal import Give, diagonal_parameters, diagonal_terms
 from stiffcal.model.effect import (
     RX,
     RY,
-    RZ,
-    TX,
-    TY,
-    TZ,
     DocumentedEffect,
     Driver,
     Kind,
     NodeLoads,
-    ParameterSpec,
     Place,
     Term,
     Values,
     tool_node,
 )
 
-_TURN = "a six-axis force sensor of the 2.5 kN class (ATI Theta, Omega160): some 3e5 N·m/rad"
-_MOVE = "a six-axis force sensor of the 2.5 kN class (ATI Theta, Omega160): some 1e8 N/m"
-_AXES = {"rx": RX, "ry": RY, "rz": RZ, "tx": TX, "ty": TY, "tz": TZ}
-
-
-def _spec(symbol: str) -> ParameterSpec:
-    axis = symbol[1]
-    if symbol[0] == "r":
-        return ParameterSpec(
-            symbol, "rad/(N·m)", f"turn about the flange's {axis} axis", 0.0, 1e-2, 3e-6, _TURN, compliance=True
-        )
-    return ParameterSpec(
-        symbol, "m/N", f"shift along the flange's {axis} axis", 0.0, 1e-5, 1e-8, _MOVE, compliance=True
-    )
+_TURN = Give(
+    "turn about the flange's {axis} axis",
+    1e-2,
+    3e-6,
+    "a six-axis force sensor of the 2.5 kN class (ATI Theta, Omega160): some 3e5 N·m/rad",
+)
+_SHIFT = Give(
+    "shift along the flange's {axis} axis",
+    1e-5,
+    1e-8,
+    "a six-axis force sensor of the 2.5 kN class (ATI Theta, Omega160): some 1e8 N/m",
+)
 
 
 class ToolCompliance(DocumentedEffect):
@@ -57,15 +51,14 @@ class ToolCompliance(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "setup"
     summary = "what lies between flange and target gives: the same six"
-    parameters = tuple(_spec(symbol) for symbol in _AXES)
+    parameters = diagonal_parameters(_TURN, _SHIFT)
     looks_like = ("joint-compliance", "bearing-tilt", "joint-translation")
     fingerprint = "the tool gives the same in every pose, seen in flange axes, and the robot's joints do not matter"
     how_to_check = "Put one target before and one behind the sensor and the adapters, and load the tool."
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """A diagonal compliance at the flange's origin."""
-        node = tool_node(chain)
-        return tuple(Term(node, axis, symbol, loads.wrench[node, axis]) for symbol, axis in _AXES.items())
+        return diagonal_terms(tool_node(chain), loads)
 
     def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
         """The bending moment at the flange."""

@@ -1,0 +1,42 @@
+"""A node that gives along and about each of its axes by itself: six compliances that do not couple."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stiffcal.model.effect import RX, RY, RZ, TX, TY, TZ, NodeLoads, ParameterSpec, Term
+
+AXES = {"rx": RX, "ry": RY, "rz": RZ, "tx": TX, "ty": TY, "tz": TZ}
+"""Symbol to component of the node's displacement and wrench."""
+
+
+@dataclass(frozen=True)
+class Give:
+    """How much a node may give about (or along) an axis.
+
+    Attributes
+    ----------
+    meaning : in words, with ``{axis}`` where the axis is named.
+    upper, typical : rad/(N·m) (or m/N).
+    source : where ``typical`` is from.
+    """
+
+    meaning: str
+    upper: float
+    typical: float
+    source: str
+
+
+def diagonal_parameters(turn: Give, shift: Give) -> tuple[ParameterSpec, ...]:
+    """Return the six parameters, rotations first."""
+    specs = []
+    for symbol in AXES:
+        give, unit = (turn, "rad/(N·m)") if symbol[0] == "r" else (shift, "m/N")
+        meaning = give.meaning.format(axis=symbol[1])
+        specs.append(ParameterSpec(symbol, unit, meaning, 0.0, give.upper, give.typical, give.source, compliance=True))
+    return tuple(specs)
+
+
+def diagonal_terms(node: int, loads: NodeLoads) -> tuple[Term, ...]:
+    """Return δ = diag(tx, ty, tz, rx, ry, rz) w at a node."""
+    return tuple(Term(node, axis, symbol, loads.wrench[node, axis]) for symbol, axis in AXES.items())
