@@ -3,12 +3,15 @@
 The robot is `stiffcal.model.equilibrium`, solved in the holds and at a few loads on every ramp; in between, places are
 interpolated in proportion to the load. A ramp moves the target by some 0.5 mm; what the straight line between two
 balances a third of that apart leaves out is the curvature of the law over it, nanometres on a smooth law.
+
+Another robot may answer in its place (`Settle`): a physics engine with no law of ours in it, or a real one's record.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +21,7 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Observed, Sort, StateOrder
-from stiffcal.model.equilibrium import Balance, NoBalanceError, solve_balance
+from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.simulation.cycles import LoadProgram
 from stiffcal.simulation.settings import FILE_NAME, Loads
 
@@ -61,7 +64,6 @@ class Played:
     position : frame name to (s, 3), m, base axes.
     turn : frame name to (s, 3), rotation vector of R R_0ᵀ, rad, base axes.
     unloaded : frame name to (4, 4) base_from_frame at the run's start.
-    torque : (s, J) joint torques at rest, N·m.
     """
 
     act: Act
@@ -69,7 +71,6 @@ class Played:
     position: Mapping[str, Floats]
     turn: Mapping[str, Floats]
     unloaded: Mapping[str, Floats]
-    torque: Floats
 
     def position_at(self, frame: str, path: Floats) -> Floats:
         """Return (n, 3) the frame's origin in base axes at path coordinates, m."""
@@ -88,6 +89,38 @@ class Played:
 
 
 @dataclass(frozen=True)
+class Places:
+    """Where frames are in n states.
+
+    Attributes
+    ----------
+    position : (n, B, 3) m, base axes, of the set-up's targets. rotation : (n, B, 3, 3) base_from_target.
+    displacement : (n, B, 6) since the unloaded state of the same run: difference of positions, and rotation vector of
+        R R_refᵀ; m and rad, base axes.
+    """
+
+    position: Floats
+    rotation: Floats
+    displacement: Floats
+
+
+class Settle(Protocol):
+    """A robot, seen from outside: asked for loads in the order in which they act, it says where it comes to rest."""
+
+    def __call__(self, joints: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder) -> Places:
+        """Return the places of the set-up's targets.
+
+        Parameters
+        ----------
+        joints : (n, J) model joint angles, rad. wrench : (n, 6) N and N·m on the robot, in the set-up's wrench axes
+            about its wrench point.
+        setup : what hangs on the flange, where the load acts, which frames are looked at.
+        order : runs and times of the states; each run starts without any load.
+        """
+        ...
+
+
+@dataclass(frozen=True)
 class _Nodes:
     """Path coordinates at which one run is solved, and which of them share a balance."""
 
@@ -97,7 +130,11 @@ class _Nodes:
 
 
 def play(
-    robot: CompliantRobot, acts: Sequence[Act], frames: Mapping[str, Attachment], tool: ToolWeight
+    robot: CompliantRobot,
+    acts: Sequence[Act],
+    frames: Mapping[str, Attachment],
+    tool: ToolWeight,
+    settle: Settle | None = None,
 ) -> list[Played]:
     """Solve all runs in one batch.
 
@@ -107,6 +144,8 @@ def play(
     acts : the runs.
     frames : the frames that instruments look at, where they really are.
     tool : what hangs on the flange.
+    settle : who says where the robot comes to rest; None: the exact balance of ``robot``. Effects of observation
+        (drift, a slip) are ``robot``'s in either case.
 
     Raises
     ------
@@ -120,11 +159,11 @@ def play(
     for point in dict.fromkeys(act.loads.point for act in acts):
         group = [act for act in acts if act.loads.point == point]
         nodes = [_nodes_of(act) for act in group]
-        balance = _solve(robot, group, nodes, frames, tool)
+        places = _solve(robot, group, nodes, frames, tool, settle or _balanced(robot))
         start = 0
         for act, mine in zip(group, nodes, strict=True):
             stop = start + mine.first.size
-            played.append(_cut(act, mine, balance, slice(start, stop), names))
+            played.append(_cut(act, mine, places, slice(start, stop), names))
             start = stop
     order = {act.name: number for number, act in enumerate(acts)}
     return sorted(played, key=lambda one: order[one.act.name])
@@ -172,8 +211,9 @@ def _solve(
     nodes: Sequence[_Nodes],
     frames: Mapping[str, Attachment],
     tool: ToolWeight,
-) -> Balance:
-    """Find the balances of several runs with one load point; observation effects included."""
+    settle: Settle,
+) -> Places:
+    """Find the places in several runs with one load point; observation effects included."""
     setup = MeasurementSetup(
         wrench_axes=_BASE,
         wrench_point=acts[0].load_point,
@@ -190,20 +230,23 @@ def _solve(
     counts = [mine.first.size for mine in nodes]
     logged = np.repeat(np.stack([act.joints for act in acts]), counts, axis=0)
     order = _order_of(robot, acts, nodes)
-    try:
-        balance = solve_balance(robot, robot.chain.model_angles(logged), wrench, setup, order)
-    except NoBalanceError as error:
-        raise InputError.at(FILE_NAME, "loads", str(error), "lower max_force_N, or stiffen model.toml") from None
-    shift = _observed_shift(robot, balance, order)
-    turned = rotation_from_vector(shift[..., 3:]) @ balance.target_rotation
-    return Balance(
-        balance.target_position + shift[..., :3],
-        turned,
-        balance.unloaded_position,
-        balance.unloaded_rotation,
-        balance.displacement + shift,
-        balance.joint_torque,
-    )
+    places = settle(robot.chain.model_angles(logged), wrench, setup, order)
+    shift = _observed_shift(robot, places.displacement, order)
+    turned = rotation_from_vector(shift[..., 3:]) @ places.rotation
+    return Places(places.position + shift[..., :3], turned, places.displacement + shift)
+
+
+def _balanced(robot: CompliantRobot) -> Settle:
+    """Return the exact balance as the robot that is asked."""
+
+    def settle(joints: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder) -> Places:
+        try:
+            balance = solve_balance(robot, joints, wrench, setup, order)
+        except NoBalanceError as error:
+            raise InputError.at(FILE_NAME, "loads", str(error), "lower max_force_N, or stiffen model.toml") from None
+        return Places(balance.target_position, balance.target_rotation, balance.displacement)
+
+    return settle
 
 
 def _order_of(robot: CompliantRobot, acts: Sequence[Act], nodes: Sequence[_Nodes]) -> StateOrder:
@@ -246,9 +289,9 @@ def _time_on(program: LoadProgram, path: Floats) -> Floats:
     return np.asarray(np.interp(path, program.path(fine), fine))
 
 
-def _observed_shift(robot: CompliantRobot, balance: Balance, order: StateOrder) -> Floats:
+def _observed_shift(robot: CompliantRobot, displacement: Floats, order: StateOrder) -> Floats:
     """Return (n, B, 6) what observation effects (drift, a slip) add to the places of the targets."""
-    observed = Observed(np.moveaxis(balance.displacement, 0, -1), order)
+    observed = Observed(np.moveaxis(displacement, 0, -1), order)
     total = np.zeros_like(observed.displacement)
     for one in robot.placed:
         columns = one.effect.observation_columns(one.place, observed, one.shape())
@@ -270,15 +313,14 @@ def _refuse_setup_effects(robot: CompliantRobot) -> None:
             )
 
 
-def _cut(act: Act, nodes: _Nodes, balance: Balance, part: slice, names: Sequence[str]) -> Played:
+def _cut(act: Act, nodes: _Nodes, places: Places, part: slice, names: Sequence[str]) -> Played:
     """Take one run out of a batch."""
     position, turn, unloaded = {}, {}, {}
     for body, name in enumerate(names):
-        places = balance.target_position[part, body]
-        rotations = balance.target_rotation[part, body]
+        positions, rotations = places.position[part, body], places.rotation[part, body]
         start = np.eye(4)
-        start[:3, :3], start[:3, 3] = rotations[0], places[0]
-        position[name] = places[nodes.solved]
+        start[:3, :3], start[:3, 3] = rotations[0], positions[0]
+        position[name] = positions[nodes.solved]
         turn[name] = vector_from_rotation(rotations @ rotations[0].T)[nodes.solved]
         unloaded[name] = start
-    return Played(act, nodes.path, position, turn, unloaded, balance.joint_torque[part][nodes.solved])
+    return Played(act, nodes.path, position, turn, unloaded)

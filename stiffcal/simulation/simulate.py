@@ -22,7 +22,7 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.logs import Column, dialect_of, write_log
-from stiffcal.simulation.play import play
+from stiffcal.simulation.play import Settle, play
 from stiffcal.simulation.recording import Device, DeviceLog, Stage, devices_of, record
 from stiffcal.simulation.scene import draw_acts, tool_weight, true_frames, valued_robot
 from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
@@ -37,6 +37,7 @@ def simulate_campaign(
     out: Path,
     seed: int | None = None,
     progress: Progress = no_progress,
+    settle: Settle | None = None,
 ) -> dict[str, Any]:
     """Write a simulated campaign folder.
 
@@ -47,6 +48,8 @@ def simulate_campaign(
     out : the folder to write; may be the campaign's own (then only logs and truth are written).
     seed : for all that is drawn; None: the settings'. The same seed gives the same bytes.
     progress : told what is being done.
+    settle : another robot that is loaded in place of the model file's, e.g. a physics engine; the model file then only
+        says what the truth is called.
 
     Returns
     -------
@@ -62,7 +65,7 @@ def simulate_campaign(
     drawn = settings.seed if seed is None else seed
     _check_out(out, campaign.folder)
     progress("setting loads", 0.0)
-    robot, stage = play_campaign(campaign, settings, drawn)
+    robot, stage = play_campaign(campaign, settings, drawn, settle)
     switched_on = [devices_of(stage, campaign.manifest.sources, run) for run in range(len(stage.played))]
     logs: list[list[DeviceLog]] = []
     for number, devices in enumerate(switched_on):
@@ -81,8 +84,10 @@ def simulate_campaign(
     return {"folder": str(out), "files": files, "seed": drawn, "runs": runs, "states": states, "truth": truth}
 
 
-def play_campaign(campaign: Campaign, settings: SimulationSettings, seed: int) -> tuple[CompliantRobot, Stage]:
-    """Draw the load cycles and find where the robot really is, without any instrument.
+def play_campaign(
+    campaign: Campaign, settings: SimulationSettings, seed: int, settle: Settle | None = None
+) -> tuple[CompliantRobot, Stage]:
+    """Draw the load cycles and find where the robot (``settle``, or the model file's) really is, without instruments.
 
     Raises
     ------
@@ -96,7 +101,7 @@ def play_campaign(campaign: Campaign, settings: SimulationSettings, seed: int) -
             known = ", ".join(campaign.manifest.sources)
             raise InputError.at(FILE_NAME, f"sensors.{name}", "campaign.toml has no such source", f"use one of {known}")
     acts = draw_acts(campaign, settings, frames, seed)
-    played = play(robot, acts, frames, tool_weight(campaign.manifest))
+    played = play(robot, acts, frames, tool_weight(campaign.manifest), settle)
     return robot, Stage(settings, frames, tuple(played), seed)
 
 
