@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.campaign.gauges import gauges_of, rods_of, stated_sigma
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import body_number
-from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Pose, Wrench
+from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup, Sigma
@@ -100,11 +101,12 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
     Raises
     ------
     InputError
-        Two wrenches, or two instruments' frames for one set of targets, which load states cannot hold.
+        Two wrenches, or two instruments' frames for one set of targets, which load states cannot hold. Devices that
+        press along one line each may be several, one per run.
     """
     load = _load(manifest, float(np.linalg.norm(chain.gravity)))
     targets, tracker = _targets(manifest)
-    tool = manifest.tool
+    tool, links = manifest.tool, rods_of(manifest, chain)
     return MeasurementSetup(
         wrench_axes=frames[load.axes],
         wrench_point=frames[load.point],
@@ -116,6 +118,9 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
         tool_com=np.zeros(3) if tool is None else np.array(tool.com_m),
         sigma=_sigma(manifest, load),
         tared=load.tared,
+        rods=tuple(rods for rods, _ in links),
+        beams=tuple(beam for _, beam in links),
+        gauges=gauges_of(manifest, frames, targets),
     )
 
 
@@ -135,10 +140,23 @@ def _load(manifest: Manifest, gravity: float) -> _Load:
             mass = None if signal.sigma is None else signal.sigma.mass
             force = None if mass is None else mass * signal.unit_of("mass").factor * gravity
             loads.append((place, _Load("base", signal.point, False, force, None, "no")))
-    if len(loads) > 1:
+    one_line = all(isinstance(s, Wrench) and len(s.columns) == 1 for _, _, s in manifest.signals() if _is_load(s))
+    if len(loads) > 1 and not (one_line and len({load for _, load in loads}) == 1 and _apart(manifest)):
         reason = f"the load is measured twice, here and in {loads[0][0]}"
         raise InputError.at("campaign.toml", loads[1][0], reason, "keep the one that is to count")
     return loads[0][1] if loads else _Load("flange", "flange", False, None, None, "run")
+
+
+def _is_load(signal: Signal) -> bool:
+    return isinstance(signal, Wrench | DeadWeight)
+
+
+def _apart(manifest: Manifest) -> bool:
+    """Return whether no run reads two loads: each names the file of one of the sources that hold a load."""
+    holders = {source for source, _, signal in manifest.signals() if _is_load(signal)}
+    return not any(manifest.files_of(source) for source in holders) and all(
+        len(holders & set(run.files)) <= 1 for run in manifest.runs
+    )
 
 
 def _targets(manifest: Manifest) -> tuple[tuple[str, ...], str]:
@@ -174,9 +192,8 @@ def _sigma(manifest: Manifest, load: _Load) -> Sigma:
         elif isinstance(signal, Deflection) and signal.sigma is not None:
             translation = translation or _scaled(signal.sigma.translation, signal.unit_of("translation").factor)
             rotation = rotation or _scaled(signal.sigma.rotation, signal.unit_of("rotation").factor)
-        elif isinstance(signal, Displacement) and signal.sigma is not None:
-            translation = translation or _scaled(signal.sigma.length, signal.unit_of("length").factor)
-    return Sigma(translation, rotation, load.force_sigma, load.moment_sigma)
+    rods, gauges = stated_sigma(manifest, Lengths), stated_sigma(manifest, Displacement)
+    return Sigma(translation, rotation, load.force_sigma, load.moment_sigma, rods, gauges)
 
 
 def _scaled(value: float | None, factor: float) -> float | None:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.measurements.rods import BeamShape, Rods
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
@@ -37,12 +39,34 @@ class Sigma:
     ----------
     translation, rotation : of a measured pose or deflection, m and rad, per axis.
     force, moment : of the wrench, N and N·m, per axis.
+    length : of a rod's length, m.
+    gauge : of a gauge's displacement along its direction, m.
     """
 
     translation: float | None = None
     rotation: float | None = None
     force: float | None = None
     moment: float | None = None
+    length: float | None = None
+    gauge: float | None = None
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """A gauge, or a load-displacement device's own: it reads its target's displacement along one direction.
+
+    Attributes
+    ----------
+    name : the source that logs it.
+    target : index of the measured frame in ``MeasurementSetup.targets``.
+    axes : the frame in whose axes the direction is.
+    direction : (3,) unit vector; a positive reading is a displacement along it.
+    """
+
+    name: str
+    target: int
+    axes: Attachment
+    direction: Floats
 
 
 @dataclass(frozen=True)
@@ -60,6 +84,9 @@ class MeasurementSetup:
     tool_mass : kg hung on the flange; tool_com : (3,) in the flange frame, m.
     sigma : stated standard uncertainties.
     tared : "run", "campaign" or "no": when the force sensor was zeroed.
+    rods : the rods on each link that has some; ``LoadStates.lengths`` holds them one link after the other.
+    beams : what the field of each of these links needs to know of it, in the same order.
+    gauges : in the order of ``LoadStates.displacement``; their targets are among ``targets``.
     """
 
     wrench_axes: Attachment
@@ -72,6 +99,14 @@ class MeasurementSetup:
     tool_com: Floats = field(default_factory=lambda: np.zeros(3))
     sigma: Sigma = field(default_factory=Sigma)
     tared: str = "run"
+    rods: tuple[Rods, ...] = ()
+    beams: tuple[BeamShape, ...] = ()
+    gauges: tuple[Gauge, ...] = ()
+
+    @property
+    def rod_names(self) -> tuple[str, ...]:
+        """R names of rods, in the order of ``LoadStates.lengths``."""
+        return tuple(name for rods in self.rods for name in rods.names)
 
 
 @dataclass(frozen=True)
@@ -115,6 +150,8 @@ class LoadStates:
     position_scatter : (n, B, 3) likewise, m.
     set_aside : (n,) reason why the state is not used ("" where it is): excluded in the manifest, or a bumped reading.
     setup : where the instruments sit.
+    lengths : (n, R) m, of each rod as read: changes are what counts; NaN where not logged. R may be 0.
+    displacement : (n, G) m, of each gauge as read, along its direction; NaN where not logged. G may be 0.
     """
 
     runs: tuple[RunInfo, ...]
@@ -134,6 +171,14 @@ class LoadStates:
     position_scatter: Floats
     set_aside: NDArray[np.str_]
     setup: MeasurementSetup
+    lengths: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    displacement: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __post_init__(self) -> None:
+        # Campaigns without rods or gauges need not say so: no columns, as many rows as there are states.
+        for name in ("lengths", "displacement"):
+            if getattr(self, name).size == 0:
+                object.__setattr__(self, name, np.zeros((len(self), 0)))
 
     def __len__(self) -> int:
         return int(self.run.shape[0])
@@ -148,6 +193,11 @@ class LoadStates:
         """True where displacements came already taken, loaded minus unloaded."""
         return bool(np.isfinite(self.deflection).any())
 
+    @property
+    def has_poses(self) -> bool:
+        """True where a target's place was measured, or its displacement in three components."""
+        return bool(np.isfinite(self.position).any() or np.isfinite(self.deflection).any())
+
     def select(self, keep: Booleans | Integers) -> LoadStates:
         """Return the states picked by a mask or by indices; runs keep their numbers."""
         arrays = {
@@ -155,6 +205,7 @@ class LoadStates:
             for name in (
                 "run", "time", "hold", "joints", "wrench", "position", "rotation", "deflection", "reference",
                 "temperature", "row", "n_readings", "wrench_scatter", "position_scatter", "set_aside",
+                "lengths", "displacement",
             )
         }  # fmt: skip
         return replace(self, **arrays)

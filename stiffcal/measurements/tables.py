@@ -13,7 +13,8 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo, Sigma
+from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo, Sigma
+from stiffcal.measurements.rods import BeamShape, Rods
 
 Floats = NDArray[np.float64]
 
@@ -28,7 +29,8 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     Columns: ``run`` (id), ``row`` (data row of the source, or the hold's number in the run, from 1), ``time_s``,
     ``hold_s``, ``<joint>_rad``, ``Fx_N … Mz_Nm`` (what the surroundings do to the robot, in the axes of
     ``setup.wrench_axes``), per target ``<target>_x_m …`` and ``<target>_qw … _qz`` (base axes), ``<target>_dx_m …``
-    and ``<target>_rx_rad …`` (deflection already taken), ``reference``, ``temperature<k>``, ``n_readings``,
+    and ``<target>_rx_rad …`` (deflection already taken), ``<rod>_length_m`` and ``<gauge>_displacement_m`` as read,
+    ``reference``, ``temperature<k>``, ``n_readings``,
     ``Fx_scatter_N …`` and ``<target>_x_scatter_m …`` (standard deviation of single readings within the hold), and
     ``set_aside`` (why a state is not used, "" where it is).
 
@@ -53,6 +55,8 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
         columns |= {f"{target}_d{axis}_m": states.deflection[:, b, k] for k, axis in enumerate("xyz")}
         columns |= {f"{target}_r{axis}_rad": states.deflection[:, b, 3 + k] for k, axis in enumerate("xyz")}
         columns |= {f"{target}_{axis}_scatter_m": states.position_scatter[:, b, k] for k, axis in enumerate("xyz")}
+    columns |= {f"{rod}_length_m": states.lengths[:, k] for k, rod in enumerate(states.setup.rod_names)}
+    columns |= {f"{one.name}_displacement_m": states.displacement[:, k] for k, one in enumerate(states.setup.gauges)}
     columns["reference"] = states.reference
     columns |= {f"temperature{k + 1}": states.temperature[:, k] for k in range(states.temperature.shape[1])}
     columns["n_readings"] = states.n_readings
@@ -86,7 +90,8 @@ def states_from_table(table: pa.Table) -> LoadStates:
         return np.stack(found, axis=1).astype(np.float64) if found else np.zeros((table.num_rows, 0))
 
     def of_targets(pattern: str, axes: str) -> Floats:
-        return np.stack([block([pattern.format(t, axis) for axis in axes]) for t in targets], axis=1)
+        found = [block([pattern.format(t, axis) for axis in axes]) for t in targets]
+        return np.stack(found, axis=1) if found else np.zeros((table.num_rows, 0, len(axes)))
 
     temperatures = [name for name in table.column_names if name.startswith("temperature")]
     deflection = np.concatenate([of_targets("{}_d{}_m", "xyz"), of_targets("{}_r{}_rad", "xyz")], axis=2)
@@ -108,6 +113,8 @@ def states_from_table(table: pa.Table) -> LoadStates:
         position_scatter=of_targets("{}_{}_scatter_m", "xyz"),
         set_aside=np.array(table.column("set_aside").to_pylist(), dtype=np.str_),
         setup=setup,
+        lengths=block([f"{rod}_length_m" for rod in setup.rod_names]),
+        displacement=block([f"{gauge.name}_displacement_m" for gauge in setup.gauges]),
     )
 
 
@@ -177,8 +184,20 @@ def _setup_document(states: LoadStates) -> dict[str, Any]:
                 "rotation_rad": setup.sigma.rotation,
                 "force_N": setup.sigma.force,
                 "moment_Nm": setup.sigma.moment,
+                "length_m": setup.sigma.length,
+                "gauge_m": setup.sigma.gauge,
             },
             "tared": setup.tared,
+            "rods": [_rods_document(rods, beam) for rods, beam in zip(setup.rods, setup.beams, strict=True)],
+            "gauges": [
+                {
+                    "name": gauge.name,
+                    "target": gauge.target,
+                    "axes": _attachment_document(gauge.axes),
+                    "direction": gauge.direction.tolist(),
+                }
+                for gauge in setup.gauges
+            ],
         },
     }
 
@@ -202,6 +221,51 @@ def _setup(document: dict[str, Any]) -> MeasurementSetup:
         base_from_tracker=np.array(document["base_from_tracker"], dtype=np.float64),
         tool_mass=float(document["tool_mass_kg"]),
         tool_com=np.array(document["tool_com_m"], dtype=np.float64),
-        sigma=Sigma(sigma["translation_m"], sigma["rotation_rad"], sigma["force_N"], sigma["moment_Nm"]),
+        sigma=Sigma(
+            sigma["translation_m"], sigma["rotation_rad"], sigma["force_N"], sigma["moment_Nm"],
+            sigma.get("length_m"), sigma.get("gauge_m"),
+        ),
         tared=str(document["tared"]),
+        rods=tuple(_rods(one) for one in document.get("rods", ())),
+        beams=tuple(_beam(one["beam"]) for one in document.get("rods", ())),
+        gauges=tuple(
+            Gauge(one["name"], int(one["target"]), _attachment(one["axes"]), np.array(one["direction"]))
+            for one in document.get("gauges", ())
+        ),
+    )  # fmt: skip
+
+
+def _rods_document(rods: Rods, beam: BeamShape) -> dict[str, Any]:
+    """Return the rods on one link; JSON has no NaN, null stands for what is not known."""
+    return {
+        "link": rods.link,
+        "names": list(rods.names),
+        "start_m": rods.start.tolist(),
+        "end_m": rods.end.tolist(),
+        "warping_m2": _nulled(rods.warping),
+        "sigma_m": _nulled(rods.sigma),
+        "beam": {
+            "length_m": beam.length,
+            "neutral_m": list(beam.neutral),
+            "twist_centre_m": list(beam.twist_centre),
+            "warping_decay_m": beam.warping_decay,
+            "warping_hold": beam.warping_hold,
+        },
+    }
+
+
+def _nulled(values: Floats) -> Any:
+    return [None if not np.isfinite(value) else value for value in values.ravel().tolist()]
+
+
+def _rods(document: dict[str, Any]) -> Rods:
+    start, end, warping, sigma = (
+        np.array(document[key], dtype=np.float64) for key in ("start_m", "end_m", "warping_m2", "sigma_m")
     )
+    return Rods(document["link"], tuple(document["names"]), start, end, warping.reshape(-1, 2), sigma)
+
+
+def _beam(document: dict[str, Any]) -> BeamShape:
+    y, z = document["neutral_m"]
+    sy, sz = document["twist_centre_m"]
+    return BeamShape(document["length_m"], (y, z), (sy, sz), document["warping_decay_m"], document["warping_hold"])

@@ -19,6 +19,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import inverse_transform, quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
+from stiffcal.reduction.motion import mean_seen, motion_of
 
 Floats = NDArray[np.float64]
 
@@ -61,17 +62,19 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
     if states.deflection_given:
         moved, turned = states.deflection[:, 0, :3].copy(), np.nan_to_num(states.deflection[:, 0, 3:])
     else:
-        moved, turned = np.zeros_like(force), np.zeros_like(force)
-        for k in range(len(states.runs)):
+        turned = np.zeros_like(force)
+        references = np.zeros(len(states), dtype=np.int64)
+        for k in np.unique(states.run):
             members = np.flatnonzero(states.run == k)
             first = members[states.reference[members]]
             reference = int(first[0]) if first.size else int(members[0])
+            references[members] = reference
             force[members] -= force[reference].copy()
             moment[members] -= moment[reference].copy()
-            moved[members] = states.position[members, 0] - states.position[reference, 0]
             turn = states.rotation[members, 0] @ states.rotation[reference, 0].T
             if np.isfinite(turn).all():
                 turned[members] = rotation_vector(turn)
+        moved = motion_of(states, chain).since(references)
     return force, moment, np.nan_to_num(moved + np.cross(turned, point - target)), turned
 
 
@@ -90,14 +93,13 @@ def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = 
         axis=1,
     )
     torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench)
-    columns = jacobians(chain, angles, states.setup.targets[0])[:, :3] * torque[:, None, :]
-    seen = states.deflection[:, 0, :3] if states.deflection_given else states.position[:, 0]
-    columns, seen = columns.copy(), seen.copy()
+    motion = motion_of(states, chain)
+    columns, seen = motion.columns(states, chain) * torque[:, None, :], motion.seen
     if not states.deflection_given:
-        for k in range(len(states.runs)):
+        for k in np.unique(states.run):
             members = states.run == k
             columns[members] -= columns[members].mean(axis=0)
-            seen[members] -= np.nanmean(seen[members], axis=0)
+            seen[members] -= mean_seen(seen[members])
     rows = np.isfinite(seen).ravel()
     design, wanted = columns.reshape(-1, columns.shape[2])[rows], seen.ravel()[rows]
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)

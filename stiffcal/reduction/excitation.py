@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
+from stiffcal.reduction.motion import mean_seen, motion_of
 
 Floats = NDArray[np.float64]
 
@@ -67,14 +68,14 @@ def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floa
     # a drive that turns several joints (a parallel rod) carries the torque of each: τ_drive = Mᵀ τ, δ = M δ_drive
     drives = chain.drive_axes
     torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench) @ drives
-    columns = (jacobians(chain, angles, states.setup.targets[0])[:, :3] @ drives) * torque[:, None, :]
-    seen = states.deflection[:, 0, :3].copy() if states.deflection_given else states.position[:, 0].copy()
+    motion = motion_of(states, chain)
+    columns, seen = (motion.columns(states, chain) @ drives) * torque[:, None, :], motion.seen
     if not states.deflection_given:
         for k in np.unique(states.run):
             own = states.run == k
             torque[own] -= torque[own].mean(axis=0)
             columns[own] -= columns[own].mean(axis=0)
-            seen[own] -= seen[own].mean(axis=0)
+            seen[own] -= mean_seen(seen[own])
     rows = np.isfinite(seen).ravel()
     return torque, columns.reshape(-1, columns.shape[2])[rows], seen.ravel()[rows]
 

@@ -41,7 +41,8 @@ class Rows:
     run : the n names of the run column, or empty.
     signals : name to (c, n). ``joints`` rad, ``wrench`` (6) N, N·m as it acts on the robot, ``mass`` kg,
         ``position.BODY`` m and ``quaternion.BODY`` w x y z in the pose's frame, ``marker.BODY.NAME`` m,
-        ``translation`` m and ``rotation`` rad of a deflection, ``displacement`` m, ``lengths`` m, ``temperature`` K,
+        ``translation`` m and ``rotation`` rad of a deflection, ``displacement.SOURCE`` m, ``lengths.ROD`` m,
+        ``temperature`` K,
         ``hold`` s, and what else a controller logs: ``joints.command``, ``joints.velocity``, ``joints.torque``.
     """
 
@@ -73,14 +74,14 @@ def read_rows(
     if not files:
         raise InputError.at("campaign.toml", f"[sources.{name}]", "no file is named", 'add file = "raw/….csv"')
     for batch in _batches(folder, source, files):
-        rows = rows_of(source, batch)
+        rows = rows_of(source, batch, name)
         if watch is not None:
             watch(rows)
         yield rows
 
 
-def rows_of(source: Source, batch: Batch) -> Rows:
-    """Turn a batch as read into rows in SI, the manifest's ``rows`` conditions applied."""
+def rows_of(source: Source, batch: Batch, name: str = "") -> Rows:
+    """Turn a batch as read into rows in SI, the manifest's ``rows`` conditions applied; ``name`` is the source's."""
     n = len(batch)
     number = np.arange(batch.first_row, batch.first_row + n, dtype=np.int64)
     keep = np.ones(n, dtype=np.bool_)
@@ -95,11 +96,11 @@ def rows_of(source: Source, batch: Batch) -> Rows:
         numbers = {name: values[keep] for name, values in numbers.items()}
         words = [words[k] for k in np.flatnonzero(keep)] if words else []
         number = number[keep]
-    return Rows(number, _time(source, numbers, number), words, instrument_readings(source, numbers))
+    return Rows(number, _time(source, numbers, number), words, instrument_readings(source, numbers, name))
 
 
-def columns_of_signals(source: Source) -> dict[str, tuple[str, ...]]:
-    """Return the columns of each signal of `Rows`, as the file names them."""
+def columns_of_signals(source: Source, name: str = "") -> dict[str, tuple[str, ...]]:
+    """Return the columns of each signal of `Rows`, as the file names them; ``name`` is the source's."""
     found: dict[str, tuple[str, ...]] = {}
     if source.joints is not None:
         for key, columns in source.joints.groups().items():
@@ -113,20 +114,20 @@ def columns_of_signals(source: Source) -> dict[str, tuple[str, ...]]:
     if source.deflection is not None:
         found["translation"], found["rotation"] = source.deflection.translation, source.deflection.rotation or ()
     if source.displacement is not None:
-        found["displacement"] = (source.displacement.column,)
+        found[f"displacement.{name}"] = (source.displacement.column,)
     if source.lengths is not None:
-        found["lengths"] = source.lengths.columns
+        found |= {f"lengths.{rod}": (rod,) for rod in source.lengths.columns}
     if source.temperature is not None:
         found["temperature"] = source.temperature.columns
     return found
 
 
-def files_of_signals(source: Source) -> dict[str, str]:
+def files_of_signals(source: Source, name: str = "") -> dict[str, str]:
     """Return the file of each signal of `Rows` that has one of its own; empty where one file holds all signals."""
     bodies = {pose.body or "target": "pose" for pose in ([source.pose] if source.pose is not None else [])}
-    bodies |= {pose.body or name: f"poses.{name}" for name, pose in source.poses.items()}
+    bodies |= {pose.body or body: f"poses.{body}" for body, pose in source.poses.items()}
     found = {}
-    for signal in columns_of_signals(source):
+    for signal in columns_of_signals(source, name):
         kind, _, rest = signal.partition(".")
         if kind in ("position", "marker", "quaternion"):
             kind = bodies.get(rest if kind != "marker" else rest.rpartition(".")[0], kind)
@@ -136,8 +137,8 @@ def files_of_signals(source: Source) -> dict[str, str]:
     return found
 
 
-def instrument_readings(source: Source, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return the signals of a source in SI, channels first, from its columns by name."""
+def instrument_readings(source: Source, numbers: Mapping[str, Floats], name: str = "") -> dict[str, Floats]:
+    """Return the signals of a source in SI, channels first, from its columns by name; ``name`` is the source's."""
     found: dict[str, Floats] = {}
 
     def block(columns: tuple[str, ...], factor: float = 1.0, offset: float = 0.0) -> Floats:
@@ -159,9 +160,10 @@ def instrument_readings(source: Source, numbers: Mapping[str, Floats]) -> dict[s
         found |= _deflection_readings(source.deflection, block)
     if source.displacement is not None:
         gauge: Displacement = source.displacement
-        found["displacement"] = block((gauge.column,), gauge.unit_of("length").factor)
+        found[f"displacement.{name}"] = block((gauge.column,), gauge.unit_of("length").factor)
     if source.lengths is not None:
-        found["lengths"] = block(source.lengths.columns, source.lengths.unit_of("length").factor)
+        metres = source.lengths.unit_of("length").factor
+        found |= {f"lengths.{rod}": block((rod,), metres) for rod in source.lengths.columns}
     if source.temperature is not None:
         kelvin = source.temperature.unit_of("temperature")
         found["temperature"] = block(source.temperature.columns, kelvin.factor, kelvin.offset)

@@ -18,7 +18,7 @@ from stiffcal.reduction.states import Gathered
 Floats = NDArray[np.float64]
 
 # What a device may have in common with another, the load first.
-_SHARED = ("wrench", "position.", "marker.", "lengths", "displacement", "joints")
+_SHARED = ("wrench", "position.", "marker.", "lengths.", "displacement.", "joints")
 # A joint log without a clock may stand for the whole run when its joints stay within this: a tenth of what a
 # direction-finding touch of the pendant moves, and 0.1 mm at 1 m.
 STANDING_RAD = 1e-4

@@ -70,7 +70,9 @@ def load_is_good(states: LoadStates) -> Booleans:
 
 def bumped_readings(states: LoadStates) -> dict[int, str]:
     """Return the indices of readings that contradict their neighbours and repeats, and why in words."""
-    readings, unit = _readings(states)
+    readings, n_lengths = _readings(states)
+    if readings.shape[1] == 0:
+        return {}
     cycles = find_load_cycles(states)
     groups = _groups(states, cycles)
     noise = _noise(readings, groups)
@@ -84,21 +86,27 @@ def bumped_readings(states: LoadStates) -> dict[int, str]:
     for number in np.unique(states.run[kept]):
         own = [group for group in groups if group.members.size and states.run[group.members[0]] == number]
         for k, distance in _RunReadings(white, own, kept, cycles.left, bound).bumped():
-            size = 1e3 * distance * float(np.sqrt(np.mean(noise[:3] ** 2)))
+            size = 1e3 * distance * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
             found[k] = (
-                f"{BUMPED}: off by {distance:.0f} times the noise"
-                + (f" ({size:.2f} mm)" if unit == "m" else "")
-                + " from its neighbours and repeats"
+                f"{BUMPED}: off by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
             )
     return found
 
 
-def _readings(states: LoadStates) -> tuple[Floats, str]:
-    """Return (n, k): translation and, where measured throughout, rotation of every target, base axes, in m and rad."""
+def _readings(states: LoadStates) -> tuple[Floats, int]:
+    """Return (n, k): translation and, where measured throughout, rotation of every target, base axes, in m and rad.
+
+    And how many of the first components are lengths of the first target. Where only gauges were read, the one that a
+    run reads is its component.
+    """
     n = len(states)
     if states.deflection_given:
         flat = states.deflection.reshape(n, -1)
-        return np.asarray(flat[:, np.isfinite(flat).any(axis=0)]), "m"
+        return np.asarray(flat[:, np.isfinite(flat).any(axis=0)]), 3
+    if not states.has_poses:
+        read = np.isfinite(states.displacement)
+        alone = np.where(read.any(axis=1), np.sum(np.where(read, states.displacement, 0.0), axis=1), np.nan)
+        return alone[:, None] if read.any() else np.zeros((n, 0)), 1
     parts = [states.position.reshape(n, -1)]
     for b in range(states.rotation.shape[1]):
         if np.isfinite(states.rotation[:, b]).all():
@@ -108,7 +116,7 @@ def _readings(states: LoadStates) -> tuple[Floats, str]:
                 first = states.rotation[members[0], b]
                 turned[members] = vector_from_rotation(states.rotation[members, b] @ first.T)
             parts.append(turned)
-    return np.concatenate(parts, axis=1), "m"
+    return np.concatenate(parts, axis=1), 3
 
 
 def _groups(states: LoadStates, cycles: LoadCycles) -> list[_Group]:

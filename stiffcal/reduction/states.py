@@ -215,7 +215,9 @@ def _stacked_signals(parts: Sequence[Mapping[str, Floats]], counts: Sequence[int
 
 
 def _beside(one: Gathered, other: Gathered, source: str) -> Gathered:
-    """Put the signals of a second table beside the first's: row by row."""
+    """Put the signals of a second table beside the first's, row by row; below it where it holds other runs."""
+    if not set(one.run) & set(other.run):
+        return _stacked([one, other])
     if one.run != other.run:
         reason = f"has {len(other.run)} states in other runs than the first table's {len(one.run)}"
         raise InputError.at("campaign.toml", f"[sources.{source}]", reason, "tables of states go row by row")
@@ -266,6 +268,8 @@ def load_states(gathered: Gathered, manifest: Manifest, chain: Chain, setup: Mea
         position_scatter=_scatter(gathered, setup),
         set_aside=np.array(gathered.set_aside, dtype=np.str_) if n else np.zeros(0, dtype="<U1"),
         setup=setup,
+        lengths=_side_by_side(gathered, [f"lengths.{rod}" for rod in setup.rod_names]),
+        displacement=_side_by_side(gathered, [f"displacement.{gauge.name}" for gauge in setup.gauges]),
     )
     if states.deflection_given:
         return states
@@ -342,6 +346,13 @@ def _deflections(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup
     if "rotation" in gathered.signals:
         deflection[:, b, 3:] = gathered.signals["rotation"] @ turn.T
     return deflection
+
+
+def _side_by_side(gathered: Gathered, signals: Sequence[str]) -> Floats:
+    """Return (n, c) of signals of one channel each; NaN where a run does not log one."""
+    nothing = np.full((len(gathered.run), 1), np.nan)
+    found = [gathered.signals.get(signal, nothing) for signal in signals]
+    return np.concatenate(found, axis=1) if found else np.zeros((len(gathered.run), 0))
 
 
 def _scatter(gathered: Gathered, setup: MeasurementSetup) -> Floats:

@@ -17,8 +17,6 @@ _SI = {
     "joints.torque": "Nm",
     "joints.current": "A",
     "mass": "kg",
-    "lengths": "m",
-    "displacement": "m",
     "translation": "m",
     "rotation": "rad",
     "temperature": "K",
@@ -50,6 +48,8 @@ def _column_names(source: Source, signal: str, width: int) -> list[str]:
         return [f"{rest}_{axis}_m" for axis in "xyz"]
     if kind == "quaternion":
         return [f"{rest}_q{axis}" for axis in "wxyz"]
+    if kind in ("lengths", "displacement"):
+        return [f"{rest}_{'length' if kind == 'lengths' else kind}_m"]
     unit = _SI.get(signal, "")
     names = [f"{signal.replace('.', '_')}{k + 1}_{unit}" for k in range(width)]
     if kind == "joints" and source.joints is not None:

@@ -50,6 +50,10 @@ STATES: Mapping[str, Meaning] = {
         "xyz",
         Meaning("standard deviation of single readings of the position within the hold", "m", missing=True),
     ),
+    "<rod>_length_m": Meaning("reading of a rod on a link; its changes count", "m", missing=True),
+    "<gauge>_displacement_m": Meaning(
+        "reading of a gauge along its direction, called as its source; its changes count", "m", missing=True
+    ),
     "reference": Meaning("true in the run's reference state"),
     "temperature<k>": Meaning("channel k of the thermometer", "K", missing=True),
     "n_readings": Meaning("readings averaged into the state"),
@@ -79,8 +83,8 @@ RECORDING: Mapping[str, Meaning] = {
     **_each("<target>_q{}", "wxyz", Meaning("unit quaternion instrument_from_body", "", missing=True)),
     "translation<k>_m": Meaning("deflection along axis k", "m"),
     "rotation<k>_rad": Meaning("rotation vector of the deflection, axis k", "rad"),
-    "displacement<k>_m": Meaning("reading of a displacement gauge", "m"),
-    "lengths<k>_m": Meaning("length of rod k", "m"),
+    "<gauge>_displacement_m": Meaning("reading of a displacement gauge; it is called as its source", "m"),
+    "<rod>_length_m": Meaning("length, or change of length, of a rod on a link", "m"),
     "temperature<k>_K": Meaning("channel k of the thermometer", "K"),
     "hold<k>_s": Meaning("how long the load was held", "s"),
 }

@@ -22,7 +22,8 @@ import pyarrow as pa
 from stiffcal.campaign.manifest import Source
 from stiffcal.diagnosis.evidence import EffectEvidence
 from stiffcal.identification.observation import Observations
-from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
+from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
+from stiffcal.measurements.rods import BeamShape, rods_between
 from stiffcal.measurements.tables import states_table
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
@@ -122,12 +123,17 @@ def _free(column: str) -> str:
 def _states() -> LoadStates:
     """Return one load state in which everything is measured."""
     frame = Attachment(0, np.eye(4))
-    setup = MeasurementSetup(frame, frame, (frame,), ("<target>",), True, np.eye(4))
+    rods = rods_between("", np.zeros((1, 3)), np.ones((1, 3)), names=("<rod>",))
+    gauge = Gauge("<gauge>", 0, frame, np.zeros(3))
+    setup = MeasurementSetup(
+        frame, frame, (frame,), ("<target>",), True, np.eye(4), rods=(rods,), beams=(BeamShape(1.0),), gauges=(gauge,)
+    )
     return LoadStates(
         runs=(RunInfo("run"),), run=_FIRST, time=_ONE, hold=_ONE, joints=np.zeros((1, 1)), wrench=np.zeros((1, 6)),
         position=np.zeros((1, 1, 3)), rotation=np.eye(3)[None, None], deflection=np.zeros((1, 1, 6)),
         reference=np.ones(1, dtype=np.bool_), temperature=np.zeros((1, 1)), row=_FIRST, n_readings=_FIRST,
         wrench_scatter=np.zeros((1, 6)), position_scatter=np.zeros((1, 1, 3)), set_aside=np.array([""]), setup=setup,
+        lengths=np.zeros((1, 1)), displacement=np.zeros((1, 1)),
     )  # fmt: skip
 
 
@@ -149,7 +155,7 @@ def _recording() -> pa.Table:
     signals = {
         "joints": one, "joints.velocity": one, "joints.torque": one, "joints.current": one, "wrench": np.zeros((6, 1)),
         "mass": one, "position.<target>": np.zeros((3, 1)), "quaternion.<target>": np.zeros((4, 1)), "translation": one,
-        "rotation": one, "displacement": one, "lengths": one, "temperature": one, "hold": one,
+        "rotation": one, "displacement.<gauge>": one, "lengths.<rod>": one, "temperature": one, "hold": one,
     }  # fmt: skip
     return table_of(recording_table(Source.model_validate({"joints": joints}), Rows(_FIRST, _ONE, [], signals)))
 

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.signals import Deflection, Displacement, Joints, Lengths, Wrench
+from stiffcal.campaign.signals import Deflection, Joints, Wrench
 from stiffcal.errors import Fault
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics
@@ -33,25 +33,16 @@ class Watches:
         if key not in self.logs:
             held = self._campaign.manifest.sources[source]
             place = partial(partial, place_of_row, self._campaign.folder, held)
-            files = files_of_signals(held)
+            files = files_of_signals(held, source)
             elsewhere = {signal: (own, place(own)) for signal, own in files.items()}
             self.logs[key] = LogWatch(
-                file, place(file), not held.is_states, columns_of_signals(held), elsewhere=elsewhere
+                file, place(file), not held.is_states, columns_of_signals(held, source), elsewhere=elsewhere
             )
         self.logs[key].see(rows.number, rows.time, rows.signals)
 
     def remarks(self) -> list[str]:
-        """Return what may be wrong without being a fault, and what is read without being used."""
-        return [remark for watch in self.logs.values() for remark in watch.remarks()] + unused_signals(self._campaign)
-
-
-def unused_signals(campaign: Campaign) -> list[str]:
-    """Return a warning for every signal that no load state uses yet: gauges along one direction, rods."""
-    return [
-        f"source {source}: {name} is read and kept in the store, but not used by load campaigns yet"
-        for source, name, signal in campaign.manifest.signals()
-        if isinstance(signal, Displacement | Lengths)
-    ]
+        """Return what may be wrong without being a fault."""
+        return [remark for watch in self.logs.values() for remark in watch.remarks()]
 
 
 def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> tuple[list[Fault], list[str]]:

@@ -1,0 +1,87 @@
+"""Rods and gauges of the manifest, put on the robot: what integral deformation sensors and dial gauges are fixed to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.naming import body_number
+from stiffcal.campaign.signals import Displacement, Lengths, Signal
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import Attachment, Gauge
+from stiffcal.measurements.rods import BeamShape, Rods, rods_between
+from stiffcal.mechanics.chain import Chain
+
+
+def rods_of(manifest: Manifest, chain: Chain) -> tuple[tuple[Rods, BeamShape], ...]:
+    """Return the rods that some source logs, link by link, with what their link's field needs to know of it.
+
+    Columns that nothing places on a link are a fault of the manifest, told by `stiffcal.campaign.checks`.
+
+    Raises
+    ------
+    InputError
+        A rod sits on a link that is no beam, or its ends are one point.
+    """
+    sigma = stated_sigma(manifest, Lengths)
+    columns = [
+        name for _, _, signal in manifest.signals() if isinstance(signal, Lengths) for name in signal.column_names()
+    ]
+    found: dict[str, list[str]] = {}
+    for name in dict.fromkeys(column for column in columns if column in manifest.ids):
+        found.setdefault(_link_of(name, manifest, chain), []).append(name)
+    return tuple(
+        (
+            rods_between(
+                link,
+                np.array([manifest.ids[name].start_m for name in names]),
+                np.array([manifest.ids[name].end_m for name in names]),
+                np.nan if sigma is None else sigma,
+                tuple(names),
+            ),
+            BeamShape(chain.beams[link].length),
+        )
+        for link, names in found.items()
+    )
+
+
+def _link_of(name: str, manifest: Manifest, chain: Chain) -> str:
+    """Return the beam that a rod sits on, by the name that the chain knows it by."""
+    entry, beams = manifest.ids[name], chain.beams
+    number = body_number(entry.link, chain.link_names)
+    link = next((link for link, beam in beams.items() if link == entry.link or beam.joint == number), None)
+    if link is None:
+        reason = f'"{entry.link}" is no link that bends: it joins no two joints that are 50 mm apart'
+        mend = f"name one of {', '.join(beams)}" if beams else "leave the rods out"
+        raise InputError.at("campaign.toml", f"ids.{name}.link", reason, mend)
+    if entry.start_m == entry.end_m:
+        reason = "start_m and end_m are one point"
+        mend = "write where the rod is fixed and where its tip is read"
+        raise InputError.at("campaign.toml", f"ids.{name}", reason, mend)
+    return link
+
+
+def gauges_of(manifest: Manifest, frames: Mapping[str, Attachment], targets: tuple[str, ...]) -> tuple[Gauge, ...]:
+    """Return the gauges in the manifest's order: one for each source with a `displacement` signal."""
+    found = []
+    for source, held in manifest.sources.items():
+        gauge = held.displacement
+        if gauge is not None:
+            direction = np.array(gauge.direction)
+            direction = direction / np.linalg.norm(direction)
+            found.append(Gauge(source, targets.index(gauge.body), frames[gauge.axes], direction))
+    return tuple(found)
+
+
+def stated_sigma(manifest: Manifest, kind: type[Displacement] | type[Lengths]) -> float | None:
+    """Return the stated standard uncertainty of rods or gauges, m: the first that says one."""
+    for _, _, signal in manifest.signals():
+        if isinstance(signal, kind) and signal.sigma is not None and signal.sigma.length is not None:
+            return float(signal.sigma.length * _metres(signal))
+    return None
+
+
+def _metres(signal: Signal) -> float:
+    return float(signal.unit_of("length").factor)

@@ -1,0 +1,72 @@
+"""What was seen of the first target's motion, whichever instrument saw it: positions, deflections, or gauges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses, jacobians
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Components of translation as measured: k of them in n states.
+
+    Attributes
+    ----------
+    seen : (n, k) m, NaN where not measured; an offset per run is without meaning.
+    axes : (n, k, 3) the direction that each component is counted along, base axes.
+    target : k indices of targets.
+    """
+
+    seen: Floats
+    axes: Floats
+    target: tuple[int, ...]
+
+    def columns(self, states: LoadStates, chain: Chain) -> Floats:
+        """Return (n, k, J) how each component moves with the joints, m/rad."""
+        angles = chain.model_angles(states.joints)
+        by_target = {b: jacobians(chain, angles, states.setup.targets[b])[:, :3] for b in set(self.target)}
+        return np.stack(
+            [np.einsum("ni,nij->nj", self.axes[:, k], by_target[b]) for k, b in enumerate(self.target)], axis=1
+        )
+
+    def since(self, reference: NDArray[np.int64]) -> Floats:
+        """Return (n, 3) the displacement since each state's reference, base axes; zero across what is not measured."""
+        moved = np.nan_to_num(self.seen - self.seen[reference])
+        return np.asarray(np.einsum("nk,nki->ni", moved, self.axes))
+
+
+def motion_of(states: LoadStates, chain: Chain) -> Motion:
+    """Return the first target's translation; where only gauges were read, what they saw along their directions."""
+    n = len(states)
+    if states.has_poses or not states.setup.gauges:
+        seen = states.deflection[:, 0, :3] if states.deflection_given else states.position[:, 0]
+        return Motion(seen.copy(), np.broadcast_to(np.eye(3), (n, 3, 3)), (0, 0, 0))
+    return Motion(
+        states.displacement.copy(), gauge_directions(states, chain), tuple(g.target for g in states.setup.gauges)
+    )
+
+
+def mean_seen(seen: Floats) -> Floats:
+    """Return (k,) the mean of what was seen, NaN (without a warning) where nothing was."""
+    count = np.isfinite(seen).sum(axis=0)
+    return np.asarray(np.where(count > 0, np.nansum(seen, axis=0) / np.maximum(count, 1), np.nan))
+
+
+def gauge_directions(states: LoadStates, chain: Chain) -> Floats:
+    """Return (n, G, 3) the gauges' directions in base axes, kinematics alone."""
+    angles = chain.model_angles(states.joints)
+    found = []
+    for gauge in states.setup.gauges:
+        if gauge.axes.body == 0:
+            found.append(np.broadcast_to(gauge.axes.transform[:3, :3] @ gauge.direction, (len(states), 3)))
+        else:
+            found.append(attached_poses(chain, angles, gauge.axes)[1] @ gauge.direction)
+    return np.stack(found, axis=1)
