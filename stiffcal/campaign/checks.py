@@ -13,6 +13,7 @@ from stiffcal.campaign.frame_checks import frame_fault, frame_faults
 from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
+from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault
 
 MANIFEST_FILE = "campaign.toml"
@@ -58,10 +59,8 @@ def robot_match_faults(manifest: Manifest, joint_names: tuple[str, ...], robot_f
         if run.moved_joint is not None and run.moved_joint > count:
             reason = f"joint {run.moved_joint} of a robot with {count} joints"
             faults.append(_fault(f"{place}.moved_joint", reason, f"write 1 to {count}"))
-    for name in manifest.thresholds.min_stiffness:
-        if name not in ("all", *joint_names):
-            place = f"thresholds.min_stiffness.{name}"
-            faults.append(_fault(place, "there is no such joint", "use " + ", ".join(joint_names)))
+    for key, name in strange_joints(manifest.thresholds, joint_names):
+        faults.append(_fault(f"thresholds.{key}.{name}", "there is no such joint", "use " + ", ".join(joint_names)))
     return faults
 
 

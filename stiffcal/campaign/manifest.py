@@ -23,6 +23,7 @@ from stiffcal.campaign.signals import (
     Temperature,
     Wrench,
 )
+from stiffcal.campaign.thresholds import Thresholds
 from stiffcal.campaign.typed import Counting, Name, NotNegative, Placement, Positive, Table, Vector3, WrongValueError
 from stiffcal.quantities import UnknownUnitError, unit, unit_names
 
@@ -262,30 +263,6 @@ class Exclusion(Table):
     rows: Annotated[tuple[Counting, ...], Field(strict=False, min_length=1)]
     why: Name
     run: Name | None = None
-
-
-def _min_stiffness(value: object) -> object:
-    return value if isinstance(value, dict) else {"all": value}
-
-
-class Thresholds(Table):
-    """What `validate` and `batch` hold the campaign to.
-
-    Attributes
-    ----------
-    max_rms_m : m, of the translation residual in unseen poses. max_relative : rms error over rms deflection.
-    min_stiffness : N·m/rad, one number for all joints, or a table by joint name.
-    baseline : a campaign folder to compare with.
-    """
-
-    max_rms_m: Positive | None = None
-    max_relative: Positive | None = None
-    min_stiffness: Annotated[
-        dict[str, Positive],
-        BeforeValidator(_min_stiffness),
-        WithJsonSchema({"anyOf": [_NUMBER, {"type": "object", "additionalProperties": _NUMBER}]}),
-    ] = Field(default_factory=dict)
-    baseline: Name | None = None
 
 
 class Manifest(Table):

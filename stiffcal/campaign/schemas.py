@@ -16,11 +16,13 @@ from pydantic import BaseModel
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import ModelFile
 from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.thresholds import ThresholdsFile
 
 SCHEMAS: dict[str, type[BaseModel]] = {
     "campaign.schema.json": Manifest,
     "robot.schema.json": RobotFile,
     "model.schema.json": ModelFile,
+    "thresholds.schema.json": ThresholdsFile,
 }
 
 _ATTRIBUTE = re.compile(r"((?:\w+, )*\w+) : ")

@@ -28,4 +28,8 @@ Links: TypeAlias = Annotated[
 Pairs: TypeAlias = Annotated[
     str | None, typer.Option("--pairs", metavar="5-6", help="Pairs of joints by number.", show_default=False)
 ]
+Thresholds: TypeAlias = Annotated[
+    Path | None,
+    typer.Option("--thresholds", metavar="FILE", help="Thresholds that go before the manifest's.", show_default=False),
+]
 HERE = Path()

@@ -9,7 +9,7 @@ import typer
 
 from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt, Thresholds
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, length, share
 
@@ -23,22 +23,26 @@ def validate(
         Path | None,
         typer.Option("--model", metavar="OTHER_DIR", help="Hold another campaign's fitted model against these data."),
     ] = None,
+    thresholds: Thresholds = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
 ) -> int:
     """Hold the model against poses the fit has not seen.
 
-    Says where it fails. Ends with exit code 1 where a threshold of campaign.toml is not held.
+    Says where it fails. Ends with exit code 1 where a threshold of campaign.toml, or of --thresholds, is not held.
 
     Example: stiffcal validate demo
     """
     with answering(as_json) as answer:
+        from stiffcal.campaign.thresholds import load_thresholds
         from stiffcal.workflow.steps import Means
         from stiffcal.workflow.validate import validate_campaign
 
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = validate_campaign(folder, means, model=model)
+        file = load_thresholds(thresholds) if thresholds else None
+        reach = (folder, *([model] if model else []), *(file.baselines() if file else []))
+        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say, reach=reach)
+        document = validate_campaign(folder, means, model=model, thresholds=file)
         answer.give(document, show_validation, command_line("report", folder, store=store))
     return NOT_HELD if document["passed"] is False else OK
 
@@ -60,9 +64,11 @@ def show_validation(console: Console, document: Document) -> None:
         console.print(f"worst: {_worst(document['worst'])}")
     for line in document["failed"]:
         console.print(f"NOT held: {line}", soft_wrap=True)
+    for line in document["not_judged"]:
+        console.print(f"not judged: {line}", soft_wrap=True)
     if document["passed"]:
         limits = ", ".join(document.get("thresholds", {}))
-        console.print(f"thresholds held: {limits}" if limits else "no thresholds are set in campaign.toml")
+        console.print(f"thresholds held: {limits}" if limits else "no thresholds are set")
 
 
 def _show_bins(console: Console, title: str, bins: list[dict[str, Any]], most: int = 8) -> None:

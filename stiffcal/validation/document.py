@@ -23,14 +23,13 @@ def _slice_document(part: Slice) -> dict[str, Any]:
     }
 
 
-def validation_document(states: LoadStates, validation: Validation, failed: list[str]) -> dict[str, Any]:
-    """Return the document of ``validate``.
+def validation_document(states: LoadStates, validation: Validation) -> dict[str, Any]:
+    """Return the document of ``validate`` but for the verdict on its thresholds (`stiffcal.validation.thresholds`).
 
     Parameters
     ----------
     states : the campaign's load states.
     validation : what was found.
-    failed : thresholds that do not hold, one line each.
     """
     cycles = find_load_cycles(states)
     warnings = []
@@ -60,6 +59,4 @@ def validation_document(states: LoadStates, validation: Validation, failed: list
             }
             for i, length in validation.worst
         ],
-        "passed": not failed,
-        "failed": failed,
     }

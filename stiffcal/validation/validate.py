@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -194,21 +193,3 @@ def _by_joint_angle(states: LoadStates, unseen: Unseen) -> list[Slice]:
         edges = np.linspace(low, high, ANGLE_BINS + 1)
         slices.extend(_binned(angle, edges, "°", f"joint {joint + 1}: ", 180.0 / np.pi, unseen))
     return slices
-
-
-def thresholds_hold(validation: Validation, thresholds: Mapping[str, float]) -> Sequence[str]:
-    """Return what does not hold, one line each; empty where all thresholds do.
-
-    Parameters
-    ----------
-    thresholds : ``max_rms_m`` and ``max_relative`` of the manifest.
-    """
-    failed = []
-    rms, relative = validation.rms["translation"], validation.relative["translation"]
-    limit = thresholds.get("max_rms_m")
-    if limit is not None and rms is not None and rms > limit:
-        failed.append(f"rms in unseen poses {rms * 1e3:.3g} mm is above max_rms_m = {limit * 1e3:.3g} mm")
-    limit = thresholds.get("max_relative")
-    if limit is not None and relative is not None and relative > limit:
-        failed.append(f"relative error {relative:.3g} is above max_relative = {limit:.3g}")
-    return failed

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.errors import InputError
+from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import Document, Means, ingested
 
@@ -47,9 +48,9 @@ def compare_campaigns(before: Path, after: Path, means: Means | None = None) -> 
     if not shared:
         reason = f"its model shares no parameter with that of {before}"
         raise InputError.at(str(after), "model.toml", reason, "fit both campaigns with one model")
-    rows = [_change(first[name], second[name]) for name in shared]
+    rows = [change_of(first[name], second[name]) for name in shared]
     judged = [row for row in rows if row["p_value"] is not None]
-    changed = [row["name"] for row in judged if float(row["p_value"]) * len(judged) < 0.01]
+    changed = [row["name"] for row in judged if float(row["p_value"]) * len(judged) < CHANCE]
     return {
         "schema": SCHEMA,
         "warnings": _warnings(documents, before, after),
@@ -61,30 +62,6 @@ def compare_campaigns(before: Path, after: Path, means: Means | None = None) -> 
         "p_value_all": _together(documents),
         "changed": changed,
     }
-
-
-def _change(one: Document, other: Document) -> Document:
-    row: Document = {
-        "name": one["name"],
-        "effect": one["effect"],
-        "where": one["where"],
-        "unit": one["unit"],
-        "before": {"value": one["value"], "std": one["std"]},
-        "after": {"value": other["value"], "std": other["std"]},
-        "change": None,
-        "relative": None,
-        "std": None,
-        "p_value": None,
-    }
-    for key, document in (("before", one), ("after", other)):
-        if "stiffness" in document:
-            row[key] |= {"stiffness": document["stiffness"], "stiffness_std": document["stiffness_std"]}
-    if one["value"] is None or other["value"] is None or one["std"] is None or other["std"] is None:
-        return row
-    change, std = other["value"] - one["value"], math.hypot(one["std"], other["std"])
-    row |= {"change": change, "relative": change / one["value"] if one["value"] else None, "std": std}
-    row["p_value"] = math.erfc(abs(change) / std / math.sqrt(2.0)) if std > 0.0 else None
-    return row
 
 
 def _together(documents: list[Document]) -> float | None:

@@ -91,6 +91,18 @@ class Worst(TypedDict):
     residual_m: float
 
 
+class Threshold(TypedDict):
+    """One threshold, judged; ``held`` null where it cannot be."""
+
+    threshold: str
+    where: str
+    limit: float
+    value: Number
+    unit: str
+    held: bool | None
+    says: str
+
+
 class Validate(TypedDict):
     """Answer of ``validate``."""
 
@@ -110,6 +122,8 @@ class Validate(TypedDict):
     worst: list[Worst]
     passed: bool
     failed: list[str]
+    not_judged: list[str]
+    checks: list[Threshold]
 
 
 class HistoryEntry(TypedDict):

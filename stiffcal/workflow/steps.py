@@ -45,12 +45,14 @@ class Means:
     update : False: refuse where an earlier step is missing or stale, instead of running it.
     progress : told what is being done.
     say : told one line when an earlier step is run first.
+    reach : folders and files that the user has named; a manifest may point to a baseline in them.
     """
 
     store: str | None = None
     update: bool = True
     progress: Progress = no_progress
     say: Callable[[str], None] = say_nothing
+    reach: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.identify import fit_now, fitted
+from stiffcal.workflow.judging import judgement
 from stiffcal.workflow.steps import (
     HISTORY,
     IDENTIFY,
@@ -25,11 +26,13 @@ from stiffcal.workflow.steps import (
 )
 
 if TYPE_CHECKING:
+    from stiffcal.campaign.thresholds import ThresholdsFile
     from stiffcal.identification.fit import Fit
-    from stiffcal.validation.validate import Validation
 
 
-def validate_campaign(folder: Path, means: Means | None = None, model: Path | None = None) -> Document:
+def validate_campaign(
+    folder: Path, means: Means | None = None, model: Path | None = None, thresholds: ThresholdsFile | None = None
+) -> Document:
     """Judge the present model in poses that the fit has not seen.
 
     Parameters
@@ -37,6 +40,7 @@ def validate_campaign(folder: Path, means: Means | None = None, model: Path | No
     folder : the campaign folder.
     means : store, progress and so on.
     model : another campaign's folder, whose fitted model is judged on this campaign's data instead.
+    thresholds : go before the manifest's, for this answer; the store keeps the verdict on the manifest's own.
 
     Returns
     -------
@@ -50,29 +54,40 @@ def validate_campaign(folder: Path, means: Means | None = None, model: Path | No
     means = means or Means()
     data = ingested(folder, means)
     if model is not None:
-        return _judge_other(data, Path(model), means)
+        return _judge_other(data, Path(model), means, thresholds)
     identified = fitted(data, means)
     current = current_validation(data, identified)
-    return current if current is not None else validate_now(data, identified, means)
+    document = _judged(data, identified, current, means) if current else validate_now(data, identified, means)
+    if thresholds is None:
+        return document
+    return document | judgement(data, identified, document, means, thresholds)
 
 
 def validated(data: Ingested, identified: Document, means: Means) -> Document:
     """Return the `validate` document of the present fit, judging first where it is missing or stale."""
     current = current_validation(data, identified)
     if current is not None:
-        return current
+        return _judged(data, identified, current, means)
     announce("validate", "the present fit is not validated yet", data.campaign.folder, means)
     return validate_now(data, identified, means)
 
 
 def current_validation(data: Ingested, identified: Document) -> Document | None:
-    """Return the stored validation where it belongs to the present fit and thresholds."""
+    """Return the stored validation where it belongs to the present fit; its verdict may be of earlier thresholds."""
     stored = stored_document(data.store, VALIDATE)
-    return stored if stored is not None and stored.get("key") == _key(data, identified) else None
+    return stored if stored is not None and stored.get("key") == _key(identified) else None
 
 
-def _key(data: Ingested, identified: Document) -> str:
-    return key_of(identified["key"], data.campaign.manifest.thresholds.model_dump(mode="json"))
+def _key(identified: Document) -> str:
+    return key_of(identified["key"], "validate")
+
+
+def _judged(data: Ingested, identified: Document, stored: Document, means: Means) -> Document:
+    """Return a stored validation with the verdict on the thresholds and the baseline as they are now."""
+    document = stored | judgement(data, identified, stored, means)
+    if document != stored:
+        data.store.commit({}, {VALIDATE: document}, command="validate")
+    return document
 
 
 def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | None = None) -> Document:
@@ -83,14 +98,16 @@ def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | 
     identified : the fit's document.
     fit : the fit itself where it is at hand; it is made again otherwise.
     """
+    from stiffcal.validation.document import validation_document
     from stiffcal.validation.validate import validate_fit
     from stiffcal.workflow.state_tables import observed_table
 
     fit = fit or fit_now(data, str(identified["loss"]), means)
     means.progress("leaving poses out", None)
     validation = validate_fit(data.states, fit)
-    document = _document(data, validation, identified)
-    document |= {"fit_id": identified["fit_id"], "key": _key(data, identified)}
+    document = validation_document(data.states, validation)
+    document |= {"fit_id": identified["fit_id"], "key": _key(identified)}
+    document |= judgement(data, identified, document, means)
     unseen = validation.unseen
     table = observed_table(data.states, unseen.data, unseen.displacement - unseen.residual, unseen.residual)
     history = stored_document(data.store, HISTORY)
@@ -105,39 +122,11 @@ def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | 
     return document
 
 
-def _document(data: Ingested, validation: Validation, identified: Document) -> Document:
-    from stiffcal.validation.document import validation_document
-    from stiffcal.validation.validate import thresholds_hold
-
-    thresholds = data.campaign.manifest.thresholds
-    limits: dict[str, Any] = thresholds.model_dump(mode="json", exclude_none=True)
-    numbers = {name: value for name, value in limits.items() if isinstance(value, int | float)}
-    failed = [*thresholds_hold(validation, numbers), *_too_soft(data, identified, thresholds.min_stiffness)]
-    document = validation_document(data.states, validation, failed)
-    document["thresholds"] = {name: value for name, value in limits.items() if value}
-    return document
-
-
-def _too_soft(data: Ingested, identified: Document, least: dict[str, float]) -> list[str]:
-    """Return what does not hold of ``min_stiffness``, N·m/rad, one number for all joints ("all") or by joint name."""
-    failed = []
-    names = data.joint_names
-    for parameter in identified["parameters"]:
-        joints = parameter["where"].get("joints", [])
-        stiffness = parameter.get("stiffness")
-        if len(joints) != 1 or stiffness is None or parameter["unit"] != "rad/(N·m)":
-            continue
-        name = names[joints[0] - 1]
-        limit = least.get(name, least.get("all"))
-        if limit is not None and stiffness < limit:
-            failed.append(f"stiffness of {name} {stiffness:.3g} N·m/rad is below min_stiffness = {limit:.3g} N·m/rad")
-    return failed
-
-
-def _judge_other(data: Ingested, other: Path, means: Means) -> Document:
+def _judge_other(data: Ingested, other: Path, means: Means, thresholds: ThresholdsFile | None) -> Document:
     """Judge another campaign's fitted model on these data; nothing is stored."""
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.identification.document import model_document, values_of
+    from stiffcal.validation.document import validation_document
     from stiffcal.validation.unseen import residuals_of_model
     from stiffcal.validation.validate import validate_fit
 
@@ -154,5 +143,6 @@ def _judge_other(data: Ingested, other: Path, means: Means) -> Document:
         raise InputError.at(str(other), "model.toml", reason, f"run stiffcal identify {other}")
     fit = replace(fit_now(data, "linear", means), robot=robot)
     validation = validate_fit(data.states, fit, residuals_of_model(data.states, fit))
-    document = _document(data, validation, stored)
+    document = validation_document(data.states, validation)
+    document |= judgement(data, stored, document, means, thresholds)
     return document | {"model_of": str(other), "model": stored["model"]}

@@ -10,7 +10,7 @@ import pytest
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem, identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.validation.unseen import pose_folds, unseen_residuals
-from stiffcal.validation.validate import rms_of, thresholds_hold, validate_fit
+from stiffcal.validation.validate import rms_of, validate_fit
 from tests.identification.played import joint_springs, medium_robot, played
 from tests.independent.robots import SIX_STIFFNESS, six_axes
 
@@ -67,11 +67,3 @@ def test_the_lost_degree_of_freedom_is_counted() -> None:
     fit = identify_parameters(played(medium_robot(), runs=4), joint_springs(six_axes()))
     unseen = unseen_residuals(replace(states, runs=runs), fit)
     assert rms_of(unseen.residual, unseen.data)["translation"] == pytest.approx(1e-4 * np.sqrt(3.0), rel=0.06)
-
-
-def test_thresholds() -> None:
-    """A threshold that does not hold is named in millimetres."""
-    states = played(medium_robot(), runs=4, noise=Sigma(1e-4, 1e-4))
-    validation = validate_fit(states, identify_parameters(states, joint_springs(six_axes())))
-    assert thresholds_hold(validation, {"max_rms_m": 1.0}) == []
-    assert "max_rms_m" in thresholds_hold(validation, {"max_rms_m": 1e-6})[0]

@@ -1,0 +1,184 @@
+"""Holding a validated fit to thresholds: each one judged by itself, with its number, its limit, and a sentence.
+
+Works on the documents of `identify` and `validate`, so that a verdict can be had again without computing anything.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from stiffcal.campaign.thresholds import ALL_JOINTS, Thresholds
+from stiffcal.validation.change import CHANCE, change_of
+
+JOINT_STIFFNESS_UNIT = "N·m/rad"
+_COMPLIANCE_UNIT = "rad/(N·m)"
+
+Document = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Check:
+    """One threshold, judged.
+
+    Attributes
+    ----------
+    threshold : its key. where : the joint's name, "" for the whole campaign.
+    limit, value : in `unit`; value None where it is not known.
+    held : None where it cannot be judged.
+    says : in words.
+    """
+
+    threshold: str
+    where: str
+    limit: float
+    value: float | None
+    unit: str
+    held: bool | None
+    says: str
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """An earlier fit of the same robot.
+
+    Attributes
+    ----------
+    name : how the user calls it.
+    parameters : as in its `identify` document, by name.
+    """
+
+    name: str
+    parameters: dict[str, Document]
+
+
+def judge(
+    limits: Thresholds,
+    identified: Document,
+    validation: Document,
+    joint_names: Sequence[str],
+    baseline: Baseline | None,
+) -> list[Check]:
+    """Judge every threshold.
+
+    Parameters
+    ----------
+    limits : what is asked.
+    identified, validation : documents of the fit and of its validation.
+    joint_names : of the robot, J of them.
+    baseline : the earlier fit, where `limits` name one.
+    """
+    checks = _errors(limits, validation)
+    for parameter, joint, label in _joint_stiffnesses(identified, joint_names):
+        limit = limits.min_stiffness.get(joint, limits.min_stiffness.get(ALL_JOINTS))
+        if limit is not None:
+            checks.append(_stiffness(parameter, label, limit))
+    if baseline is not None:
+        checks += _drifts(limits, identified, joint_names, baseline)
+    return checks
+
+
+def verdict(checks: Sequence[Check], limits: Thresholds) -> dict[str, Any]:
+    """Return what a `validate` document says of its thresholds."""
+    failed = [check.says for check in checks if check.held is False]
+    return {
+        "passed": not failed,
+        "failed": failed,
+        "not_judged": [check.says for check in checks if check.held is None],
+        "checks": [asdict(check) for check in checks],
+        "thresholds": limits.written(),
+    }
+
+
+def _errors(limits: Thresholds, validation: Document) -> list[Check]:
+    noise, rms, relative = validation["noise"] or {}, validation["rms"], validation["relative"]
+    scatter, error = noise.get("translation"), rms["translation"]
+    over = error / scatter if scatter and error is not None else None
+    asked = (
+        ("max_rms_m", limits.max_rms_m, error, "m", "rms in unseen poses", 1e3, " mm"),
+        ("max_rms_rad", limits.max_rms_rad, rms["rotation"], "rad", "rms rotation in unseen poses", 1e3, " mrad"),
+        ("max_relative", limits.max_relative, relative["translation"], "", "relative error", 1.0, ""),
+        ("max_over_noise", limits.max_over_noise, over, "", "error over noise", 1.0, ""),
+    )
+    checks = []
+    for name, limit, value, unit, what, factor, shown in asked:
+        if limit is None:
+            continue
+        bound = f"{name} = {limit * factor:.3g}{shown}"
+        if value is None:
+            checks.append(Check(name, "", limit, None, unit, None, f"{what} is not known: {bound} cannot be judged"))
+            continue
+        held = value <= limit
+        says = f"{what} {value * factor:.3g}{shown} is {'within' if held else 'above'} {bound}"
+        checks.append(Check(name, "", limit, value, unit, held, says))
+    return checks
+
+
+def _joint_stiffnesses(identified: Document, joint_names: Sequence[str]) -> list[tuple[Document, str, str]]:
+    """Return the parameters that are a stiffness of one joint, with its name, and how a sentence is to call them."""
+    found = [
+        (parameter, joint_names[joints[0] - 1])
+        for parameter in identified["parameters"]
+        if len(joints := parameter["where"].get("joints", [])) == 1
+        and "stiffness" in parameter
+        and parameter["unit"] == _COMPLIANCE_UNIT
+    ]
+    many = Counter(joint for _, joint in found)
+    return [
+        (parameter, joint, f"{joint} ({parameter['name']})" if many[joint] > 1 else joint) for parameter, joint in found
+    ]
+
+
+def _stiffness(parameter: Document, joint: str, limit: float) -> Check:
+    unit, value = JOINT_STIFFNESS_UNIT, parameter["stiffness"]
+    bound = f"min_stiffness = {limit:.3g} {unit}"
+    if parameter["value"] is None:
+        says = f"stiffness of {joint} cannot be told from these data: {bound} cannot be judged"
+        return Check("min_stiffness", joint, limit, None, unit, None, says)
+    if value is None:
+        return Check("min_stiffness", joint, limit, None, unit, True, f"no give was seen at {joint}: above {bound}")
+    held = value >= limit
+    says = f"stiffness of {joint} {value:.3g} {unit} is {'above' if held else 'below'} {bound}"
+    return Check("min_stiffness", joint, limit, value, unit, held, says)
+
+
+def _drifts(limits: Thresholds, identified: Document, joint_names: Sequence[str], baseline: Baseline) -> list[Check]:
+    """Hold each joint's stiffness against the baseline's.
+
+    Why two conditions: a change that chance makes is no drift, however large; a sure one below `max_drift` is allowed.
+    """
+    shared = [
+        (joint, label, change_of(baseline.parameters[parameter["name"]], parameter))
+        for parameter, joint, label in _joint_stiffnesses(identified, joint_names)
+        if parameter["name"] in baseline.parameters
+    ]
+    judged = sum(row["p_value"] is not None for _, _, row in shared)
+    checks = []
+    for joint, label, row in shared:
+        limit = limits.max_drift.get(joint, limits.max_drift.get(ALL_JOINTS, 0.0))
+        checks.append(_drift(label, row, limit, judged, baseline.name))
+    seen = {joint for joint, _, _ in shared}
+    for joint in [name for name in joint_names if name not in seen and (name in limits.max_drift or not seen)]:
+        says = f"{baseline.name} and this fit share no stiffness of {joint}: its drift cannot be judged"
+        checks.append(Check("max_drift", joint, limits.max_drift.get(joint, 0.0), None, "", None, says))
+    return checks
+
+
+def _drift(joint: str, row: Document, limit: float, judged: int, name: str) -> Check:
+    before, after = row["before"].get("stiffness"), row["after"].get("stiffness")
+    bound = f"max_drift = {100 * limit:.3g} %" if limit else "no drift beyond chance"
+    if not before or not after or row["p_value"] is None:
+        says = f"stiffness of {joint} is not known here or in {name}: {bound} cannot be judged"
+        return Check("max_drift", joint, limit, None, "", None, says)
+    drift, chance = after / before - 1.0, min(float(row["p_value"]) * judged, 1.0)
+    words = f"stiffness of {joint} is {100 * drift:+.3g} % against {name} ({after:.3g} and {before:.3g} N·m/rad)"
+    # 1.96 standard uncertainties of the relative change: smaller drifts than this cannot be seen with these two fits.
+    blur = 1.96 * float(row["std"]) / abs(row["before"]["value"])
+    if abs(drift) > limit and chance < CHANCE:
+        return Check("max_drift", joint, limit, drift, "", False, f"{words}, p = {chance:.1g}: above {bound}")
+    if limit and blur > limit:
+        says = f"{words}, known to ± {100 * blur:.2g} % only: {bound} cannot be judged"
+        return Check("max_drift", joint, limit, drift, "", None, says)
+    return Check("max_drift", joint, limit, drift, "", True, f"{words}: within {bound}")

@@ -1,0 +1,93 @@
+"""Thresholds of a campaign: from the manifest or a file, with the baseline they name, and the verdict."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stiffcal.campaign.checks import MANIFEST_FILE, escapes
+from stiffcal.campaign.thresholds import ThresholdsFile, strange_joints
+from stiffcal.errors import InputError
+from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.steps import Document, Ingested, Means, ingested
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.thresholds import Thresholds
+    from stiffcal.validation.thresholds import Baseline
+
+MODEL_SCHEMAS = ("stiffcal/model-export/1", "stiffcal/identify/1")
+
+
+def judgement(
+    data: Ingested, identified: Document, validation: Document, means: Means, file: ThresholdsFile | None = None
+) -> Document:
+    """Hold a validated fit to the campaign's thresholds.
+
+    Parameters
+    ----------
+    identified, validation : the documents of the fit and of its validation.
+    file : thresholds that go before the manifest's.
+
+    Returns
+    -------
+    dict
+        ``passed``, ``failed``, ``not_judged``, ``checks``, ``thresholds``, as in the `validate` document.
+
+    Raises
+    ------
+    InputError : the thresholds name a joint or a baseline that does not exist, or one the user has not named.
+    """
+    from stiffcal.validation.thresholds import judge, verdict
+
+    campaign = data.campaign
+    limits = campaign.manifest.thresholds
+    if file is not None:
+        limits = file.limits_for((campaign.name, campaign.folder.resolve().name), limits)
+        for key, name in strange_joints(limits, data.joint_names):
+            mend = "use " + ", ".join(data.joint_names)
+            raise InputError.at("thresholds", f"{key}.{name}", f"{campaign.name} has no such joint", mend)
+    if limits.max_drift and limits.baseline is None:
+        mend = "name the campaign or model it is against: baseline = …"
+        raise InputError.at(MANIFEST_FILE, "thresholds.max_drift", "there is no baseline", mend)
+    checks = judge(limits, identified, validation, data.joint_names, _baseline(data, limits, means))
+    return verdict(checks, limits)
+
+
+def _baseline(data: Ingested, limits: Thresholds, means: Means) -> Baseline | None:
+    if limits.baseline is None:
+        return None
+    from stiffcal.validation.thresholds import Baseline
+
+    name = limits.baseline
+    path = (data.campaign.folder / name).resolve()
+    place = "thresholds.baseline"
+    if escapes(name) and not any(path.is_relative_to(folder.resolve()) for folder in means.reach):
+        reason = f'"{name}" lies outside the campaign folder'
+        mend = (
+            "name it in a file of thresholds (--thresholds FILE), or copy the fit into the campaign folder: "
+            f"stiffcal export {name} -o {data.campaign.folder}/baseline.json"
+        )
+        raise InputError.at(MANIFEST_FILE, place, reason, mend)
+    if not path.exists():
+        mend = "name a campaign folder, or a model written by stiffcal export DIR -o baseline.json"
+        raise InputError.at(MANIFEST_FILE, place, f"no such file or folder: {name}", mend)
+    document = fitted(ingested(path, replace(means, store=None)), means) if path.is_dir() else _read_model(path, name)
+    known = {one["name"]: one for one in document["parameters"]}
+    return Baseline(path.name if path.is_dir() else name, known)
+
+
+def _read_model(path: Path, shown: str) -> Document:
+    mend = "write it with stiffcal export DIR -o baseline.json"
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError.at(shown, "", f"cannot be read as a model ({error})", mend) from None
+    if not isinstance(document, dict) or document.get("schema") not in MODEL_SCHEMAS:
+        raise InputError.at(shown, "schema", "this is not a fitted model", mend)
+    needed = {"name", "effect", "where", "unit", "value", "std"}
+    parameters = document.get("parameters")
+    if not isinstance(parameters, list) or not all(isinstance(one, dict) and needed <= set(one) for one in parameters):
+        raise InputError.at(shown, "parameters", "a parameter is not complete", mend)
+    return document
