@@ -1,0 +1,53 @@
+"""How far a dumbbell of 0.153 kg moves the hand of the SDA5F, over all joint angles (paper 003, Fig. 4 and 5).
+
+Run it as ``python campaigns/sda5f/error_ranges.py``: it prints, for each arm, the largest position and orientation
+error (003, eq. 48 to 52) beside the printed ones.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.mechanics.dual_quaternions import dual_from_pose, error_norms
+from stiffcal.model.equilibrium import solve_balance
+from stiffcal.simulation.scene import valued_robot
+
+HERE = Path(__file__).parent
+DUMBBELL_KG = 0.153
+PRINTED = {"left": (3.5e-3, 4.5e-3), "right": (4.2e-3, 3.7e-3)}  # m, rad
+
+
+def largest_errors(arm: str, n_poses: int = 20000) -> tuple[float, float]:
+    """Return the largest position error, m, and orientation error, rad, of the flange under the dumbbell.
+
+    Parameters
+    ----------
+    arm : "left" or "right".
+    n_poses : drawn evenly within the joints' limits, from a fixed seed.
+    """
+    campaign = load_campaign(HERE / arm, check_files=False)
+    chain = campaign.chain
+    angles = np.random.default_rng(3).uniform(chain.limits[:, 0], chain.limits[:, 1], (n_poses, chain.n_joints))
+    hand = Attachment(chain.n_joints + 1, np.eye(4))
+    setup = MeasurementSetup(Attachment(0, np.eye(4)), hand, (hand,), ("hand",), True, np.eye(4))
+    weight = np.zeros((n_poses, 6))
+    weight[:, :3] = DUMBBELL_KG * chain.gravity
+    balance = solve_balance(valued_robot(campaign), chain.model_angles(angles), weight, setup)
+    nominal = dual_from_pose(balance.unloaded_position[:, 0], balance.unloaded_rotation[:, 0])
+    loaded = dual_from_pose(balance.target_position[:, 0], balance.target_rotation[:, 0])
+    position, orientation = error_norms(loaded, nominal)
+    return float(position.max()), float(orientation.max())
+
+
+if __name__ == "__main__":
+    for name, (printed_position, printed_orientation) in PRINTED.items():
+        position, orientation = largest_errors(name)
+        print(
+            f"{name} arm: position up to {1e6 * position:.1f} µm, printed {1e6 * printed_position:.0f} µm "
+            f"({printed_position / position:.0f} times); orientation up to {1e6 * orientation:.0f} µrad, printed "
+            f"{1e6 * printed_orientation:.0f} µrad ({printed_orientation / orientation:.0f} times)"
+        )
