@@ -53,6 +53,12 @@ class Gathered:
     set_aside: list[str]
 
 
+def no_states() -> Gathered:
+    """Return the states of a campaign that holds none: its runs are of other kinds."""
+    nothing = np.zeros(0)
+    return Gathered([], np.zeros(0, dtype=np.int64), nothing, nothing, {}, {}, np.zeros(0, dtype=np.int64), [])
+
+
 def tabled_states(
     folder: Path, manifest: Manifest, watch: Callable[[str, str, Rows], None] | None = None
 ) -> Gathered | None:

@@ -40,14 +40,15 @@ def check_campaign(
     """
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.reduction.screening import set_bumped_aside
-    from stiffcal.workflow.reducing import Reading, gather, placed_states
+    from stiffcal.workflow.reducing import Beside, Reading, gather, placed_states
     from stiffcal.workflow.watching import Watches, contradictions
 
     campaign = load_campaign(Path(folder), check_files=False)
     _check_run(campaign, run)
     faults: list[Fault] = []
     watches = Watches(campaign)
-    gathered, reduced = gather(campaign, progress, Reading(collected=faults, only=run, quick=quick), watches)
+    beside = Beside()
+    gathered, reduced = gather(campaign, progress, Reading(collected=faults, only=run, quick=quick), watches, beside)
     missing = _missing_files(campaign, run)
     faults = [fault for fault in faults if not _is_missing(fault)]
     document: dict[str, Any] = {

@@ -17,6 +17,7 @@ SCHEMA = "stiffcal/ingest/1"
 # Raised when the reduction changes what it makes of the same logs, so that stores are made anew.
 REDUCTION = 2
 STATES = "states"
+CLAMPED = "clamped"
 INGEST = "ingest"
 PROVENANCE = "provenance"
 RECORDINGS = "recordings/"
@@ -59,6 +60,7 @@ def ingest_campaign(
             return target.read_document(INGEST) | {"unchanged": True, "changed": ""}
         told = [str(sources)] if sources else []
         changed = "; ".join([*told, *([f"settings: {', '.join(keys)}"] if keys else [])])
+    from stiffcal.measurements.clamped_readings import readings_table
     from stiffcal.measurements.tables import states_table
     from stiffcal.workflow.reducing import reduce_campaign
 
@@ -66,6 +68,8 @@ def ingest_campaign(
         reduced = reduce_campaign(campaign, progress, writing)
         document = reduced.document | {"unchanged": False, "changed": changed}
         writing.write_table(STATES, states_table(reduced.states, campaign.chain.joint_names))
+        if reduced.beside.clamped_readings is not None:
+            writing.write_table(CLAMPED, readings_table(reduced.beside.clamped_readings, campaign.chain.joint_names))
         writing.write_document(INGEST, document)
         progress("hashing the sources", None)
         provenance = Provenance.now("ingest", hashes.result(), settings)
@@ -77,7 +81,7 @@ def ingest_campaign(
 
 def _keep_what_others_wrote(writing: Any, tables: tuple[str, ...], documents: tuple[str, ...]) -> None:
     """Carry over history and fits; they say themselves from which states they come."""
-    kept = [name for name in tables if name != STATES and not name.startswith(RECORDINGS)]
+    kept = [name for name in tables if name not in (STATES, CLAMPED) and not name.startswith(RECORDINGS)]
     kept += [name for name in documents if name not in (INGEST, PROVENANCE)]
     writing.keep(*dict.fromkeys(kept))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -14,15 +14,18 @@ from stiffcal.campaign.frames import frames_to_estimate, measurement_setup, reso
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
+from stiffcal.measurements.clamped_readings import ClampedReadings, stacked_readings
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.readers import Wanted
 from stiffcal.reduction.blocks import BlockAverager, Blocks
 from stiffcal.reduction.holds import Holds, given_holds
 from stiffcal.reduction.logs import read_batches, read_rows
+from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
 from stiffcal.reduction.screening import set_bumped_aside
-from stiffcal.reduction.states import Gathered, load_states, of_run, stacked, tabled_states
+from stiffcal.reduction.states import Gathered, load_states, no_states, of_run, stacked, tabled_states
+from stiffcal.reduction.sweeps import clamped_readings
 from stiffcal.store import TableStream, Writing
 from stiffcal.workflow.logged_runs import log_files, logged_runs
 from stiffcal.workflow.logged_runs import of_run as rows_of_run
@@ -42,6 +45,30 @@ class ReducedCampaign:
     states: LoadStates
     document: dict[str, Any]
     watches: Watches
+    beside: Beside
+
+
+@dataclass
+class Beside:
+    """What runs measured that make no load states, collected while a campaign is read.
+
+    Attributes
+    ----------
+    clamped : the readings of clamped runs, a run each. entries : of the ingest document, one for each such run.
+    warnings : what the user ought to know.
+    """
+
+    clamped: list[ClampedReadings] = field(default_factory=list)
+    entries: list[dict[str, Any]] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def __bool__(self) -> bool:
+        return bool(self.entries)
+
+    @property
+    def clamped_readings(self) -> ClampedReadings | None:
+        """The readings of all clamped runs, None where there are none."""
+        return stacked_readings(self.clamped) if self.clamped else None
 
 
 @dataclass(frozen=True)
@@ -79,8 +106,10 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     InputError
         A source is faulty, or no load states can be made of it.
     """
-    reading, watches = Reading(writing), Watches(campaign)
-    gathered, runs = gather(campaign, progress, reading, watches)
+    reading, watches, beside = Reading(writing), Watches(campaign), Beside()
+    gathered, runs = gather(campaign, progress, reading, watches, beside)
+    if gathered is None and beside:
+        gathered = no_states()
     if gathered is None:
         raise InputError.at(
             "campaign.toml", "[[runs]]", "no run names a file",
@@ -92,17 +121,18 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     raise_faults(faults)
     states = set_bumped_aside(states)
     document = _document(states, runs)
-    document["warnings"] += watches.remarks() + warnings
+    document["runs"] += beside.entries
+    document["warnings"] += beside.warnings + watches.remarks() + warnings
     if registration is not None:
         document["registration"] = registration.as_document()
-    return ReducedCampaign(states, document, watches)
+    return ReducedCampaign(states, document, watches, beside)
 
 
 def gather(
-    campaign: Campaign, progress: Progress, reading: Reading, watches: Watches
+    campaign: Campaign, progress: Progress, reading: Reading, watches: Watches, beside: Beside | None = None
 ) -> tuple[Gathered | None, list[ReducedRun]]:
-    """Read tables and logs; None where there are no states yet."""
-    manifest = campaign.manifest
+    """Read tables and logs; None where there are no states yet. Runs without load states join `beside`."""
+    manifest, beside = campaign.manifest, Beside() if beside is None else beside
     progress("reading tables", None)
     parts: list[Gathered] = []
     try:
@@ -126,7 +156,10 @@ def gather(
             campaign, run, sources, partial(_within, progress, k / len(chosen), 1 / len(chosen)), reading, watches
         )
         try:
-            if reading.quick and logs:
+            if run.experiment == "clamped":
+                if len(logs) == len(sources):
+                    _read_clamped(run, logs, beside)
+            elif reading.quick and logs:
                 parts.append(beginning(run, logs))
             elif len(logs) == len(sources):
                 reduced = reduce_run(run, logs, _tabled_holds(campaign, run, sources[0]))
@@ -135,6 +168,21 @@ def gather(
         except InputError as error:
             reading.fault(error)
     return (stacked(parts) if parts else None), runs
+
+
+def _read_clamped(run: Run, logs: dict[str, Blocks], beside: Beside) -> None:
+    """Bring the logs of a clamped run together."""
+    readings, clocks = clamped_readings(run, logs)
+    beside.clamped.append(readings)
+    beside.entries.append(
+        {
+            "id": run.id,
+            "clock_ahead_s": {source: offset.as_document() for source, offset in clocks.items()},
+            "n_states": 0,
+            "n_readings": len(readings),
+            "dropped": [],
+        }
+    )
 
 
 def _within(progress: Progress, start: float, width: float, text: str, fraction: float | None = None) -> None:
@@ -226,8 +274,9 @@ def _read_log(
     }  # fmt: skip
     size, rows_told = (campaign.folder / file).stat().st_size, 0.0
     progress(f"reading {file}", 0.0)
+    motors = MotorSide(source, campaign.chain, name)
     for everything in read_rows(campaign.folder, name, source, campaign.manifest.files_of(name, run)):
-        rows = rows_of_run(source, run, everything)
+        rows = motors.joint_side(rows_of_run(source, run, everything))
         if len(rows) == 0:
             continue
         watches.see(name, file, rows, run.id)

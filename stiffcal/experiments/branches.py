@@ -1,0 +1,106 @@
+"""The branches of a torque-angle loop: half sweeps averaged over bins of angle and over cycles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Torque over angle, averaged over cycles, of one joint in one pose.
+
+    Attributes
+    ----------
+    angle : (m,) rad, mean angle of the readings in a bin.
+    torque : (m,) N·m, mean torque of the half sweeps through that bin.
+    up : (m,) True where the angle was growing.
+    spread : (m,) N·m, standard deviation between half sweeps; NaN where one alone went through.
+    n_sweeps : (m,) half sweeps that went through.
+    noise : N·m, standard uncertainty of a bin's mean.
+    """
+
+    angle: Floats
+    torque: Floats
+    up: NDArray[np.bool_]
+    spread: Floats
+    n_sweeps: Integers
+    noise: float
+
+
+def average_branches(angle: Floats, torque: Floats, sweep: Integers, up: NDArray[np.bool_], n_bins: int) -> Branches:
+    """Average half sweeps: first each over bins of angle, then over those of one direction.
+
+    Parameters
+    ----------
+    angle, torque : (n,) readings of one joint, rad, N·m.
+    sweep : (n,) number of the half sweep, −1 where a reading belongs to none.
+    up : (n,) direction of the half sweep.
+    n_bins : bins between the smallest and the largest angle.
+    """
+    used = sweep >= 0
+    low, high = float(angle[used].min()), float(angle[used].max())
+    width = max((high - low) / n_bins, 1e-12)
+    bins = np.clip(((angle - low) / width).astype(np.int64), 0, n_bins - 1)
+    n_sweeps = int(sweep.max(initial=-1)) + 1
+    key = (sweep * n_bins + bins)[used]
+    counts = np.bincount(key, minlength=n_sweeps * n_bins).reshape(n_sweeps, n_bins)
+
+    def means(values: Floats) -> Floats:
+        sums = np.bincount(key, weights=values[used], minlength=n_sweeps * n_bins).reshape(n_sweeps, n_bins)
+        return np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
+
+    angles, torques = means(angle), means(torque)
+    rising = np.zeros(n_sweeps, dtype=np.bool_)
+    rising[sweep[used]] = up[used]
+    parts = [_one_direction(angles[rising == way], torques[rising == way], way) for way in (True, False)]
+    stacked = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    spread, through = stacked[3], stacked[4].astype(np.int64)
+    repeated = through > 1
+    inside = float(np.sqrt(np.mean(spread[repeated] ** 2))) if repeated.any() else 0.0
+    usual = float(np.median(through)) if through.size else 1.0
+    noise = inside / np.sqrt(max(usual, 1.0))
+    return Branches(stacked[0], stacked[1], stacked[2].astype(np.bool_), spread, through, noise)
+
+
+def _one_direction(angle: Floats, torque: Floats, way: bool) -> tuple[Floats, ...]:
+    """Return angle, torque, direction, spread and count of the bins that half sweeps of one direction went through."""
+    through = np.count_nonzero(np.isfinite(torque), axis=0) if len(torque) else np.zeros(0, dtype=np.int64)
+    seen = through > 0
+    if not seen.any():
+        return tuple(np.zeros(0) for _ in range(5))
+    angle, torque, through = angle[:, seen], torque[:, seen], through[seen]
+    mean = np.nanmean(torque, axis=0)
+    squares = np.nansum((torque - mean) ** 2, axis=0)
+    spread = np.where(through > 1, np.sqrt(squares / np.maximum(through - 1, 1)), np.nan)
+    return np.nanmean(angle, axis=0), mean, np.full(through.size, float(way)), spread, through.astype(np.float64)
+
+
+def reversal_error(data: Branches) -> float | None:
+    """Return the raw width between the branches at zero torque, rad; None where one never comes there.
+
+    The middle of each branch's last crossing: friction alone makes such a width, F/k either way.
+    """
+    crossing = []
+    for way in (True, False):
+        members = data.up == way
+        angle, torque = data.angle[members], data.torque[members]
+        if members.sum() < 2 or torque.min() > 0.0 or torque.max() < 0.0:
+            return None
+        order = np.argsort(angle)
+        angle, torque = angle[order], torque[order]
+        changes = np.flatnonzero(np.diff(np.signbit(torque)))
+        if not changes.size:
+            return None
+        at = [_zero_between(angle[k : k + 2], torque[k : k + 2]) for k in changes]
+        crossing.append(float(np.mean(at)))
+    return crossing[1] - crossing[0]
+
+
+def _zero_between(angle: Floats, torque: Floats) -> float:
+    return float(angle[0] - torque[0] * (angle[1] - angle[0]) / (torque[1] - torque[0]))

@@ -1,0 +1,308 @@
+"""Torque against angle of one driven joint: spring and play in series, friction between the branches.
+
+The joint's angle is what the arm turns against the motor, φ = φ_a − φ_m (004, section 4.4), its torque what the
+surroundings do about the axis. With τ₀ the torque at which the play is crossed (weight, a sensor's zero), P the
+spring's cubic (004, Table 2) and F the friction between the branches (physics, section 7):
+
+    φ = φ₀ + x + (b/2) tanh(P(x)/w),    τ = τ₀ + P(x) ± F (up, down)
+
+so that P counts its angle x from the flanks, not from the middle of the play. P rises everywhere in the range x₀ … x₁
+that was reached: its slope is written in Bernstein's basis there, with end values s₀, s₁ ≥ 0 and a middle value of no
+less than −√(s₀ s₁), which gives every quadratic that stays positive between the ends and no other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.branches import Branches
+
+Floats = NDArray[np.float64]
+
+# The play is the segment about the crossing whose slope stays below this share of the outer slope.
+SLOPE_SHARE = 0.25
+# Points of the law between its ends; they stand denser towards the crossing.
+_LAW_POINTS = 201
+_CROWDING = 7.0
+# Bands tried at first, as shares of the largest torque.
+_FIRST_BAND = 0.02
+_STARTS = (0.0, 0.15, 0.4, 0.7)
+
+
+@dataclass(frozen=True)
+class Law:
+    """Spring, play and friction of one joint.
+
+    Attributes
+    ----------
+    middle : φ₀, rad: the middle of the play. width : b, rad. band : w, N·m.
+    zero : τ₀, N·m. friction : F, N·m. lag : rad by which the torque stays behind the angle (two clocks).
+    curve : (3,) p1, p2, p3 in N·m/rad, N·m/rad², N·m/rad³.
+    reach : x₀, x₁, rad: the spring's angles that were reached, counted from the flanks.
+    """
+
+    middle: float
+    width: float
+    band: float
+    zero: float
+    friction: float
+    lag: float
+    curve: tuple[float, float, float]
+    reach: tuple[float, float]
+
+    def spring(self, x: Floats) -> Floats:
+        """Return P(x), N·m, at angles counted from the flank, rad."""
+        p1, p2, p3 = self.curve
+        return np.asarray(x * (p1 + x * (p2 + x * p3)))
+
+    def tangent(self, x: Floats) -> Floats:
+        """Return dP/dx, N·m/rad."""
+        p1, p2, p3 = self.curve
+        return np.asarray(p1 + x * (2.0 * p2 + x * 3.0 * p3))
+
+    def grid(self) -> tuple[Floats, Floats]:
+        """Return angle (k,) and torque (k,) of the law without friction, both rising, over what was reached."""
+        low, high = self.reach
+        steps = np.linspace(-1.0, 1.0, _LAW_POINTS)
+        crowded = np.sinh(_CROWDING * steps) / np.sinh(_CROWDING)
+        # a margin: where the crossing is broad, the spring is reached a little further
+        x = np.where(crowded < 0.0, -crowded * (low - 0.02 * (high - low)), crowded * (high + 0.02 * (high - low)))
+        torque = self.spring(x)
+        half = len(x) // 2
+        torque[half:] = np.maximum.accumulate(torque[half:])
+        torque[half::-1] = np.minimum.accumulate(torque[half::-1])
+        return self.middle + x + 0.5 * self.width * np.tanh(torque / self.band), self.zero + torque
+
+    def torque_at(self, angle: Floats, up: NDArray[np.bool_]) -> Floats:
+        """Return (m,) the torque on the branches, N·m."""
+        grid, torque = self.grid()
+        sign = np.where(up, 1.0, -1.0)
+        return np.asarray(np.interp(angle - sign * self.lag, grid, torque) + sign * self.friction)
+
+
+@dataclass(frozen=True)
+class SeriesFit:
+    """A law fitted to averaged branches.
+
+    Attributes
+    ----------
+    law : as fitted. covariance : (8, 8) of middle, width, band, zero, friction, p1, p2, p3.
+    rms : N·m, of the residual over the bins. dof : bins less parameters.
+    play_found : False where the data do with no play; ``law.width`` is then 0.
+    """
+
+    law: Law
+    covariance: Floats
+    rms: float
+    dof: int
+    play_found: bool
+
+    def std(self, name: str) -> float:
+        """Return the standard uncertainty of one parameter."""
+        return float(np.sqrt(max(self.covariance[PARAMETERS.index(name), PARAMETERS.index(name)], 0.0)))
+
+    @property
+    def curve_covariance(self) -> Floats:
+        """(3, 3) covariance of p1, p2, p3."""
+        return self.covariance[5:, 5:]
+
+
+PARAMETERS = ("middle", "width", "band", "zero", "friction", "p1", "p2", "p3")
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """The data in units of half the range and of the largest torque, and what is free."""
+
+    data: Branches
+    angle_unit: float
+    torque_unit: float
+    angle: Floats
+    torque: Floats
+    weight: float
+    with_play: bool
+    with_friction: bool
+    with_lag: bool
+
+
+def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
+    """Fit spring, play and friction to averaged branches.
+
+    Play is kept only where the data need it: the misfit without it is larger by far more than its scatter, and the
+    segment of low slope exists (`play_segment`). Friction is free where both directions were measured.
+
+    Parameters
+    ----------
+    data : averaged branches.
+    with_lag : let the torque stay behind the angle by a constant angle: two devices, two clocks.
+    """
+    both = bool(data.up.any() and not data.up.all())
+    without = _fit(data, with_play=False, with_friction=both, with_lag=with_lag and both)
+    with_play = _fit(data, with_play=True, with_friction=both, with_lag=with_lag and both)
+    noise = max(with_play.rms, 1e-12)
+    n = data.angle.size
+    gain = n * (without.rms**2 - with_play.rms**2) / noise**2
+    segment = play_segment(with_play.law)
+    wide = segment is not None and with_play.law.width > 3.0 * with_play.std("width")
+    # 30: three further parameters (width, band, zero) by chance gain 3 ± 2.4, and misfits that are not noise some more
+    if gain > 30.0 and wide:
+        return with_play
+    return without
+
+
+def _fit(data: Branches, *, with_play: bool, with_friction: bool, with_lag: bool) -> SeriesFit:
+    from scipy.optimize import least_squares
+
+    low, high = float(data.angle.min()), float(data.angle.max())
+    angle_unit, centre = max(0.5 * (high - low), 1e-12), 0.5 * (low + high)
+    torque_unit = max(float(np.abs(data.torque).max()), 1e-12)
+    scaled = _Scaled(
+        data, angle_unit, torque_unit, (data.angle - centre) / angle_unit, data.torque / torque_unit, 1.0,
+        with_play, with_friction, with_lag,
+    )  # fmt: skip
+    lower, upper = _bounds(scaled)
+
+    def misfit(v: Floats) -> Floats:
+        return np.asarray(_law_of(scaled, v).torque_at(scaled.angle, data.up) - scaled.torque)
+
+    shares = _STARTS if with_play else _STARTS[:1]
+    starts = [np.clip(_start(scaled, share), lower + 1e-9, upper - 1e-9) for share in shares]
+    starts.sort(key=lambda v: float(np.sum(misfit(v) ** 2)))
+    found = [
+        least_squares(misfit, v, bounds=(lower, upper), x_scale=np.maximum(np.abs(v), 0.05), max_nfev=80)
+        for v in starts[:2]
+    ]
+    best = min(found, key=lambda one: float(one.cost))
+    law = _law_of(scaled, best.x)
+    return _unscaled(scaled, law, centre)
+
+
+def _start(scaled: _Scaled, share: float) -> Floats:
+    """Return middle, width, log band, zero, friction, lag, slopes at the ends and what the middle has more."""
+    order = np.argsort(scaled.angle)
+    angle, torque = scaled.angle[order], scaled.torque[order]
+    size = max(len(angle) // 6, 2)
+    width = 2.0 * share
+    ends = (torque[-size:].mean() - torque[:size].mean()) / max(angle[-size:].mean() - angle[:size].mean() - width, 0.1)
+    middle = float(angle[np.argmin(np.abs(torque))])
+    up, down = scaled.torque[scaled.data.up], scaled.torque[~scaled.data.up]
+    friction = 0.5 * float(np.median(up) - np.median(down)) if scaled.with_friction else 0.0
+    middle = middle if abs(middle) < 0.8 else 0.0
+    slope = max(ends, 0.05)
+    return np.array([middle, width, np.log(_FIRST_BAND), 0.0, max(friction, 0.0), 0.0, slope, slope, 2.0 * slope])
+
+
+def _bounds(scaled: _Scaled) -> tuple[Floats, Floats]:
+    tiny = 1e-7
+    lower = np.array([-1.0, 0.0, np.log(1e-3), -0.5, -0.9, -0.2, 0.0, 0.0, 0.0])
+    upper = np.array([1.0, 1.95, np.log(0.4), 0.5, 0.9, 0.2, 1e3, 1e3, 1e3])
+    if not scaled.with_play:
+        lower[[1, 3]], upper[[1, 3]] = -tiny, tiny
+        lower[2], upper[2] = np.log(_FIRST_BAND) - tiny, np.log(_FIRST_BAND) + tiny
+    if not scaled.with_friction:
+        lower[4], upper[4] = -tiny, tiny
+    if not scaled.with_lag:
+        lower[5], upper[5] = -tiny, tiny
+    return lower, upper
+
+
+def _law_of(scaled: _Scaled, v: Floats) -> Law:
+    """Return the law in the data's own units."""
+    middle, width, band, zero, friction, lag, first, last, more = (float(value) for value in v)
+    low = min(float(scaled.angle.min()) - middle + 0.5 * width, -1e-3)
+    high = max(float(scaled.angle.max()) - middle - 0.5 * width, 1e-3)
+    inner = more - np.sqrt(first * last)
+    size = high - low
+    rise, bend = 2.0 * (inner - first) / size, (first - 2.0 * inner + last) / size**2
+    curve = (first - rise * low + bend * low * low, 0.5 * rise - bend * low, bend / 3.0)
+    return Law(middle, max(width, 0.0), float(np.exp(band)), zero, friction, lag, curve, (low, high))
+
+
+def _unscaled(scaled: _Scaled, law: Law, centre: float) -> SeriesFit:
+    """Return the fit in rad and N·m, with the covariance of its parameters at that place."""
+    a, t = scaled.angle_unit, scaled.torque_unit
+    values = np.array([law.middle, law.width, law.band, law.zero, law.friction, *law.curve])
+    free = np.array(
+        [True, scaled.with_play, scaled.with_play, scaled.with_play, scaled.with_friction, True, True, True]
+    )
+    up = scaled.data.up
+
+    def at(v: Floats, lag: float) -> Floats:
+        moved = Law(v[0], v[1], v[2], v[3], v[4], lag, (v[5], v[6], v[7]), law.reach)
+        return moved.torque_at(scaled.angle, up)
+
+    residual = at(values, law.lag) - scaled.torque
+    steps = np.maximum(1e-4 * np.abs(values), 1e-5)
+    columns = []
+    for k in np.flatnonzero(free):
+        shift = np.zeros(8)
+        shift[k] = steps[k]
+        columns.append((at(values + shift, law.lag) - at(values - shift, law.lag)) / (2.0 * steps[k]))
+    if scaled.with_lag:
+        columns.append((at(values, law.lag + 1e-4) - at(values, law.lag - 1e-4)) / 2e-4)
+    jacobian = np.stack(columns, axis=1)
+    dof = max(len(residual) - jacobian.shape[1], 1)
+    variance = float(residual @ residual) / dof
+    size = np.linalg.norm(jacobian, axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    inverse = np.linalg.pinv(jacobian / size, rcond=1e-10) / size[:, None]
+    whole = inverse @ inverse.T * variance
+    covariance = np.zeros((8, 8))
+    chosen = np.flatnonzero(free)
+    covariance[np.ix_(chosen, chosen)] = whole[: len(chosen), : len(chosen)]
+    units = np.array([a, a, t, t, t, t / a, t / a**2, t / a**3])
+    covariance *= units[:, None] * units
+    p = law.curve
+    real = Law(
+        centre + a * law.middle, a * law.width, t * law.band, t * law.zero, t * law.friction, a * law.lag,
+        (t / a * p[0], t / a**2 * p[1], t / a**3 * p[2]), (a * law.reach[0], a * law.reach[1]),
+    )  # fmt: skip
+    return SeriesFit(real, covariance, t * float(np.sqrt(np.mean(residual**2))), dof, scaled.with_play)
+
+
+@dataclass(frozen=True)
+class PlaySegment:
+    """The segment about the crossing where the slope stays low.
+
+    Attributes
+    ----------
+    low, high : rad, its ends. band : N·m, half the torque that it takes. outer_slope : N·m/rad it is compared with.
+    """
+
+    low: float
+    high: float
+    band: float
+    outer_slope: float
+
+    @property
+    def length(self) -> float:
+        """The play, rad."""
+        return self.high - self.low
+
+
+def play_segment(law: Law, share: float = SLOPE_SHARE) -> PlaySegment | None:
+    """Return the segment about the crossing whose slope stays below `share` of the outer slope; None without one.
+
+    The outer slope is the chord from the flanks to the ends of what was reached, both sides together. The law stands
+    for both branches: friction shifts them in torque and leaves their slopes alike.
+    """
+    angle, torque = law.grid()
+    low, high = law.reach
+    rise = float(np.interp(law.middle + 0.5 * law.width + high, angle, torque)) - float(
+        np.interp(law.middle - 0.5 * law.width + low, angle, torque)
+    )
+    outer = rise / max(high - low, 1e-15)
+    slope = np.diff(torque) / np.maximum(np.diff(angle), 1e-300)
+    flat = slope < share * outer
+    middle = min(int(np.searchsorted(angle, law.middle)), len(flat) - 1)
+    middle = max(middle - 1, 0)
+    if not flat[middle]:
+        return None
+    steep = np.flatnonzero(~flat)
+    before, after = steep[steep < middle], steep[steep > middle]
+    start = int(before[-1]) + 1 if before.size else 0
+    end = int(after[0]) if after.size else len(angle) - 1
+    return PlaySegment(float(angle[start]), float(angle[end]), 0.5 * float(torque[end] - torque[start]), outer)

@@ -1,0 +1,303 @@
+"""Clamped runs from logs to readings: clocks brought together, the joint that moved found, sweeps cut into cycles.
+
+A half sweep leads from one corner of the torque-angle loop to the next. Corners are found in angle and torque together,
+because either may turn first: a driven motor turns in angle, a motor that is driven by torque and held by friction
+turns in torque while its angle stands still.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.manifest import Run
+from stiffcal.errors import InputError
+from stiffcal.measurements.clamped_readings import ClampedReadings
+from stiffcal.measurements.load_states import RunInfo
+from stiffcal.reduction.blocks import Blocks, noise_of
+from stiffcal.reduction.clocks import ClockOffset
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+# What an encoder behind a gear shows of a joint that is held: below a fifth of an arc second nothing has moved.
+STANDS_RAD = 1e-6
+# A joint has moved where its span is this many times its reading's noise or step.
+MOVED = 10.0
+# Only one joint is driven; what the others show is their servos giving way.
+ALONE = 0.3
+# A corner of the loop stands off the last one by at least this share of the loop's size.
+TURN_SHARE = 0.35
+# A half sweep that covers less of the whole span is none.
+WHOLE = 0.8
+_MOST_POINTS = 1 << 13
+
+
+def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadings, dict[str, ClockOffset]]:
+    """Return the readings of one clamped run, on the clock of the log of motor angles, and the clocks.
+
+    Parameters
+    ----------
+    run : the manifest's entry.
+    logs : source to block averages, SI, joint side.
+
+    Raises
+    ------
+    InputError
+        No log holds motor angles, nothing tells the torque, or a clock cannot be found.
+    """
+    sources = {name: [key for key, blocks in logs.items() if name in blocks.mean] for name in ("joints", "wrench")}
+    if not sources["joints"]:
+        raise InputError.at(
+            f"run {run.id}", "", "a clamped run needs the motors' angles", "add a source with joints = { position = … }"
+        )
+    angles = logs[sources["joints"][0]]
+    n, width = len(angles), angles.mean["joints"].shape[1]
+    torque = angles.mean.get("joints.torque", np.full((n, width), np.nan))
+    wrench, clocks = np.full((n, 6), np.nan), {sources["joints"][0]: ClockOffset(0.0, 0.0)}
+    two_clocks = False
+    if sources["wrench"]:
+        name = sources["wrench"][0]
+        two_clocks = logs[name] is not angles
+        clocks |= {name: _clock(run, name, angles, logs[name])}
+        wrench = _at(logs[name], "wrench", angles.time + float(clocks[name].value or 0.0))
+    elif "joints.torque" not in angles.mean:
+        unscaled = "joints.current" in angles.mean
+        raise InputError.at(
+            f"run {run.id}", "",
+            "no force sensor, and motor currents without a torque constant: nothing tells the torque"
+            if unscaled else "neither a force sensor nor motor torques are logged: nothing tells the torque",
+            "add torque_constant = [N*m per ampere, one per joint] to the joints signal"
+            if unscaled else "add a source with a wrench, or torque = […] (or current with torque_constant)",
+        )  # fmt: skip
+    seen = np.isfinite(wrench).all(axis=1) if sources["wrench"] else np.ones(n, dtype=np.bool_)
+    info = RunInfo(run.id, run.experiment, run.holdout, run.tags)
+    readings = ClampedReadings(
+        runs=(info,),
+        run=np.zeros(int(seen.sum()), dtype=np.int64),
+        time=angles.time[seen],
+        joints=angles.mean["joints"][seen],
+        wrench=wrench[seen],
+        torque=torque[seen],
+        two_clocks=np.array([two_clocks]),
+    )
+    if len(readings) < 2:
+        raise InputError.at(
+            f"run {run.id}",
+            "",
+            "force and motor angles were not logged at the same time",
+            "check which files belong together",
+        )
+    return readings, clocks
+
+
+def _at(blocks: Blocks, name: str, time: Floats) -> Floats:
+    """Return (n, c) a signal at times of its own clock; NaN outside its log."""
+    values = blocks.mean[name]
+    columns = [np.interp(time, blocks.time, column, left=np.nan, right=np.nan) for column in values.T]
+    return np.stack(columns, axis=1)
+
+
+def _clock(run: Run, name: str, angles: Blocks, other: Blocks) -> ClockOffset:
+    """Return how much more the other log's clock shows than that of the angles."""
+    if other is angles:
+        return ClockOffset(0.0, 0.0)
+    if name in run.clock_ahead_s:
+        return ClockOffset(float(run.clock_ahead_s[name]), 0.0, "given in the manifest")
+    joints = angles.mean["joints"]
+    moved = joints[:, int(np.argmax(np.ptp(joints, axis=0)))]
+    offset = lag_of(angles.time, moved, other.time, other.mean["wrench"])
+    if offset is None:
+        raise InputError.at(
+            f"run {run.id}", f"clock of {name}", "the force does not follow the motor's motion",
+            f"give clock_ahead_s = {{ {name} = … }} for this run, or check that the joint was driven",
+        )  # fmt: skip
+    return offset
+
+
+def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> ClockOffset | None:
+    """Return by how much the wrench's clock is ahead, from the force that follows the motion; None where none does.
+
+    First the lag at which both logs agree best over all they have in common; then the one at which the force is most
+    nearly a curve over the angle, the same on the way there and back.
+
+    Parameters
+    ----------
+    time, angle : (n,) s and rad. other_time : (m,) s. wrench : (m, 6).
+    """
+    step = max(
+        float(np.median(np.diff(time))), float(np.median(np.diff(other_time))),
+        max(np.ptp(time), np.ptp(other_time)) / _MOST_POINTS,
+    )  # fmt: skip
+    force = _leading(wrench)
+    if np.ptp(angle) < STANDS_RAD or force is None:
+        return None
+    a = np.interp(np.arange(time[0], time[-1], step), time, angle)
+    b = np.interp(np.arange(other_time[0], other_time[-1], step), other_time, force)
+    a, b = a - np.median(a), b - np.median(b)
+    size = 1 << int(np.ceil(np.log2(a.size + b.size)))
+    product = np.abs(np.fft.irfft(np.fft.rfft(b, size) * np.conj(np.fft.rfft(a, size)), size))
+    best = int(np.argmax(product))
+    shift = (best if best < b.size else best - size) * step
+    start = float(other_time[0] - time[0]) + shift
+    # The period's own shape makes the product flat at its top; the narrow loop is found nearby.
+    period = max(_period(a, step), 8.0 * step)
+    low, high = start - 0.25 * period, start + 0.25 * period
+    for _ in range(4):
+        lags = np.linspace(low, high, 17)
+        losses = [_openness(time, angle, other_time, force, lag) for lag in lags]
+        k = int(np.argmin(losses))
+        low, high = lags[max(k - 1, 0)], lags[min(k + 1, 16)]
+    value = 0.5 * (low + high)
+    halves = time < np.median(time), time >= np.median(time)
+    fine = np.linspace(value - 2.0 * step, value + 2.0 * step, 41)
+    own = [fine[int(np.argmin([_openness(time[h], angle[h], other_time, force, lag) for lag in fine]))] for h in halves]
+    return ClockOffset(float(value), float(max(0.5 * abs(own[0] - own[1]), 0.05 * step)))
+
+
+def _leading(wrench: Floats) -> Floats | None:
+    """Return (m,) the combination of components that moves most over its noise, or None where none moves."""
+    noise = noise_of(wrench)
+    scale = np.where(noise > 0.0, noise, np.maximum(np.ptp(wrench, axis=0) * 1e-6, 1e-12))
+    scaled = (wrench - np.median(wrench, axis=0)) / scale
+    if not np.ptp(scaled, axis=0).max() > 2.0 * MOVED:
+        return None
+    thin = scaled[:: max(1, len(scaled) // 2000)]
+    _, _, axes = np.linalg.svd(thin, full_matrices=False)
+    return np.asarray(scaled @ axes[0])
+
+
+def _period(a: Floats, step: float) -> float:
+    """Return the time of one sweep to and fro, s: twice the time between crossings of the middle."""
+    middle = 0.5 * (a.max() + a.min())
+    crossings = np.flatnonzero(np.diff(np.signbit(a - middle)))
+    return float(2.0 * step * np.median(np.diff(crossings))) if crossings.size > 2 else a.size * step
+
+
+def _openness(time: Floats, angle: Floats, other_time: Floats, force: Floats, lag: float) -> float:
+    """Return how far the force is from one curve over the angle: its mean variance within narrow bins of angle."""
+    at = np.interp(time + lag, other_time, force)
+    low = angle.min()
+    bins = np.minimum((120.0 * (angle - low) / max(np.ptp(angle), 1e-15)).astype(np.int64), 119)
+    count = np.maximum(np.bincount(bins, minlength=120), 1)
+    mean = np.bincount(bins, weights=at, minlength=120) / count
+    return float(np.mean((at - mean[bins]) ** 2))
+
+
+@dataclass(frozen=True)
+class Sweeps:
+    """One joint's motion, cut at the corners of its loop.
+
+    Attributes
+    ----------
+    number : (n,) half sweep that a reading belongs to, from 0; −1 at rest before, after, and where nothing goes on.
+    up : (n,) True where the joint's angle grows in that half sweep.
+    count : half sweeps.
+    """
+
+    number: Integers
+    up: Booleans
+    count: int
+
+    @property
+    def cycles(self) -> int:
+        """Whole cycles, there and back."""
+        return self.count // 2
+
+
+def moved_joint(run: str, joints: Floats, given: int | None, names: tuple[str, ...]) -> int:
+    """Return the joint that was driven, from 1.
+
+    Parameters
+    ----------
+    run : its name, for faults. joints : (n, L) rad. given : the manifest's word, or None. names : L joint names.
+
+    Raises
+    ------
+    InputError
+        The joint that the manifest names never moved, another moved more, none moved, or several did.
+    """
+    span = np.ptp(joints, axis=0)
+    floor = np.maximum(STANDS_RAD, MOVED * noise_of(joints))
+    largest = int(np.argmax(span))
+    if span[largest] <= floor[largest]:
+        raise InputError.at(
+            f"run {run}", "", f"no joint moved: the motors' angles stay within {np.rad2deg(span[largest]):.2g}°",
+            "check the columns and the unit of the motors' angles, or take this run out",
+        )  # fmt: skip
+    joint = largest if given is None else given - 1
+    if span[joint] <= floor[joint]:
+        raise InputError.at(
+            f"run {run}", "moved_joint",
+            f"joint {joint + 1} ({names[joint]}) never moved: its angle stays within {np.rad2deg(span[joint]):.2g}°",
+            f"joint {largest + 1} ({names[largest]}) moved by {np.rad2deg(span[largest]):.3g}°: "
+            f"write moved_joint = {largest + 1}, or measure again",
+        )  # fmt: skip
+    others = [k for k in range(span.size) if k != joint and span[k] > max(ALONE * span[joint], floor[k])]
+    if others:
+        raise InputError.at(
+            f"run {run}", "moved_joint",
+            f"joint {others[0] + 1} ({names[others[0]]}) moved too, by {np.rad2deg(span[others[0]]):.3g}° against "
+            f"{np.rad2deg(span[joint]):.3g}° of joint {joint + 1}",
+            "drive one joint at a time, each in a run of its own, and name it with moved_joint",
+        )  # fmt: skip
+    return joint + 1
+
+
+def cut_sweeps(angle: Floats, torque: Floats) -> Sweeps:
+    """Cut one joint's motion into half sweeps.
+
+    Parameters
+    ----------
+    angle, torque : (n,) rad and N·m, in order of time.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> angle = np.interp(np.arange(401), [0, 50, 150, 250, 350, 400], [0, 1, -1, 1, -1, 0.0])
+    >>> sweeps = cut_sweeps(angle, 100.0 * angle)
+    >>> sweeps.count, bool(sweeps.up[100]), bool(sweeps.up[200])
+    (3, False, True)
+    """
+    n = angle.size
+    number, up = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.bool_)
+    size = np.ptp(angle)
+    if n < 8 or size <= 0.0:
+        return Sweeps(number, up, 0)
+    place = angle / size + torque / max(float(np.ptp(torque)), 1e-300)
+    corners = _corners(place, TURN_SHARE * float(np.ptp(place)))
+    count = 0
+    for start, end in pairwise(corners):
+        # the way from rest to the first corner, and from the last one to rest, is no whole branch
+        if abs(angle[end] - angle[start]) < WHOLE * size:
+            continue
+        number[start : end + 1] = count
+        up[start : end + 1] = angle[end] > angle[start]
+        count += 1
+    return Sweeps(number, up, count)
+
+
+def _corners(place: Floats, least: float) -> list[int]:
+    """Return indices where `place` turns back by at least `least`, the first and last extreme among them."""
+    found: list[int] = []
+    low = high = 0
+    rising: bool | None = None
+    for k in range(1, place.size):
+        if place[k] > place[high]:
+            high = k
+        if place[k] < place[low]:
+            low = k
+        if rising is not False and place[high] - place[k] > least:
+            found.append(high)
+            rising, low = False, k
+        elif rising is not True and place[k] - place[low] > least:
+            found.append(low)
+            rising, high = True, k
+    if rising is not None:
+        found.append(high if rising else low)
+    return found
