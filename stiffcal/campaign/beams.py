@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,7 +47,8 @@ def link_beams(robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tup
         if entry is not None and entry.to_m is not None:
             end = np.array(entry.to_m)
         if end is not None and np.linalg.norm(end - start) >= SHORTEST_BEAM:
-            beams[name] = _beam(k + 1, start, end, outboard_axis)
+            decay = None if entry is None else entry.warping_decay_m
+            beams[name] = replace(_beam(k + 1, start, end, outboard_axis), warping_decay=decay)
     return beams
 
 

@@ -65,8 +65,17 @@ class Campaign:
 
     @cached_property
     def chain(self) -> Chain:
-        """The robot as a chain of bodies, built on first use (imports numpy)."""
-        return chain_of(self.robot, self.robot_path.parent)
+        """The robot as a chain of bodies, built on first use (imports numpy).
+
+        A drawn section is solved where rods sit on its link: only they ask for its fibres and its warping.
+        """
+        chain = chain_of(self.robot, self.robot_path.parent)
+        links = {rod.link for rod in self.manifest.ids.values()}
+        if not links or all(link.section is None for link in self.robot.links.values()):
+            return chain
+        from stiffcal.campaign.link_sections import with_sections
+
+        return with_sections(chain, self.robot, links, self.manifest.robot)
 
 
 def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:

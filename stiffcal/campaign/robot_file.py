@@ -109,11 +109,19 @@ class Section(Table):
 
     Attributes
     ----------
-    outline : points [x2, x3], m. EI : N·m², both planes alike; EI2, EI3 : bending about x2 and x3.
+    outline : points [x2, x3], m.
+    wall_m : thickness of the wall all round, where the section is hollow.
+    holes : outlines of the hollows, where the wall is not the same all round.
+    E_Pa : Young's modulus. G_Pa : shear modulus; without moduli a drawn section tells fibres and warping alone.
+    EI : N·m², both planes alike; EI2, EI3 : bending about x2 and x3.
     GJ : N·m². EA : N.
     """
 
     outline: Outline | None = None
+    wall_m: Positive | None = None
+    holes: Annotated[tuple[Outline, ...], Field(strict=False)] = ()
+    E_Pa: Positive | None = None
+    G_Pa: Positive | None = None
     EI: Positive | None = None
     EI2: Positive | None = None
     EI3: Positive | None = None

@@ -11,6 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.measurements.rods import BeamShape
+from stiffcal.mechanics.section import Section
+
 Floats = NDArray[np.float64]
 
 
@@ -24,11 +27,24 @@ class LinkBeam:
     end : (4, 4) joint_frame_from_beam_frame at the beam's *outboard* end; x1 along the beam, x3 the inboard joint's
         axis made perpendicular to x1 (x1 parallel to it: the outboard axis), x2 = x3 × x1.
     length : m.
+    warping_decay : m, as the robot file gives it, or None.
+    section : the drawn section, solved, or None; solved only where somebody needs it (rods on the link).
     """
 
     joint: int
     end: Floats
     length: float
+    warping_decay: float | None = None
+    section: Section | None = None
+
+    @property
+    def shape(self) -> BeamShape:
+        """What the displacement field of the link needs to know: the drawn section's fibres and decay, if drawn."""
+        drawn = self.section
+        if drawn is None:
+            return BeamShape(self.length, warping_decay=self.warping_decay)
+        decay = self.warping_decay if self.warping_decay is not None else drawn.warping_decay
+        return BeamShape(self.length, drawn.neutral, drawn.twist_centre, decay, drawn.warping_hold)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,86 @@
+"""A beam's section, solved: its stiffnesses, the fibres that matter, and how it warps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of one material; x2 and x3 as in the beam frame, m.
+
+    Attributes
+    ----------
+    area : m². EA : N.
+    EI2, EI3, EI23 : E ∫x3² dA, E ∫x2² dA, E ∫x2 x3 dA about the neutral fibre, N·m².
+    GJ : torsional rigidity after Saint-Venant, N·m².
+    shear_2, shear_3 : shear rigidities for forces along x2 and x3, N; the Euler–Bernoulli beam takes them as infinite.
+    neutral : (x2, x3) of the centroid. twist_centre : of the shear centre (Trefftz).
+    warping_rigidity : E ∫Ψ² dA, N·m⁴.
+    warping_decay : m, over which warping held back at a clamp decays; None where the section does not warp.
+    warping_hold : share of the twist that the clamp takes away there.
+    nodes : (p, 2) of the mesh. triangles : (t, 3). warping : (p,) Ψ about the twist centre, m², without mean and tilt.
+    """
+
+    area: float
+    EA: float
+    EI2: float
+    EI3: float
+    EI23: float
+    GJ: float
+    shear_2: float
+    shear_3: float
+    neutral: tuple[float, float]
+    twist_centre: tuple[float, float]
+    warping_rigidity: float
+    warping_decay: float | None
+    warping_hold: float
+    nodes: Floats
+    triangles: Integers
+    warping: Floats
+
+    def warping_at(self, points: Floats) -> Floats:
+        """Return Ψ at (p, 2) places, m²; beside the section that of the nearest point of it.
+
+        Rods are fixed on the wall or on a bracket, which moves with the wall where it stands.
+        """
+        corners = self.nodes[self.triangles]
+        found = np.empty(len(points))
+        for i, point in enumerate(np.asarray(points, dtype=np.float64)):
+            weights = _barycentric(corners, point)
+            # The nearest point of each triangle is inside it, or on an edge.
+            inside = np.flatnonzero(np.all(weights >= -1e-12, axis=1))
+            if len(inside):
+                found[i] = weights[inside[0]] @ self.warping[self.triangles[inside[0]]]
+                continue
+            found[i] = self._on_nearest_edge(point)
+        return found
+
+    def _on_nearest_edge(self, point: Floats) -> float:
+        edges = np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]])
+        start, end = self.nodes[edges[:, 0]], self.nodes[edges[:, 1]]
+        along = end - start
+        share = np.clip(np.sum((point - start) * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
+        distance = np.linalg.norm(start + share[:, None] * along - point, axis=1)
+        nearest = int(np.argmin(distance))
+        values = self.warping[edges[nearest]]
+        return float(values[0] + share[nearest] * (values[1] - values[0]))
+
+
+def _barycentric(corners: Floats, point: Floats) -> Floats:
+    """Return (t, 3) barycentric coordinates of a point in t triangles (t, 3, 2)."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    twice = turn(b - a, c - a)
+    first, second = turn(b - point, c - point) / twice, turn(c - point, a - point) / twice
+    return np.column_stack([first, second, 1.0 - first - second])
+
+
+def turn(u: Floats, v: Floats) -> Floats:
+    """Return the third component of u × v, for (…, 2) vectors: positive where v lies to the left of u."""
+    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
