@@ -88,6 +88,12 @@ def show_diagnosis(console: Console, document: Document) -> None:
             f"there they differ by {length(measure['difference_m'])}",
             soft_wrap=True,
         )
+    pace = document["pace"]
+    console.print(
+        f"\ntried {pace['candidates']} candidates ({pace['signatures']} with their shapes) beside "
+        f"{pace['models']} model{'s' * (pace['models'] != 1)} in {significant(pace['seconds'])} s: "
+        f"{pace['candidates_per_second']:.0f} candidates per second, the choice repeated in every fold"
+    )
     if document["not_tried"]:
         console.print("\nnot tried:")
         for one in document["not_tried"]:

@@ -79,6 +79,13 @@ def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
         "parameters_with_missing": [parameter_document(one) for one in search.final.parameters] if search.found else [],
         "n_candidates": len(scan.trials),
         "n_signatures": scan.n_tried,
+        "pace": {
+            "models": search.pace.models,
+            "candidates": search.pace.candidates,
+            "signatures": search.pace.signatures,
+            "seconds": search.pace.seconds,
+            "candidates_per_second": search.pace.candidates / search.pace.seconds,
+        },
     }
     document["summary"] = summary(search, before, noise)
     return document

@@ -200,20 +200,8 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     fold = pose_folds(data)
     folds = fold_rows(data, fold)
     ground = _Ground.of(state, space, np.concatenate([own, residual[None]]), folds, *_base_bounds(fit, columns))
-    trials, n_tried = [], 0
-    for candidate in candidates:
-        if is_slip(candidate.effect):
-            slip = _slip(candidate, ground, residual, fold)
-            if slip is not None:
-                trials.append(slip)
-                n_tried += slip.n_variants
-            continue
-        found = list(variants(candidate, state, fit.robot.chain))
-        if not found:
-            continue
-        n_tried += len(found)
-        score = ground.score(found)
-        trials.append(Trial(candidate, found[score.variant], score, len(found)))
+    trials = [trial for one in candidates if (trial := _tried(one, ground, residual, fold)) is not None]
+    n_tried = sum(trial.n_variants for trial in trials)
     trials.sort(key=lambda trial: float(np.sum(trial.score.unseen)))
     trials[:REFINED] = [_refined(trial, ground) for trial in trials[:REFINED]]
     trials.sort(key=lambda trial: float(np.sum(trial.score.unseen)))
@@ -222,6 +210,17 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
         fit, ground.base, tuple(trials), tuple(folds), fold, ground.groups, dof, len(columns), max(n_tried, 1), space,
         own, residual,
     )  # fmt: skip
+
+
+def _tried(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integers) -> Trial | None:
+    """Try one candidate, in the best of its shapes; None where it does not show."""
+    if is_slip(candidate.effect):
+        return _slip(candidate, ground, residual, fold)
+    found = list(variants(candidate, ground.state, ground.state.robot.chain))
+    if not found:
+        return None
+    score = ground.score(found)
+    return Trial(candidate, found[score.variant], score, len(found))
 
 
 def _slip(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integers) -> Trial | None:

@@ -19,9 +19,12 @@ Integers = NDArray[np.int64]
 
 # Shapes of a law that take part in the choice in every fold: the best with all poses, and its neighbours.
 VARIANTS_IN_FOLDS = 3
+# Rounds of exchanging all at once without getting better before one is exchanged at a time, and rounds per parameter.
+PATIENCE = 3
+PIVOTS = 6
 
 
-def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats) -> Floats:
+def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, near: Floats | None = None) -> Floats:
     """Solve batches of normal equations within bounds.
 
     Parameters
@@ -29,34 +32,59 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats) ->
     normal : (…, k, k) inner products of the columns.
     right : (…, k) inner products with the residual.
     lower, upper : (k,) bounds of each parameter.
+    near : (k,) a solution of much the same equations: its parameters on bounds are tried there first.
 
     Returns
     -------
-    (…, k). Parameters that leave their bounds are put on them and the others solved again, until none does: the
-    active-set path, without going back (a bound that should be left again costs a little of the candidate's score,
-    never its possibility).
+    (…, k). Block principal pivoting (Portugal, Júdice and Vicente 1994; Kim and Park 2011): all parameters that leave
+    their bounds are put on them and all that should leave a bound are let go, until none is left; where that does not
+    get better, one at a time (Murty's rule), which always ends.
     """
     k = normal.shape[-1]
     diagonal = np.einsum("...kk->...k", normal)
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    scaled = normal / scale[..., :, None] / scale[..., None, :]
     # Columns that agree to seven digits share what they explain instead of blowing up.
-    scaled = scaled + 1e-10 * np.eye(k)
-    target = right / scale
-    low, high = lower * scale, upper * scale
-    fixed = np.zeros(target.shape, dtype=np.bool_)
-    value = np.zeros_like(target)
-    for _ in range(k + 1):
-        free = ~fixed
-        masked = scaled * (free[..., :, None] & free[..., None, :]) + np.eye(k) * fixed[..., :, None]
-        shifted = np.where(free, target - np.einsum("...kl,...l->...k", scaled, np.where(fixed, value, 0.0)), value)
-        solution = np.linalg.solve(masked, shifted[..., None])[..., 0]
-        beyond = free & ((solution < low) | (solution > high))
-        if not beyond.any():
+    scaled = (normal / scale[..., :, None] / scale[..., None, :] + 1e-10 * np.eye(k)).reshape(-1, k, k)
+    target = (right / scale).reshape(-1, k)
+    low, high = ((bound * scale).reshape(-1, k) for bound in (lower, upper))
+    side = np.zeros(target.shape, dtype=np.int8)  # −1 on the lower bound, 1 on the upper, 0 free
+    if near is not None:
+        side[:] = np.where(near <= lower, -1, np.where(near >= upper, 1, 0))
+    result = np.zeros_like(target)
+    left = np.arange(len(target))
+    fewest, patience = np.full(len(target), k + 1), np.full(len(target), PATIENCE)
+    slack = 1e-9 * np.abs(target).max(axis=-1, keepdims=True, initial=0.0)
+    for _ in range(PIVOTS * k + 1):
+        whole = len(left) == len(target)
+        matrix, aim, on = (scaled, target, side) if whole else (scaled[left], target[left], side[left])
+        least, most = low if len(low) == 1 else low[left], high if len(high) == 1 else high[left]
+        free = on == 0
+        if free.all():
+            value = np.linalg.solve(matrix, aim[..., None])[..., 0]
+            wrong = (value < least) | (value > most)
+        else:
+            held = np.where(on < 0, least, np.where(on > 0, most, 0.0))
+            masked = matrix * (free[:, :, None] & free[:, None, :])
+            masked[:, range(k), range(k)] += ~free
+            rest = aim - (matrix @ held[..., None])[..., 0]
+            value = np.linalg.solve(masked, np.where(free, rest, held)[..., None])[..., 0]
+            slope, margin = (matrix @ value[..., None])[..., 0] - aim, slack[left]
+            outside = (value < least) | (value > most)
+            wrong = np.where(free, outside, np.where(on < 0, slope < -margin, slope > margin))
+        result[left] = value
+        count = wrong.sum(axis=-1)
+        going = count > 0
+        if not going.any():
             break
-        value = np.where(beyond, np.clip(solution, low, high), value)
-        fixed = fixed | beyond
-    return np.asarray(np.clip(solution, low, high) / scale)
+        left, wrong, count, below, on = left[going], wrong[going], count[going], (value < least)[going], on[going]
+        better = count < fewest[left]
+        patience[left] = np.where(better, PATIENCE, patience[left] - 1)
+        fewest[left] = np.minimum(fewest[left], count)
+        single = patience[left] < 0
+        last = k - 1 - np.argmax(wrong[:, ::-1], axis=-1)
+        moving = wrong & (~single[:, None] | (np.arange(k) == last[:, None]))
+        side[left] = np.where(moving, np.where(on == 0, np.where(below, -1, 1), 0), on)
+    return np.clip(result.reshape(right.shape) / scale, lower, upper)
 
 
 @dataclass(frozen=True)
@@ -119,10 +147,10 @@ def score_variants(
         fitted.append(float(quadratic(total, solutions[-1])))
     # Shapes far behind with all poses are not best without one or two of them.
     kept = np.argsort(fitted, kind="stable")[:VARIANTS_IN_FOLDS]
-    for one in (products[k] for k in kept):
+    for one, solution in ((products[k], solutions[k]) for k in kept):
         total = one.sum(axis=0)
         rest = total - one
-        x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper)
+        x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper, solution)
         without.append(x)
         training.append(quadratic(rest, x))
         unseen.append(quadratic(one, x))
@@ -132,7 +160,7 @@ def score_variants(
         moved.append(np.einsum("fk,fkl,fl->f", change, one[:, :-1, :-1], change))
         grouped = np.einsum("gf,fkl->gkl", member.astype(np.float64), one)
         twice = total - grouped[:, None] - grouped[None, :] + np.einsum("gh,gkl->ghkl", np.eye(n_groups), grouped)
-        y = solve_within(twice[..., :-1, :-1], twice[..., :-1, -1], lower, upper)
+        y = solve_within(twice[..., :-1, :-1], twice[..., :-1, -1], lower, upper, solution)
         nested_training.append(quadratic(twice, y))
         nested.append(quadratic(np.broadcast_to(grouped[None, :], twice.shape), y))
     best = int(kept[0])

@@ -8,15 +8,25 @@ in that last look is its look-alike.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate, NotTried, list_candidates
-from stiffcal.diagnosis.judge import Judgement, LackOfFit, fitted_values, judge_choice, lack_of_fit, leaders
+from stiffcal.diagnosis.judge import (
+    Judgement,
+    LackOfFit,
+    fitted_values,
+    judge_choice,
+    lack_of_fit,
+    leaders,
+    possible_values,
+)
 from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
-from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, MOST_EFFECTS
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_EFFECTS
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, Settings, fit_observations, fit_problem
@@ -56,6 +66,7 @@ class Search:
     explained : share of the avoidable error that goes with ``tried``.
     unexplained : something is left that nothing accounts for.
     not_tried : effects that these data cannot tell.
+    pace : how much was tried, and how fast.
     """
 
     first: Scan
@@ -68,25 +79,59 @@ class Search:
     explained: float
     unexplained: bool
     not_tried: tuple[NotTried, ...]
+    pace: Pace
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How much a search tried.
+
+    Attributes
+    ----------
+    models : beside how many models the catalogue was tried.
+    candidates : effects at places, all models together.
+    signatures : the same with every shape.
+    seconds : spent on them, the models' own fits not counted.
+    """
+
+    models: int
+    candidates: int
+    signatures: int
+    seconds: float
 
 
 @dataclass(frozen=True)
 class Workbench:
-    """What a search works on."""
+    """What a search works on, and what it has seen: the catalogue is tried once beside each model."""
 
     states: LoadStates
     problem: Problem
     catalogue: Mapping[str, Effect]
     settings: Settings
+    looks: dict[frozenset[str], Scan] = field(default_factory=dict)
+    seconds: list[float] = field(default_factory=list)
 
     def fit(self, robot: CompliantRobot) -> Fit:
         """Fit a model on the balanced robot."""
         return fit_observations(self.problem, robot, self.settings)
 
-    def scan(self, fit: Fit) -> Scan:
-        """Try everything beside a fit."""
-        candidates, _ = list_candidates(fit.robot, self.states, self.catalogue)
-        return scan_candidates(fit, candidates)
+    def look(self, robot: CompliantRobot) -> Scan:
+        """Fit a model and try everything beside it."""
+        key = frozenset(f"{one.effect.name} {one.place.label}" for one in robot.placed)
+        if key not in self.looks:
+            fit = self.fit(robot)
+            candidates, _ = list_candidates(fit.robot, self.states, self.catalogue)
+            start = time.perf_counter()
+            self.looks[key] = scan_candidates(fit, candidates)
+            self.seconds.append(time.perf_counter() - start)
+        return self.looks[key]
+
+    def pace(self) -> Pace:
+        """Return how much was tried so far."""
+        scans = self.looks.values()
+        return Pace(
+            len(scans), sum(len(scan.trials) for scan in scans), sum(scan.n_tried for scan in scans), sum(self.seconds)
+        )
 
 
 def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
@@ -102,12 +147,17 @@ def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
     return replace(robot, placed=(*kept, added))
 
 
-def without(robot: CompliantRobot, candidate: Candidate) -> CompliantRobot:
-    """Return the model without an effect."""
+def without(robot: CompliantRobot, candidate: Candidate, present: CompliantRobot | None = None) -> CompliantRobot:
+    """Return the model without an effect; what the effect had replaced in ``present`` is put back."""
     kept = tuple(
         one for one in robot.placed if not (one.effect.name == candidate.effect.name and one.place == candidate.place)
     )
-    return replace(robot, placed=kept)
+    back = tuple(
+        one
+        for one in (present.placed if present is not None else ())
+        if one.place == candidate.place and one.effect.name in candidate.effect.includes
+    )
+    return replace(robot, placed=(*back, *kept))
 
 
 def search_missing(
@@ -130,22 +180,21 @@ def search_missing(
     problem : prepared observations, where they are at hand.
     """
     bench = Workbench(states, problem or fit_problem(states, robot), catalogue, settings or Settings())
-    progress("fitting the present model", 0.05)
-    present = bench.fit(robot)
-    progress("trying every effect at every place", 0.15)
-    first = bench.scan(present)
-    fit, scan = present, first
+    progress("trying every effect at every place", 0.05)
+    first = scan = bench.look(robot)
     chosen: list[Candidate] = []
     while len(chosen) < MOST_EFFECTS:
         best = _supported(scan)
         if best is None:
             break
         progress(f"adding {best.candidate.name}", 0.2 + 0.1 * len(chosen))
-        fit = bench.fit(with_trial(fit.robot, best))
         chosen.append(best.candidate)
-        scan = bench.scan(fit)
-    fit, scan, tried = _reconsider(bench, fit, scan, chosen, first, progress)
-    return _conclude(bench, present, first, fit, scan, tried)
+        scan = bench.look(with_trial(scan.fit.robot, best))
+    scan, tried = _reconsider(bench, first, scan, chosen, progress)
+    simpler = one_for_two(bench, first, scan, [one.candidate for one in tried], progress)
+    if simpler is not None:
+        scan, tried = _reconsider(bench, first, *simpler, progress)
+    return _conclude(bench, first, scan, tried)
 
 
 def _supported(scan: Scan) -> Trial | None:
@@ -170,16 +219,15 @@ def _found(scan: Scan, candidate: Candidate) -> Found | None:
 
 
 def _reconsider(
-    bench: Workbench, fit: Fit, scan: Scan, chosen: list[Candidate], first: Scan, progress: Progress
-) -> tuple[Fit, Scan, tuple[Found, ...]]:
+    bench: Workbench, first: Scan, scan: Scan, chosen: list[Candidate], progress: Progress
+) -> tuple[Scan, tuple[Found, ...]]:
     """Take each added effect out again and see what belongs in its place."""
     tried: dict[str, Found] = {}
     for _ in range(2):
         changed = False
         for number, candidate in enumerate(list(chosen)):
             progress(f"is {candidate.name} still needed?", 0.6 + 0.05 * number)
-            others = without(fit.robot, candidate)
-            look = first if len(chosen) == 1 else bench.scan(bench.fit(others))
+            look = bench.look(without(scan.fit.robot, candidate, first.fit.robot))
             found = _found(look, candidate)
             if found is not None and found.candidate.name == candidate.name:
                 tried[candidate.name] = found
@@ -187,20 +235,51 @@ def _reconsider(
             changed = True
             chosen.remove(candidate)
             tried.pop(candidate.name, None)
-            base = look.fit.robot
+            scan = look
             if found is not None:
                 trial = next(t for t in look.trials if t.candidate.name == found.candidate.name)
-                base = with_trial(base, trial)
+                scan = bench.look(with_trial(look.fit.robot, trial))
                 chosen.insert(number, found.candidate)
                 tried[found.candidate.name] = found
-            fit = bench.fit(base)
-            scan = bench.scan(fit)
         if not changed:
             break
-    return fit, scan, tuple(tried[candidate.name] for candidate in chosen if candidate.name in tried)
+    return scan, tuple(tried[candidate.name] for candidate in chosen if candidate.name in tried)
 
 
-def _conclude(bench: Workbench, present: Fit, first: Scan, fit: Fit, scan: Scan, tried: tuple[Found, ...]) -> Search:
+def one_for_two(
+    bench: Workbench, first: Scan, scan: Scan, chosen: list[Candidate], progress: Progress
+) -> tuple[Scan, list[Candidate]] | None:
+    """Return a model in which one effect does what two did, with its effects; None where none does.
+
+    Bending of a link is much like a tilt at each of its ends: of such a pair the first is best beside the poorer model,
+    and then the second makes up for it.
+    """
+    for pair in combinations(chosen, 2):
+        robot = scan.fit.robot
+        for one in pair:
+            robot = without(robot, one, first.fit.robot)
+        progress(f"is one effect enough for {pair[0].name} and {pair[1].name}?", 0.8)
+        look = bench.look(robot)
+        for trial in look.trials:
+            # Errors about another model are no better known than this; what counts is the refit below.
+            if _error(look, trial) > _error(scan) + 5.0 * LEAST_FALL:
+                break
+            if trial.candidate.name in (pair[0].name, pair[1].name) or not possible_values(trial):
+                continue
+            better = bench.look(with_trial(look.fit.robot, trial))
+            if _error(better) <= _error(scan) + LEAST_FALL and _supported(better) is None:
+                return better, [*(one for one in chosen if one not in pair), trial.candidate]
+    return None
+
+
+def _error(scan: Scan, trial: Trial | None = None) -> float:
+    """Return the unseen error over the noise, of the scan's model or of a candidate beside it."""
+    score = scan.base if trial is None else trial.score
+    return float(np.sqrt(np.sum(score.unseen) / scan.dof))
+
+
+def _conclude(bench: Workbench, first: Scan, scan: Scan, tried: tuple[Found, ...]) -> Search:
+    present, fit = first.fit, scan.fit
     _, not_tried = list_candidates(present.robot, bench.states, bench.catalogue)
     # What matters most is named first: the order of finding is that of falls beside a poorer model.
     tried = tuple(sorted(tried, key=lambda one: -one.judgement.fall))
@@ -214,7 +293,7 @@ def _conclude(bench: Workbench, present: Fit, first: Scan, fit: Fit, scan: Scan,
     explained = float(np.clip((e_before - e_after) / avoidable, 0.0, 1.0)) if avoidable > 0.0 else 1.0
     unexplained = after is not None and not after.adequate
     found = () if unexplained and explained < LEAST_EXPLAINED else tried
-    return Search(first, found, tried, fit, scan, before, after, explained, unexplained, tuple(not_tried))
+    return Search(first, found, tried, fit, scan, before, after, explained, unexplained, tuple(not_tried), bench.pace())
 
 
 def _against_noise_of(fit: Fit, present: Fit, first: Scan) -> LackOfFit | None:

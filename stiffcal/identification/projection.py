@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,8 @@ class Projection:
     edges, counts : where each run begins, and how many states it has.
     precision : (m, m, n) inverse covariances, None where diagonal.
     inverse_total : (R, m, m) inverse of each run's summed precision (m, R reciprocals where diagonal).
+    offsets : per run length L: which states, and (R_L, m · L, m) orthonormal whitened offsets of their runs; empty
+        where runs carry none.
     """
 
     data: Observations
@@ -33,19 +36,21 @@ class Projection:
     counts: Integers
     precision: Floats | None
     inverse_total: Floats
+    offsets: tuple[tuple[Integers | slice, Floats], ...]
 
     @classmethod
     def of(cls, data: Observations, whitening: Whitening) -> Projection:
         """Prepare the projection."""
         edges = run_edges(data.run)
         counts = np.diff(np.append(edges, data.n_states))
+        offsets = tuple(_offsets(data, whitening, edges, counts)) if data.free_offset else ()
         if whitening.diagonal:
             total = np.add.reduceat(whitening.scale**2, edges, axis=1)
             inverse = np.where(total > 0.0, 1.0 / np.where(total > 0.0, total, 1.0), 0.0)
-            return cls(data, whitening, edges, counts, None, inverse)
+            return cls(data, whitening, edges, counts, None, inverse, offsets)
         precision = whitening.precision()
         sums = np.moveaxis(np.add.reduceat(precision, edges, axis=2), -1, 0)
-        return cls(data, whitening, edges, counts, precision, np.linalg.pinv(sums, hermitian=True))
+        return cls(data, whitening, edges, counts, precision, np.linalg.pinv(sums, hermitian=True), offsets)
 
     def centred(self, stack: Floats) -> Floats:
         """Return (k, m, n) with each run's weighted mean taken out (unchanged where runs carry no offset)."""
@@ -66,4 +71,30 @@ class Projection:
 
     def rows(self, stack: Floats) -> Floats:
         """Return (k, m · n) whitened rows."""
-        return self.whitening.apply(self.centred(stack)).reshape(len(stack), -1)
+        white = self.whitening.apply(np.where(self.data.seen, stack, 0.0))
+        k, m, _ = white.shape
+        for states, basis in self.offsets:
+            n_runs = len(basis)
+            own = white[:, :, states].reshape(k, m, n_runs, -1).transpose(2, 0, 1, 3).reshape(n_runs, k, -1)
+            own = own - (own @ basis) @ basis.transpose(0, 2, 1)
+            white[:, :, states] = own.reshape(n_runs, k, m, -1).transpose(1, 2, 0, 3).reshape(k, m, -1)
+        return np.asarray(white.reshape(k, -1))
+
+
+def _offsets(
+    data: Observations, whitening: Whitening, edges: Integers, counts: Integers
+) -> Iterator[tuple[Integers | slice, Floats]]:
+    """Yield, for each length of run, its states and an orthonormal basis of what the runs' offsets can make."""
+    m = len(data.measured)
+    unit = whitening.apply(np.where(data.seen, np.eye(m)[:, :, None], 0.0))
+    for length in np.unique(counts):
+        picked = np.flatnonzero(counts == length)
+        states: Integers | slice = (edges[picked][:, None] + np.arange(length)).ravel()
+        if len(picked) == len(counts):
+            states = slice(0, data.n_states)
+        own = unit[:, :, states].reshape(m, m, len(picked), -1).transpose(2, 1, 3, 0).reshape(len(picked), -1, m)
+        # A component that a run never saw has no offset there.
+        value, vector = np.linalg.eigh(own.transpose(0, 2, 1) @ own)
+        known = value > 1e-12 * value[:, -1:]
+        scale = np.where(known, 1.0 / np.sqrt(np.where(known, value, 1.0)), 0.0)
+        yield states, own @ (vector * scale[:, None, :])

@@ -73,6 +73,16 @@ class Remainder(TypedDict):
     seen: str
 
 
+class Pace(TypedDict):
+    """How much was tried, the catalogue beside one model after another, and how fast."""
+
+    models: int
+    candidates: int
+    signatures: int
+    seconds: Number
+    candidates_per_second: Number
+
+
 class Diagnose(TypedDict):
     """Answer of ``diagnose``; ``adequate`` null where the noise is not known."""
 
@@ -89,6 +99,7 @@ class Diagnose(TypedDict):
     unexplained: bool | None
     structure: list[Remainder]
     heldout_rms_after_choosing: Rms
+    pace: Pace
     summary: str
 
 

@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.document import diagnosis_document
-from stiffcal.diagnosis.search import Search, search_missing
+from stiffcal.diagnosis.search import Search, Workbench, one_for_two, search_missing, with_trial
+from stiffcal.errors import no_progress
+from stiffcal.identification.identify import Settings, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.mechanics.chain import LinkBeam
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
@@ -72,6 +75,28 @@ def test_a_hidden_effect_is_named(name: str, effect: str, place: str) -> None:
     assert first["verdict"] == "supported"
     assert "mm" in first["why"]
     assert first["heldout_rms_after"]["translation"] < first["heldout_rms_before"]["translation"]
+
+
+def test_one_effect_takes_the_place_of_two() -> None:
+    """Tilts at both ends of a link make up for its bending; then the bending alone is named."""
+    swing = np.eye(4)
+    swing[:3, 3] = six_axes().fixed[2, :3, 3]  # from joint 2 along its frame's x to joint 3
+    chain = replace(six_axes(), beams={"swing": LinkBeam(2, swing, float(np.linalg.norm(swing[:3, 3])))})
+    truth = with_hidden("link-springs", Place("links", link="swing"), k1=3e6, k2=2.5e6, k3=3e6)
+    states = played(replace(truth, chain=chain), runs=8, noise=NOISE, load_scatter=0.03, seed=11)
+    model = joint_springs(chain)
+    bench = Workbench(states, fit_problem(states, model), find_effects(), Settings())
+    first = scan = bench.look(model)
+    chosen = []
+    for name in ("bearing-tilt j2", "bearing-tilt j3"):
+        trial = next(trial for trial in scan.trials if trial.candidate.name == name)
+        chosen.append(trial.candidate)
+        scan = bench.look(with_trial(scan.fit.robot, trial))
+    simpler = one_for_two(bench, first, scan, chosen, no_progress)
+    assert simpler is not None
+    assert [one.name for one in simpler[1]] in (["link-springs swing"], ["link-beam swing"])
+    assert bench.pace().models == 4
+    assert one_for_two(bench, first, simpler[0], simpler[1], no_progress) is None
 
 
 def test_the_hidden_size_comes_back() -> None:
