@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,17 +35,26 @@ def rods_of(manifest: Manifest, chain: Chain) -> tuple[tuple[Rods, BeamShape], .
         found.setdefault(_link_of(name, manifest, chain), []).append(name)
     return tuple(
         (
-            rods_between(
-                link,
-                np.array([manifest.ids[name].start_m for name in names]),
-                np.array([manifest.ids[name].end_m for name in names]),
-                np.nan if sigma is None else sigma,
-                tuple(names),
-            ),
-            BeamShape(chain.beams[link].length),
+            _rods_on(link, tuple(names), manifest, chain, np.nan if sigma is None else sigma),
+            chain.beams[link].shape,
         )
         for link, names in found.items()
     )
+
+
+def _rods_on(link: str, names: tuple[str, ...], manifest: Manifest, chain: Chain, sigma: float) -> Rods:
+    """Put the rods of one link; their warping as written, else as the drawn section has it."""
+    start = np.array([manifest.ids[name].start_m for name in names])
+    end = np.array([manifest.ids[name].end_m for name in names])
+    section = chain.beams[link].section
+    warping = np.full((len(names), 2), np.nan)
+    if section is not None:
+        warping = np.column_stack([section.warping_at(start[:, 1:]), section.warping_at(end[:, 1:])])
+    for row, name in enumerate(names):
+        given = manifest.ids[name].warping_m2
+        if given is not None:
+            warping[row] = given
+    return replace(rods_between(link, start, end, sigma, names), warping=warping)
 
 
 def _link_of(name: str, manifest: Manifest, chain: Chain) -> str:

@@ -24,7 +24,17 @@ from stiffcal.campaign.signals import (
     Wrench,
 )
 from stiffcal.campaign.thresholds import Thresholds
-from stiffcal.campaign.typed import Counting, Name, NotNegative, Placement, Positive, Table, Vector3, WrongValueError
+from stiffcal.campaign.typed import (
+    Counting,
+    Name,
+    NotNegative,
+    Pair,
+    Placement,
+    Positive,
+    Table,
+    Vector3,
+    WrongValueError,
+)
 from stiffcal.quantities import UnknownUnitError, unit, unit_names
 
 Experiment: TypeAlias = Literal["load", "clamped", "friction", "free"]
@@ -190,11 +200,18 @@ class Source(Table):
 
 
 class Rod(Table):
-    """An integral deformation sensor: where the rod is fixed on its link, in the link's beam frame, m."""
+    """An integral deformation sensor: a rod along a link.
+
+    Attributes
+    ----------
+    link : the link's name. start_m, end_m : where the rod is fixed, in the link's beam frame at its inboard end.
+    warping_m2 : the warping function at start and end, where it is known and robot.toml draws no section.
+    """
 
     link: Name
     start_m: Vector3
     end_m: Vector3
+    warping_m2: Pair | None = None
 
 
 def _are_numbers(items: object, count: int) -> bool:

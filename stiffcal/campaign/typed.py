@@ -75,6 +75,9 @@ Quaternion: TypeAlias = Annotated[
 Interval: TypeAlias = Annotated[tuple[float, float], BeforeValidator(_vector_of(2)), WithJsonSchema(_array_schema(2))]
 """Two numbers, low and high."""
 
+Pair: TypeAlias = Interval
+"""Two numbers, in no order."""
+
 Matrix3: TypeAlias = Annotated[
     tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]],
     BeforeValidator(_matrix3),
