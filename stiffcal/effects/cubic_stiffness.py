@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import ClassVar
 
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.cubic_curve import angle_of_torque
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     DocumentedEffect,
     Driver,
+    Effect,
     Kind,
     NodeLoads,
     ParameterSpec,
     Place,
+    Sort,
     Term,
     Values,
 )
@@ -20,6 +24,7 @@ from stiffcal.model.effect import (
 _SOURCE = (
     "paper 004, Table 2, joint 2 of a KUKA KR125 (−42.5 φ³ − 5.30 φ² + 6.35 φ, 10³ N·m over degrees), turned round"
 )
+_CLAMPED = "paper 004, Table 2: 2·10⁴ to 6·10⁶ N·m over degrees at the flanks of a KUKA KR125's joints, in SI"
 
 
 class CubicStiffness(DocumentedEffect):
@@ -27,7 +32,8 @@ class CubicStiffness(DocumentedEffect):
 
     Law: δ_Rz = c2 τ² + c3 τ³, added to the linear c τ of joint-compliance; the load form of the third-order polynomial
     τ = p1 φ + p2 φ² + p3 φ³ that paper 004 (section 5.2 and Table 2) fits to clamped joints: c = 1/p1, c2 = −p2/p1³,
-    c3 = (2 p2² − p1 p3)/p1⁵ to third order. τ is the whole torque, weight included.
+    c3 = (2 p2² − p1 p3)/p1⁵ to third order. τ is the whole torque, weight included. Clamped runs give p1, p2 and p3
+    themselves; a model that says these instead takes the curve as it is, φ(τ), its linear term included.
 
     Assumes one smooth curve for loading and unloading. c3 below zero hardens, above zero softens; c2 makes the two
     directions of torque unlike.
@@ -41,7 +47,7 @@ class CubicStiffness(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "torque–angle curve with quadratic and cubic terms"
-    parameters = (
+    parameters: ClassVar[tuple[ParameterSpec, ...]] = (
         ParameterSpec("c2", "rad/(N·m)²", "quadratic term of angle over torque", -1e-3, 1e-3, 4e-10, _SOURCE),
         ParameterSpec("c3", "rad/(N·m)³", "cubic term of angle over torque", -1e-3, 1e-3, 5e-13, _SOURCE),
     )
@@ -62,3 +68,32 @@ class CubicStiffness(DocumentedEffect):
         """The torque about the joint's axis."""
         joint = place.joints[0]
         return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+
+    def form(self, symbols: Iterable[str]) -> Effect:
+        """Return the form that these symbols are of: angle over torque (c2, c3), or torque over angle (p1, p2, p3)."""
+        return _TORQUE_OVER_ANGLE if _TORQUE_OVER_ANGLE_SYMBOLS & set(symbols) else self
+
+
+class _TorqueOverAngle(CubicStiffness):
+    __doc__ = CubicStiffness.__doc__
+
+    excludes = ("joint-compliance",)
+    parameters = (
+        ParameterSpec("p1", "N·m/rad", "slope of torque over angle at the flank", 0.0, 1e10, 4e5, _CLAMPED, Sort.SHAPE),
+        ParameterSpec("p2", "N·m/rad²", "quadratic term of torque over angle", -1e14, 1e14, 0.0, _CLAMPED, Sort.SHAPE),
+        ParameterSpec("p3", "N·m/rad³", "cubic term of torque over angle", -1e18, 1e18, 0.0, _CLAMPED, Sort.SHAPE),
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ_Rz = φ(τ), the inverse of p1 φ + p2 φ² + p3 φ³."""
+        joint = place.joints[0]
+        torque = drive_torque(chain, loads.wrench, joint)
+        return drive_terms(chain, joint, "", angle_of_torque(torque, (shape["p1"], shape["p2"], shape["p3"])))
+
+    def form(self, symbols: Iterable[str]) -> Effect:
+        """Return the form that these symbols are of."""
+        return CubicStiffness().form(symbols) if set(symbols) else self
+
+
+_TORQUE_OVER_ANGLE_SYMBOLS = frozenset(spec.symbol for spec in _TorqueOverAngle.parameters)
+_TORQUE_OVER_ANGLE = _TorqueOverAngle()

@@ -30,6 +30,7 @@ def compliant_robot(
     """
     faults: list[Fault] = []
     placed: list[PlacedEffect] = []
+    settings = {name: setting.value for name, setting in model.parameter_settings().items()}
     for number, entry in enumerate(model.effects, start=1):
         effect = catalogue.get(entry.type)
         where = f"[[effects]] {number}, type"
@@ -39,11 +40,12 @@ def compliant_robot(
             faults.append(Fault(MODEL_FILE, where, f"no effect is called {entry.type}", mend))
             continue
         for place in _places(effect, entry, chain, f"[[effects]] {number}, {entry.type}", faults):
-            placed.append(PlacedEffect(effect, place))
+            stem = PlacedEffect(effect, place).parameter_name("")
+            given = [name.removeprefix(stem) for name in settings if name.startswith(stem)]
+            placed.append(PlacedEffect(effect.form(given), place))
     faults.extend(_doubled(placed))
     raise_faults(faults)
     robot = CompliantRobot(chain, tuple(placed), model.balance == "deformed")
-    settings = {name: setting.value for name, setting in model.parameter_settings().items()}
     _check_names(robot, settings)
     return robot.with_values({**settings, **(values or {})})
 

@@ -19,8 +19,14 @@ ENTRY_POINT_GROUP = "stiffcal.effects"
 
 def _effects_of(module: object) -> list[Effect]:
     found = []
-    for _, member in inspect.getmembers(module, inspect.isclass):
-        if not issubclass(member, Effect) or inspect.isabstract(member) or not getattr(member, "name", ""):
+    for name, member in inspect.getmembers(module, inspect.isclass):
+        # a private class is another form of an effect, not one of its own
+        if (
+            name.startswith("_")
+            or not issubclass(member, Effect)
+            or inspect.isabstract(member)
+            or not getattr(member, "name", "")
+        ):
             continue
         if member.__module__ == getattr(module, "__name__", None):
             found.append(member())

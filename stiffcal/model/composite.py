@@ -76,22 +76,18 @@ class CompliantRobot:
 
     def with_values(self, values: Mapping[str, float]) -> CompliantRobot:
         """Return the robot with parameters set by full name; names that the model lacks are ignored."""
-        placed = tuple(
-            replace(
-                one,
-                values={
-                    **one.values,
-                    **{
-                        spec.symbol: values[one.parameter_name(spec.symbol)]
-                        for spec in one.effect.parameters
-                        if one.parameter_name(spec.symbol) in values
-                    },
-                },
-            )
-            for one in self.placed
-        )
-        return replace(self, placed=placed)
+        return replace(self, placed=tuple(_with_values(one, values) for one in self.placed))
 
     def values(self) -> dict[str, float]:
         """Return every set value by full name."""
         return {one.parameter_name(symbol): value for one in self.placed for symbol, value in one.values.items()}
+
+
+def _with_values(one: PlacedEffect, values: Mapping[str, float]) -> PlacedEffect:
+    """Return an effect with the values that are its own, in the form of the law that they are of."""
+    stem = one.parameter_name("")
+    effect = one.effect.form(name.removeprefix(stem) for name in values if name.startswith(stem))
+    mine = {
+        spec.symbol: values[stem + spec.symbol] for spec in effect.parameters if stem + spec.symbol in values
+    }  # fmt: skip
+    return replace(one, effect=effect, values={**one.values, **mine})

@@ -14,9 +14,10 @@ A node's small displacement has six components in the node's axes: three transla
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from types import MappingProxyType
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -257,6 +258,10 @@ class Effect(ABC):
     how_to_check: ClassVar[str] = ""
     fingerprint: ClassVar[str] = ""
     has_memory: ClassVar[bool] = False
+    in_motion: ClassVar[bool] = False
+    """True where the effect shows in the torque of a moving drive (`torque_columns`), and never at rest."""
+    optional: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
+    """Amplitudes that are kept only where the data show them, and the shape parameters that go with each."""
 
     def places(self, chain: Chain) -> list[Place]:
         """Return where on this robot the effect can act."""
@@ -268,6 +273,10 @@ class Effect(ABC):
         if self.place_kind == "links":
             return [Place("links", (), name) for name in chain.beams]
         return [Place("setup")]
+
+    def form(self, symbols: Iterable[str]) -> Effect:
+        """Return the form of the law that these parameters are of, for effects that can be written in several ways."""
+        return self
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Return what is missing to tell this effect from these data, or None where it can be tried."""
@@ -287,6 +296,10 @@ class Effect(ABC):
     def joint_torque(self, place: Place, chain: Chain, angles: Floats, values: Values) -> Floats | None:
         """Return (n,) torque that acts beside the drive of the place's joint, N·m, or None."""
         return None
+
+    def torque_columns(self, velocity: Floats, shape: Values) -> dict[str, Floats]:
+        """Return amplitude symbol to (n,) torque of the drive per unit of it, in motion at velocities (n,), rad/s."""
+        return {}
 
     def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
         """Return the inputs as changed by the set-up parameters; zero values change nothing."""
