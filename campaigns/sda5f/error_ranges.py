@@ -6,6 +6,7 @@ error (003, eq. 48 to 52) beside the printed ones.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -46,8 +47,8 @@ def largest_errors(arm: str, n_poses: int = 20000) -> tuple[float, float]:
 if __name__ == "__main__":
     for name, (printed_position, printed_orientation) in PRINTED.items():
         position, orientation = largest_errors(name)
-        print(
+        sys.stdout.write(
             f"{name} arm: position up to {1e6 * position:.1f} µm, printed {1e6 * printed_position:.0f} µm "
             f"({printed_position / position:.0f} times); orientation up to {1e6 * orientation:.0f} µrad, printed "
-            f"{1e6 * printed_orientation:.0f} µrad ({printed_orientation / orientation:.0f} times)"
+            f"{1e6 * printed_orientation:.0f} µrad ({printed_orientation / orientation:.0f} times)\n"
         )

@@ -50,6 +50,7 @@ def tell_apart(
     upper: Floats,
     yielding: Booleans | None = None,
     needed: Booleans | None = None,
+    drowned: Booleans | None = None,
 ) -> Identifiability:
     """Find what the whitened, triangular observation matrix cannot tell.
 
@@ -61,6 +62,7 @@ def tell_apart(
     yielding : (p,) True for shape parameters: where one of them takes part, it alone is called unknown, because the
         law's size is still known with the shape at its best value.
     needed : (p,) True for those that should not stand back where another of their set can.
+    drowned : (p,) True for those that only the force sensor's noise turns (`stiffcal.identification.drowned`).
     """
     p = len(names)
     gives_way = np.zeros(p, dtype=np.bool_) if yielding is None else yielding
@@ -71,10 +73,12 @@ def tell_apart(
     identifiable = np.ones(p, dtype=np.bool_)
     held = np.zeros(p, dtype=np.bool_)
     ambiguities: list[Ambiguity] = []
+    under = np.zeros(p, dtype=np.bool_) if drowned is None else drowned
     # One standard uncertainty, all else known, is 1 / length.
-    for i in np.flatnonzero(length * upper < 1.0):
+    for i in np.flatnonzero((length * upper < 1.0) | under):
         identifiable[i], held[i] = False, True
-        ambiguities.append(Ambiguity((names[i],), "", "no load in these data turns it"))
+        reason = "what seems to turn it is the force sensor's noise" if under[i] else "no load in these data turns it"
+        ambiguities.append(Ambiguity((names[i],), "", reason))
     remaining = np.flatnonzero(identifiable)
     condition = np.inf if len(remaining) < p else 1.0
     if len(remaining):

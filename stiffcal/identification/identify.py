@@ -14,13 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Progress, no_progress
+from stiffcal.identification.drowned import drowned_parameters
 from stiffcal.identification.fit import NORMAL_95, Ambiguity, Fit
 from stiffcal.identification.identifiability import Identifiability, tell_apart
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
-from stiffcal.identification.noise import Noise, rms_length, root_mean_square_length, stated_noise
+from stiffcal.identification.noise import Noise, rms_by_measure, rms_length, stated_noise
 from stiffcal.identification.observation import Column, Evaluation, Observations, evaluate, free_columns, observe
-from stiffcal.identification.reported import bounds_of, reported_parameters, student_95
+from stiffcal.identification.reported import amplitudes, bounds_of, reported_parameters, student_95
 from stiffcal.identification.shapes import lacks_shape, start_shapes
+from stiffcal.identification.starting import starting_runs
 from stiffcal.identification.weighing import (
     Weights,
     huber_whitening,
@@ -55,9 +57,6 @@ MAX_STEPS = 30
 WORSE_WITHOUT = 1.01
 # The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
 REWEIGHTED_STEPS = 2
-# Large campaigns start on some of their runs: from there the whole needs two steps, and five thousand states tell the
-# noise to a per cent.
-START_STATES, START_RUNS = 5000, 40
 
 
 @dataclass(frozen=True)
@@ -70,12 +69,14 @@ class Settings:
     equal_weights : leave the wrench's noise out of the weights: every reading of a kind counts alike.
     fixed : full parameter names that keep the model file's values.
     noise : take this noise instead of estimating it.
+    drowned : full names of parameters that only the wrench's noise turns: not told.
     """
 
     loss: str = "linear"
     equal_weights: bool = False
     fixed: frozenset[str] = field(default_factory=frozenset)
     noise: Noise | None = None
+    drowned: frozenset[str] = field(default_factory=frozenset)
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,21 @@ def identify_parameters(
     -------
     Fit
     """
-    return fit_observations(fit_problem(states, robot), robot, settings or Settings(), progress)
+    problem, settings = fit_problem(states, robot), settings or Settings()
+    known = settings.noise or problem.stated
+    fit = fit_observations(problem, robot, _without_drowned(problem, robot, settings, known), progress)
+    if known is None and fit.noise is not None:
+        rest = _without_drowned(problem, robot, settings, fit.noise)
+        return fit if rest == settings else fit_observations(problem, robot, rest, progress)
+    return fit
+
+
+def _without_drowned(problem: Problem, robot: CompliantRobot, settings: Settings, noise: Noise | None) -> Settings:
+    """Return the settings with what only the wrench's noise turns, as far as that noise is known."""
+    if noise is None:
+        return settings
+    names = drowned_parameters(_some_runs(problem).data, robot, settings.fixed, noise)
+    return replace(settings, drowned=settings.drowned | names)
 
 
 def fit_observations(
@@ -200,7 +215,7 @@ def _gauss_newton(
             predicted = np.concatenate([block.predicted for block in blocks], axis=1)
             lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
         reduced = reduce_blocks(blocks, data, lowered or weights.whitening)
-        updated, told = _solve(reduced, robot, columns, start=amplitude)
+        updated, told = _solve(reduced, robot, columns, amplitude, settings.drowned)
         # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations; here per parameter.
         n_free = max(1, len(columns) - int(told.held.sum()))
         change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)) / np.sqrt(n_free))
@@ -225,14 +240,6 @@ def _some_runs(problem: Problem) -> Problem:
     return Problem(data.part(chosen), groups, problem.stated)
 
 
-def starting_runs(run: NDArray[np.int64]) -> Booleans | None:
-    """Return (n,) True for the states of every k-th run, so that there are some `START_STATES`; None where few."""
-    runs = np.unique(run)
-    wanted = max(START_RUNS, len(runs) * START_STATES // max(len(run), 1))
-    stride = len(runs) // wanted
-    return None if stride < 2 or len(run) < 2 * START_STATES else np.isin(run, runs[::stride])
-
-
 def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> CompliantRobot:
     """Return a start: amplitudes from the rigid chain, shapes from a profile about it."""
     data = problem.data
@@ -242,7 +249,7 @@ def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> 
     # Laws whose shape is not known yet wait for it: their columns at some typical shape would mislead the others.
     known = [c for c in columns if robot.placed[c.placed] not in unshaped]
     reduced = reduce_blocks(evaluate(robot, data, known, rigid=True), data, whitening)
-    start = _valued(robot, known, _solve(reduced, robot, known, amplitudes(robot, known))[0])
+    start = _valued(robot, known, _solve(reduced, robot, known, amplitudes(robot, known), settings.drowned)[0])
     if not unshaped:
         return start
     blocks = list(evaluate(start, data, (), with_sensitivity=wrench_matters(settings.noise)))
@@ -250,18 +257,18 @@ def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> 
     return start_shapes(start, data, weights.whitening, settings.fixed)
 
 
-def amplitudes(robot: CompliantRobot, columns: Sequence[Column]) -> Floats:
-    """Return the free parameters' present values, as the fit counts them."""
-    return np.array([robot.placed[c.placed].amplitude(c.symbol) for c in columns], dtype=np.float64)
-
-
 def _tell_apart(
-    reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], needed: Booleans | None = None
+    reduced: Reduced,
+    robot: CompliantRobot,
+    columns: Sequence[Column],
+    drowned: frozenset[str],
+    needed: Booleans | None = None,
 ) -> Identifiability:
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     lower, upper = bounds_of(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
-    return tell_apart(reduced.factor, names, widest, _are_shapes(columns), needed)
+    under = np.array([name in drowned for name in names], dtype=np.bool_)
+    return tell_apart(reduced.factor, names, widest, _are_shapes(columns), needed, under)
 
 
 def _are_shapes(columns: Sequence[Column]) -> Booleans:
@@ -269,14 +276,14 @@ def _are_shapes(columns: Sequence[Column]) -> Booleans:
 
 
 def _solve(
-    reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], start: Floats
+    reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], start: Floats, drowned: frozenset[str]
 ) -> tuple[Floats, Identifiability]:
     """Solve for the new amplitudes; those that cannot be told apart stay neutral: at zero, shapes where they are.
 
     Where sets overlap, the others can carry what is known only if the right ones stand back, because compliances
     cannot be negative: those are told by the solution with all of them free.
     """
-    told = _tell_apart(reduced, robot, columns)
+    told = _tell_apart(reduced, robot, columns, drowned)
     lower, upper = bounds_of(robot, columns)
     shapes = _are_shapes(columns)
     # A law bends with its shape: no step beyond a factor of two.
@@ -291,7 +298,7 @@ def _solve(
     every, at_bound = whole.solve_bounded(lower, upper)
     if whole.cost(result) <= WORSE_WITHOUT * whole.cost(every):
         return result, told
-    other = _tell_apart(reduced, robot, columns, ~at_bound)
+    other = _tell_apart(reduced, robot, columns, drowned, ~at_bound)
     better = _solve_free(whole, other, shapes, start, lower, upper)
     return (better, other) if whole.cost(better) < whole.cost(result) else (result, told)
 
@@ -384,8 +391,4 @@ def _with_value(
 
 def fit_rms(fit: Fit) -> dict[str, float | None]:
     """Return the residuals' rms length, m and rad."""
-    squares = np.where(fit.data.seen, fit.residual**2, 0.0)
-    return {
-        "translation": root_mean_square_length(squares, fit.data, rotational=False),
-        "rotation": root_mean_square_length(squares, fit.data, rotational=True),
-    }
+    return rms_by_measure(fit.residual**2, fit.data)

@@ -24,6 +24,11 @@ def amplitude_bounds(spec: ParameterSpec) -> tuple[float, float]:
     return spec.lower, spec.upper
 
 
+def amplitudes(robot: CompliantRobot, columns: Sequence[Column]) -> Floats:
+    """Return the free parameters' present values, as the fit counts them."""
+    return np.array([robot.placed[c.placed].amplitude(c.symbol) for c in columns], dtype=np.float64)
+
+
 def bounds_of(robot: CompliantRobot, columns: Sequence[Column]) -> tuple[Floats, Floats]:
     """Return lower and upper bounds of the amplitudes."""
     lower, upper = [], []

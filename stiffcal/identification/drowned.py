@@ -1,0 +1,67 @@
+"""Parameters that only the force sensor's noise turns.
+
+A load that leaves a joint alone still reads a little torque about it: noise times the lever. A fit takes that reading
+for a load, sees no displacement follow it, and calls the joint stiff, with a small error bar: the classical bias of a
+regressor with errors of its own. Where noise makes half of what seems to turn a parameter or more, nothing is known of
+it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.least_squares import take_out_offsets
+from stiffcal.identification.noise import Noise, Whitening
+from stiffcal.identification.observation import Column, Observations, evaluate, free_columns
+from stiffcal.identification.weighing import raw_whitening
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Sort
+
+Floats = NDArray[np.float64]
+
+# The noise's share of a column's sum of squares at which the estimate is drawn half-way to zero.
+DROWNED_SHARE = 0.5
+
+
+def drowned_parameters(
+    data: Observations, robot: CompliantRobot, fixed: frozenset[str], noise: Noise
+) -> frozenset[str]:
+    """Return the full names of parameters whose column is made of the wrench's noise.
+
+    Parameters
+    ----------
+    data : the observations.
+    robot : chain and effects.
+    fixed : full names of parameters that are not free.
+    noise : of the readings; without any of the wrench nothing drowns.
+    """
+    columns = [column for column in free_columns(robot, fixed) if column.sort is Sort.AMPLITUDE]
+    if not columns or (noise.force == 0.0 and noise.moment == 0.0):
+        return frozenset()
+    # One draw for all states: some hundred readings tell the mean square to a few per cent.
+    size = np.repeat([noise.force, noise.moment], 3)[: len(data.wrench)]
+    drawn = size[:, None] * np.random.default_rng(0).standard_normal(data.wrench.shape)
+    if not data.setup.moments_measured:
+        drawn[3:] = 0.0
+    whitening = raw_whitening(data, noise)
+    read = _first_order(data, robot, columns)
+    made = _first_order(replace(data, wrench=data.wrench + drawn), robot, columns) - read
+    squares = [np.sum(whitening.apply(_within_runs(one, data, whitening)) ** 2, axis=(1, 2)) for one in (read, made)]
+    return frozenset(
+        robot.placed[column.placed].parameter_name(column.symbol)
+        for column, whole, noisy in zip(columns, squares[0], squares[1], strict=True)
+        if noisy > DROWNED_SHARE * whole > 0.0
+    )
+
+
+def _first_order(data: Observations, robot: CompliantRobot, columns: Sequence[Column]) -> Floats:
+    """Return the (p, m, n) columns on the rigid chain."""
+    return np.concatenate([block.columns for block in evaluate(robot, data, columns, rigid=True)], axis=2)
+
+
+def _within_runs(columns: Floats, data: Observations, whitening: Whitening) -> Floats:
+    return take_out_offsets(columns, data.run, whitening)[0] if data.free_offset else columns
