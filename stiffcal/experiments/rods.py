@@ -1,0 +1,332 @@
+"""Links measured by integral deformation sensors (paper 000): from the rods' lengths to how the link's end has moved.
+
+The known side is the link: its rods tell how it bends, whatever the joints do. Unknown are the amplitudes of the
+fields that a wrench at its end can make (`stiffcal.mechanics.beam`): one for each degree of freedom first, tip force
+per plane, tension and torsion, then a tip moment per plane, because the next link puts a moment on this one's end. Each
+is taken up as long as the rods can carry it. What they cannot carry counts as zero, and what that may cost is said.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.mechanics.beam import OTHER_FIELDS, TORSION, UNKNOWNS, end_fields, fibre_fields
+from stiffcal.mechanics.rods import rod_fields
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+
+# Beyond this an error of 1 µm in a rod would stand for 1 mm at the link's end: such an unknown is not carried.
+LARGEST_GAIN = 1e3
+# A rod that reads less than this of a field that moves the end by one does not see it.
+BLIND = 1e-9
+
+
+@dataclass(frozen=True)
+class ShapeError:
+    """What a load that the assumed shape cannot carry does to the estimate.
+
+    Attributes
+    ----------
+    load : which field it makes (`UNKNOWNS` and `OTHER_FIELDS` of `stiffcal.mechanics.beam`).
+    relative : error of the end's displacement over the displacement (translations; for torsion the twist).
+    error, truth : (6,) for a unit of the field, m and rad.
+    """
+
+    load: str
+    relative: float
+    error: Floats
+    truth: Floats
+
+
+@dataclass(frozen=True)
+class Torsion:
+    """Whether the rods tell how the link twists.
+
+    Attributes
+    ----------
+    identifiable : True where the estimate's fourth component is an estimate.
+    bound : rad; where it is not: a twist of the end above this would lengthen some rod, which goes straight from its
+        start to its end, by more than it ever read. None where no rod stands off the twist centre, or none was read.
+    why : in words.
+    """
+
+    identifiable: bool
+    bound: float | None
+    why: str
+
+
+@dataclass(frozen=True)
+class Design:
+    """What m rods carry of a link's k unknowns.
+
+    Attributes
+    ----------
+    carried : k indices into `UNKNOWNS`. blind : indices of what no rod sees. left_out : indices of the rest.
+    matrix : (m, k) what the rods read per amplitude. end : (6, k) what the end does per amplitude.
+    gain : displacement of the end per error of the rods, in the worst direction; turns count at one link's length.
+    condition : condition number of the rods' matrix, each unknown scaled to one displacement of the end.
+    """
+
+    carried: tuple[int, ...]
+    blind: tuple[int, ...]
+    left_out: tuple[int, ...]
+    matrix: Floats
+    end: Floats
+    gain: float
+    condition: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The carried unknowns by name."""
+        return tuple(UNKNOWNS[u] for u in self.carried)
+
+    @property
+    def redundancy(self) -> int:
+        """Rods beyond the unknowns."""
+        return len(self.matrix) - len(self.carried)
+
+
+@dataclass(frozen=True)
+class LinkEstimate:
+    """How a link's end moved in n states, by m rods; beam axes.
+
+    Attributes
+    ----------
+    rods, shape : what was measured with, and the link.
+    design : what the rods carry.
+    displacement : (n, 6) m and rad; NaN where not known.
+    covariance : (6, 6) of one state's displacement, from the rods' uncertainty; NaN where not known.
+    amplitudes : (n, k) of the carried unknowns; amplitude_covariance : (k, k).
+    residual : (n, m) read minus explained, m.
+    disagreement : (m,) by how many of its standard uncertainties each rod differs from what the others say of it, rms
+        over the states; NaN where the others cannot say.
+    sigma : (m,) m, as stated, or from the residuals. sigma_source : "stated", "residuals" or "none".
+    torsion : whether the twist is known.
+    shape_errors : what loads that are not carried would do.
+    """
+
+    rods: Rods
+    shape: BeamShape
+    design: Design
+    displacement: Floats
+    covariance: Floats
+    amplitudes: Floats
+    amplitude_covariance: Floats
+    residual: Floats
+    disagreement: Floats
+    sigma: Floats
+    sigma_source: str
+    torsion: Torsion
+    shape_errors: tuple[ShapeError, ...]
+
+    @property
+    def known(self) -> Booleans:
+        """(6,) which components of the end's displacement are known."""
+        known = np.ones(6, dtype=np.bool_)
+        known[3] = self.torsion.identifiable
+        return known
+
+    @property
+    def carried(self) -> tuple[str, ...]:
+        """The unknowns that the rods carry, by name."""
+        return self.design.names
+
+    @property
+    def condition(self) -> float:
+        """Condition number of the rods' matrix."""
+        return self.design.condition
+
+    @property
+    def redundancy(self) -> int:
+        """Rods beyond the unknowns."""
+        return self.design.redundancy
+
+    @property
+    def untwisted(self) -> Floats:
+        """(n, 6) the displacement with an unknown twist taken as none, to be carried on to the tool."""
+        return np.asarray(np.where(self.known, self.displacement, 0.0))
+
+    def interval(self, level: float = 0.95) -> Floats:
+        """Return (6,) half-widths of the displacement's interval in one state, m and rad."""
+        from scipy.special import ndtri, stdtrit
+
+        tail = 0.5 + level / 2.0
+        dof = len(self.residual) * self.redundancy
+        factor = stdtrit(dof, tail) if self.sigma_source == "residuals" else ndtri(tail)
+        return np.asarray(factor * np.sqrt(np.diag(self.covariance)))
+
+
+def rod_design(rods: Rods, shape: BeamShape, unknowns: tuple[str, ...] | None = None, spare: int = 0) -> Design:
+    """Return which unknowns the rods carry.
+
+    Parameters
+    ----------
+    rods, shape : the rods and their link.
+    unknowns : names to carry whatever it costs; None: as many as the rods can carry.
+    spare : so many rods are kept as a check.
+
+    Examples
+    --------
+    Four rods at the corners of a link, all alike, carry a force in each plane and tension; a moment would look to them
+    like a force, and no rod along the fibre sees an even twist.
+
+    >>> from stiffcal.measurements.rods import rods_between
+    >>> corners = np.array([[0.05, y, z] for y in (-0.1, 0.1) for z in (-0.08, 0.08)])
+    >>> rods = rods_between("swing", corners, corners + [0.8, 0.0, 0.0])
+    >>> rod_design(rods, BeamShape(1.0)).names
+    ('tip force 2', 'tip force 3', 'tension')
+    """
+    fields, ends = rod_fields(rods, shape)[:, : len(UNKNOWNS)], end_fields(shape)[:, : len(UNKNOWNS)]
+    # Turns count by what they move at one link's length.
+    moved = ends * np.array([1.0, 1.0, 1.0, shape.length, shape.length, shape.length])[:, None]
+    size = np.linalg.norm(moved, axis=0)
+    fields, moved = fields / size, moved / size
+    blind = tuple(u for u in range(len(UNKNOWNS)) if np.abs(fields[:, u]).max(initial=0.0) < BLIND)
+    if unknowns is not None:
+        carried = [UNKNOWNS.index(name) for name in unknowns]
+    else:
+        carried = []
+        for unknown in range(len(UNKNOWNS)):
+            more = [*carried, unknown]
+            if unknown not in blind and len(more) <= len(rods.names) - spare:
+                carried = more if _gain(fields[:, more], moved[:, more]) < LARGEST_GAIN else carried
+    singular = np.linalg.svd(fields[:, carried], compute_uv=False) if carried else np.ones(1)
+    left = tuple(u for u in range(len(UNKNOWNS)) if u not in carried and u not in blind)
+    return Design(
+        tuple(carried), tuple(u for u in blind if u not in carried), left, fields[:, carried] * size[carried],
+        ends[:, carried], _gain(fields[:, carried], moved[:, carried]),
+        float(singular[0] / max(singular[-1], np.finfo(float).tiny)),
+    )  # fmt: skip
+
+
+def _gain(fields: Floats, moved: Floats) -> float:
+    """Return by how much an error of the rods can be magnified at the link's end; infinite where they cannot tell."""
+    if not fields.shape[1] or np.linalg.svd(fields, compute_uv=False)[-1] < BLIND:
+        return np.inf if fields.shape[1] else 0.0
+    return float(np.linalg.norm(moved @ np.linalg.pinv(fields), 2))
+
+
+def estimate_link(
+    rods: Rods,
+    shape: BeamShape,
+    lengths: Floats,
+    sigma: Floats | None = None,
+    unknowns: tuple[str, ...] | None = None,
+    spare: int = 0,
+) -> LinkEstimate:
+    """Estimate how the link's end moved from the rods' changes of length (eq. 6, for rods at any angle).
+
+    Parameters
+    ----------
+    rods, shape : the rods and their link.
+    lengths : (n, m) changes of length since the state that counts as unloaded, m.
+    sigma : (m,) standard uncertainty of one such change, m; None: as the rods say, else from their disagreement.
+    unknowns, spare : see `rod_design`.
+    """
+    design = rod_design(rods, shape, unknowns, spare)
+    stated = rods.sigma if sigma is None else np.broadcast_to(np.asarray(sigma, dtype=np.float64), len(rods.names))
+    has_sigma = bool(np.isfinite(stated).all())
+    weight = 1.0 / stated if has_sigma else np.ones(len(rods.names))
+    solve = np.linalg.pinv(weight[:, None] * design.matrix) * weight
+    amplitudes = lengths @ solve.T
+    residual = lengths - amplitudes @ design.matrix.T
+    used, source = stated, "stated"
+    if not has_sigma:
+        free = design.redundancy * len(lengths)
+        scatter = np.sqrt(np.sum(residual**2) / free) if free > 0 else np.nan
+        used, source = np.full(len(rods.names), scatter), "residuals" if free > 0 else "none"
+    spread = solve @ np.diag(used**2) @ solve.T
+    known = TORSION in design.carried
+    displacement, covariance = amplitudes @ design.end.T, design.end @ spread @ design.end.T
+    if not known:
+        displacement[:, 3], covariance[3], covariance[:, 3] = np.nan, np.nan, np.nan
+    return LinkEstimate(
+        rods, shape, design, displacement, covariance, amplitudes, spread, residual,
+        _disagreement(design, solve, residual, used), used, source,
+        _torsion(rods, shape, design, lengths, used), shape_errors(rods, shape, design, solve),
+    )  # fmt: skip
+
+
+def _disagreement(design: Design, solve: Floats, residual: Floats, sigma: Floats) -> Floats:
+    """Return (m,) leave-one-rod-out residuals over their standard uncertainty, rms over the states.
+
+    Leaving rod i out changes its residual r to r/(1 − h), h its leverage, of standard uncertainty σ/√(1 − h): their
+    quotient is r/(σ √(1 − h)).
+    """
+    free = 1.0 - np.einsum("ik,ki->i", design.matrix, solve)
+    result = np.full(len(free), np.nan)
+    told = (free > 1e-9) & (sigma > 0.0)
+    if len(residual):
+        result[told] = np.sqrt(np.mean(residual[:, told] ** 2, axis=0) / free[told]) / sigma[told]
+    return result
+
+
+def shape_errors(rods: Rods, shape: BeamShape, design: Design, solve: Floats | None = None) -> tuple[ShapeError, ...]:
+    """Return what each field that the rods do not carry would do to the estimate of the end.
+
+    Parameters
+    ----------
+    solve : (k, m) amplitudes per reading; None: rods of equal weight.
+    """
+    back = np.linalg.pinv(design.matrix) if solve is None else solve
+    fields, ends = rod_fields(rods, shape), end_fields(shape)
+    errors = []
+    for field, name in enumerate((*UNKNOWNS, *OTHER_FIELDS)):
+        if field in design.carried:
+            continue
+        truth = ends[:, field]
+        error = design.end @ (back @ fields[:, field]) - truth
+        part = slice(3, 4) if field == TORSION else slice(0, 3)
+        relative = float(np.linalg.norm(error[part]) / np.linalg.norm(truth[part]))
+        errors.append(ShapeError(name, relative, error, truth))
+    return tuple(errors)
+
+
+def _torsion(rods: Rods, shape: BeamShape, design: Design, lengths: Floats, sigma: Floats) -> Torsion:
+    if TORSION in design.carried:
+        return Torsion(True, None, "the rods see the link's twist")
+    bound = twist_bound(rods, shape, lengths, sigma)
+    if TORSION in design.blind:
+        why = (
+            "no rod sees an even twist: all run along the fibre. A rod that runs obliquely would see it, or "
+            "warping_decay_m with the warping at the rods' ends"
+        )
+    else:
+        why = f"{len(rods.names)} rods carry {', '.join(design.names)}, and not the twist beside them"
+    return Torsion(False, bound, why)
+
+
+def twist_bound(rods: Rods, shape: BeamShape, lengths: Floats, sigma: Floats) -> float | None:
+    """Return the twist of the link's end above which a rod would have grown by more than it ever read, rad.
+
+    A rod is straight: when its ends turn about the twist centre by Δφ against each other it grows by (r Δφ)²/(2 l), r
+    its distance from that centre and l its length, whatever the section. Lax, but it needs to know nothing of the link.
+    """
+    if not len(lengths):
+        return None
+    places = np.concatenate([rods.start[:, 0], rods.end[:, 0]])
+    twist = fibre_fields(shape, places)[TORSION, 3].reshape(2, -1)
+    share = (twist[1] - twist[0]) / end_fields(shape)[3, TORSION]
+    centre = (rods.start[:, 1:] + rods.end[:, 1:]) / 2.0 - np.array(shape.twist_centre)
+    radius = np.linalg.norm(centre, axis=1)
+    read = np.abs(lengths).max(axis=0) + 2.0 * np.nan_to_num(sigma)
+    told = (radius * np.abs(share) > 1e-6) & (read > 0.0)
+    if not told.any():
+        return None
+    most = np.sqrt(2.0 * rods.length[told] * read[told]) / (radius[told] * np.abs(share[told]))
+    return float(most.min())
+
+
+def describe_design(design: Design) -> tuple[str, ...]:
+    """Return in words what the rods carry, what they take as absent, and what they do not see."""
+    sentences = [f"{len(design.matrix)} rods carry {', '.join(design.names) or 'nothing'}"]
+    if design.left_out:
+        sentences.append(f"taken as absent: {', '.join(UNKNOWNS[u] for u in design.left_out)}")
+    if design.blind:
+        sentences.append(f"not seen by any rod: {', '.join(UNKNOWNS[u] for u in design.blind)}")
+    return tuple(sentences)
