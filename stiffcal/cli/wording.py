@@ -77,8 +77,8 @@ def deviation(rms: Mapping[str, float | None] | None) -> str:
     --------
     >>> deviation({"translation": 0.0003721, "rotation": 2.5e-4})
     '0.372 mm, 0.250 mrad'
-    >>> deviation({"translation": 0.0003721, "rotation": None})
-    '0.372 mm'
+    >>> deviation({"translation": 0.0003721, "rotation": None, "length": 1.2e-6})
+    '0.372 mm, 1.20 µm at the rods'
     """
     if not rms:
         return NOT_KNOWN
@@ -86,6 +86,8 @@ def deviation(rms: Mapping[str, float | None] | None) -> str:
     for name, value in rms.items():
         if value is not None and name == "torque":
             parts.append(f"{significant(value)} N·m")
+        elif value is not None and name == "length":
+            parts.append(f"{length(value)} at the rods")
         elif value is not None:
             parts.append(angle(value) if name in {"rotation", "motor_angle"} else length(value))
     return ", ".join(parts) or NOT_KNOWN

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from stiffcal.diagnosis.scan import Scan
 from stiffcal.diagnosis.scoring import fold_products, solve_within
 from stiffcal.identification.observation import Column, free_columns
+from stiffcal.identification.rows import GAUGE, ROTATION, TRANSLATION
 from stiffcal.identification.signatures import Linearised, Signature
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Sort
@@ -157,11 +158,14 @@ def _left_out(scan: Scan, columns: Floats, residual: Floats, low: Floats) -> Flo
 
 
 def _telling_rows(scan: Scan, added: Floats, left: Floats) -> Integers:
-    """Return the components of the first target, lengths or rotations, in which the effect stands out more."""
+    """Return the rows in which the effect stands out most: translations or rotations of the first target, or gauges.
+
+    Where neither was measured, the rods of one link.
+    """
     data = scan.fit.data
-    best, found = -1.0, np.arange(len(added))
-    for rotational in (False, True):
-        rows = np.flatnonzero((data.rotational == rotational) & (data.body == 0))
+    best, found = -1.0, np.flatnonzero((data.kind == data.kind[0]) & (data.body == data.body[0]))
+    for kind in (TRANSLATION, ROTATION, GAUGE):
+        rows = np.flatnonzero((data.kind == kind) & (data.body == 0))
         if len(rows):
             noise = float(np.sum(left[rows] ** 2))
             signal = float(np.sum(scan.space.centred(added[None])[0][rows] ** 2)) / max(noise, 1e-300)

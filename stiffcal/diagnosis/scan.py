@@ -89,11 +89,10 @@ def weights_of(fit: Fit) -> Whitening:
     if fit.noise is None:
         squares = np.where(data.seen, fit.residual**2, 0.0)
         size = raw_whitening(data, None).scale.copy()
-        for kind in (False, True):
-            rows = data.rotational == kind
-            if rows.any():
-                n_seen = max(1, int(np.count_nonzero(data.seen[rows])))
-                size[rows] = np.where(data.seen[rows], 1.0 / np.sqrt(np.sum(squares[rows]) / n_seen), 0.0)
+        for kind in np.unique(data.kind):
+            rows = data.kind == kind
+            n_seen = max(1, int(np.count_nonzero(data.seen[rows])))
+            size[rows] = np.where(data.seen[rows], 1.0 / np.sqrt(np.sum(squares[rows]) / n_seen), 0.0)
         return Whitening(size)
     pieces = [block.sensitivity for block in evaluate(fit.robot, data, (), with_sensitivity=True, rigid=True)]
     sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)

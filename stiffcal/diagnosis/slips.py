@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.diagnosis.scoring import Score, quadratic, solve_within
-from stiffcal.identification.observation import Observations
 from stiffcal.identification.projection import Projection
+from stiffcal.identification.readings import Observations
+from stiffcal.identification.rows import GAUGE, TRANSLATION
 from stiffcal.model.effect import Effect, Sort
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 
@@ -44,7 +45,7 @@ def best_slip(space: Projection, residual: Floats) -> int | None:
     precision = space.whitening.precision()
     centred = space.centred(residual[None])[0]
     weighted = np.einsum("abn,bn->an", precision, centred)
-    axes = np.flatnonzero(~data.rotational)
+    axes = data.rows_of(TRANSLATION, GAUGE)
     best, most = None, 0.0
     for start, count in zip(space.edges, space.counts, strict=True):
         if count < 2:

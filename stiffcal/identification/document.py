@@ -93,7 +93,9 @@ def fit_document(fit: Fit, states: LoadStates) -> dict[str, Any]:
             "rotation": noise.rotation,
             "force": noise.force,
             "moment": noise.moment,
-        },
+        }
+        | ({"gauge": noise.gauge} if fit.data.layout.gauges is not None else {})
+        | ({"length": noise.length} if fit.data.layout.rods else {}),
         "reduced_chi2": finite(fit.reduced_chi2),
         "dof": fit.dof,
         "std_scaled_by_reduced_chi2": fit.scaled,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.identification.noise import Noise
-from stiffcal.identification.observation import Observations
+from stiffcal.identification.readings import Observations
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterSpec, Place
 
@@ -104,7 +104,8 @@ class Fit:
     condition : condition number of the whitened observation matrix with columns of unit length.
     ambiguities : what cannot be told apart.
     noise : instrument noise, or None where it cannot be told.
-    noise_length : {"translation", "rotation"} rms length of the noise, wrench noise included; None where not known.
+    noise_length : {"translation", "rotation"}, with rods "length": rms length of the noise, wrench noise included; None
+        where not known.
     scaled : True where standard uncertainties were scaled by the reduced χ², the noise not being known.
     reduced_chi2 : weighted sum of squares over degrees of freedom; None where the noise is not known.
     dof : degrees of freedom of the fit.

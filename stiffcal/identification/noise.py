@@ -1,13 +1,13 @@
 """How noisy the readings are: from repeats of the same load, else from what the manifest states.
 
 The scatter of repeats has four sources: the tracker's translation and rotation, and the force sensor's force and moment
-carried through the robot's compliance S. Repeats never hit the same load, so the model's displacement is subtracted
-first: of two like loads it only has to tell a few per cent. With d a contrast of a group of repeats (coefficients that
-sum to zero, squares that sum to one):
+carried through the robot's compliance S (with gauges or rods: theirs beside the tracker's). Repeats never hit the same
+load, so the model's displacement is subtracted first: of two like loads it only has to tell a few per cent. With d a
+contrast of a group of repeats (coefficients that sum to zero, squares that sum to one):
 
     d ~ N(0, σ_t² I_t + σ_r² I_r + S (σ_F² I_F + σ_M² I_M) Sᵀ)
 
-and the four variances follow by maximum likelihood (Searle, Casella and McCulloch, Variance Components, 1992, ch. 6).
+and the variances follow by maximum likelihood (Searle, Casella and McCulloch, Variance Components, 1992, ch. 6).
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.identification.observation import Observations
+from stiffcal.identification.readings import Observations
+from stiffcal.identification.rows import GAUGE, LENGTH, MEASURES, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import Sigma
 
 Floats = NDArray[np.float64]
@@ -47,6 +48,7 @@ class Noise:
     force, moment : of the wrench, N and N·m.
     source : "repeats", "manifest" or "none".
     dof : degrees of freedom behind it; infinite for the manifest's word.
+    gauge, length : of gauges and rods, m.
     """
 
     translation: float
@@ -55,6 +57,20 @@ class Noise:
     moment: float
     source: str
     dof: float
+    gauge: float = 0.0
+    length: float = 0.0
+
+    @classmethod
+    def of_kinds(cls, sizes: Floats, wrench: tuple[float, float], source: str, dof: float) -> Noise:
+        """Make noise from sizes by kind of row (`stiffcal.identification.rows`), and of force and moment."""
+        return cls(
+            float(sizes[TRANSLATION]), float(sizes[ROTATION]), *wrench, source, dof,
+            float(sizes[GAUGE]), float(sizes[LENGTH]),
+        )  # fmt: skip
+
+    def of_rows(self, kind: Integers) -> Floats:
+        """Return (m,) the standard uncertainty of rows by their kind."""
+        return np.array([self.translation, self.rotation, self.gauge, self.length])[kind]
 
 
 @dataclass(frozen=True)
@@ -129,7 +145,7 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
     sensitivity : (m, 6, n) derivative of the prediction by the wrench, or None to leave wrench noise out.
     """
     m = len(data.measured)
-    own = np.where(data.rotational, noise.rotation, noise.translation) ** 2
+    own = noise.of_rows(data.kind) ** 2
     result = np.zeros((m, m, data.n_states))
     result[range(m), range(m)] = own[:, None]
     if sensitivity is not None:
@@ -146,7 +162,7 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
 
 def whiten(noise: Noise, data: Observations, sensitivity: Floats | None) -> Whitening:
     """Return the whitening of the observations."""
-    own = np.where(data.rotational, noise.rotation, noise.translation)
+    own = noise.of_rows(data.kind)
     scale = np.where(data.seen, 1.0 / own[:, None], 0.0)
     if sensitivity is None or (noise.force == 0.0 and noise.moment == 0.0):
         return Whitening(scale)
@@ -182,26 +198,39 @@ def _inverse_cholesky(full: Floats) -> Floats:
 
 def rms_length(noise: Noise, data: Observations, sensitivity: Floats | None) -> dict[str, float | None]:
     """Return the noise as rms means it: root mean square length of the noise vector, m and rad."""
-    own = np.where(data.rotational, noise.rotation, noise.translation)[:, None] ** 2 * np.ones(data.n_states)
+    own = noise.of_rows(data.kind)[:, None] ** 2 * np.ones(data.n_states)
     if sensitivity is not None:
         variance = np.array([noise.force**2] * 3 + [noise.moment**2] * 3)
         own = own + np.einsum("akn,akn,k->an", sensitivity, sensitivity, variance)
-    own = np.where(data.seen, own, 0.0)
-    return {
-        "translation": root_mean_square_length(own, data, rotational=False),
-        "rotation": root_mean_square_length(own, data, rotational=True),
-    }
+    return rms_by_measure(own, data)
 
 
-def root_mean_square_length(squares: Floats, data: Observations, rotational: bool) -> float | None:
-    """Return √(mean over readings of the summed squares) of translation or rotation; None where not measured."""
-    rows = data.rotational == rotational
-    if not rows.any():
-        return None
-    n_vectors = sum(
-        int(np.count_nonzero(data.seen[rows & (data.body == body)].any(axis=0))) for body in np.unique(data.body[rows])
-    )
-    return float(np.sqrt(np.sum(squares[rows]) / n_vectors)) if n_vectors else None
+def rms_by_measure(squares: Floats, data: Observations) -> dict[str, float | None]:
+    """Return √(mean over readings of the summed squares) of translation and rotation, and of rods where there are some.
+
+    None where not measured. A target's three components are one reading, a gauge's one; every rod is a reading of its
+    own: "length" is what one rod is off by, as a rule.
+
+    Parameters
+    ----------
+    squares : (m, n) what is summed where it was seen.
+    """
+    found: dict[str, float | None] = {}
+    for measure, kinds in MEASURES.items():
+        rows = np.isin(data.kind, kinds)
+        if rows.any() or measure != "length":
+            n_vectors = sum(int(np.count_nonzero(data.seen[vector].any(axis=0))) for vector in _vectors(data, rows))
+            total = float(np.sum(np.where(data.seen[rows], squares[rows], 0.0)))
+            found[measure] = float(np.sqrt(total / n_vectors)) if n_vectors else None
+    return found
+
+
+def _vectors(data: Observations, rows: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
+    """Return the rows that belong to one reading, reading by reading."""
+    # gauges and rods are readings of their own
+    own = np.where(data.kind <= ROTATION, -1, data.component)
+    key = np.stack([data.kind, data.body, own])
+    return [rows & (key == one[:, None]).all(axis=0) for one in np.unique(key[:, rows], axis=1).T]
 
 
 def contrasts(
@@ -251,7 +280,7 @@ def some_groups(groups: Sequence[Integers]) -> Sequence[Integers]:
 def noise_from_repeats(
     data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers]
 ) -> Noise | None:
-    """Estimate the four noise levels from repeats by maximum likelihood; None where repeats are too few.
+    """Estimate the noise levels from repeats by maximum likelihood; None where repeats are too few.
 
     Parameters
     ----------
@@ -260,56 +289,51 @@ def noise_from_repeats(
     sensitivity : (m, 6, n) of the present model.
     groups : positions of states that repeat each other.
     """
-    differences, levers = _without_wild(*contrasts(data, predicted, sensitivity, some_groups(groups)), data.rotational)
-    n_rotational = int(np.count_nonzero(data.rotational))
-    n_translational = len(data.rotational) - n_rotational
-    if len(differences) * n_translational < LEAST_DOF:
+    differences, levers = _without_wild(*contrasts(data, predicted, sensitivity, some_groups(groups)), data.kind)
+    n_lengths = int(np.count_nonzero(~data.rotational))
+    if len(differences) * n_lengths < LEAST_DOF:
         return None
-    translation = float(np.sqrt(np.mean(differences[:, ~data.rotational] ** 2)))
-    rotation = float(np.sqrt(np.mean(differences[:, data.rotational] ** 2))) if n_rotational else 0.0
-    scales = np.where(data.rotational, rotation, translation)
+    kinds = np.unique(data.kind)
+    raw = np.zeros(4)
+    raw[kinds] = [np.sqrt(np.mean(differences[:, data.kind == kind] ** 2)) for kind in kinds]
+    scales = raw[data.kind]
     if np.any(scales == 0.0):
         return None
-    variance = _variance_components(differences / scales, levers / scales[:, None], data)
+    variance = _variance_components(differences / scales, levers / scales[:, None], data.kind)
     # The components are in units of the raw scatter; wrench components were scaled to their share of it.
-    return Noise(
-        translation=translation * float(np.sqrt(variance[0])),
-        rotation=rotation * float(np.sqrt(variance[1])),
-        force=float(np.sqrt(variance[2])),
-        moment=float(np.sqrt(variance[3])),
-        source="repeats",
-        dof=float(differences.size),
-    )
+    raw[kinds] *= np.sqrt(variance[: len(kinds)])
+    wrench = float(np.sqrt(variance[-2])), float(np.sqrt(variance[-1]))
+    return Noise.of_kinds(raw, wrench, "repeats", float(differences.size))
 
 
-def _without_wild(differences: Floats, levers: Floats, rotational: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+def _without_wild(differences: Floats, levers: Floats, kinds: Integers) -> tuple[Floats, Floats]:
     """Leave out contrasts of readings that were bumped: longer than six times the typical length of their kind.
 
     Of a hundred thousand contrasts of Gaussian noise less than one is that long.
     """
     keep = np.ones(len(differences), dtype=np.bool_)
-    for kind in (False, True):
-        length = np.sqrt(np.sum(differences[:, rotational == kind] ** 2, axis=1))
+    for kind in np.unique(kinds):
+        length = np.sqrt(np.sum(differences[:, kinds == kind] ** 2, axis=1))
         if length.any():
             keep &= length <= WILD * np.median(length)
     return differences[keep], levers[keep]
 
 
-def _variance_components(differences: Floats, levers: Floats, data: Observations) -> Floats:
-    """Return σ_t², σ_r² (in units of the scaled differences) and σ_F², σ_M², none negative."""
+def _variance_components(differences: Floats, levers: Floats, row_kinds: Integers) -> Floats:
+    """Return σ² of each kind of row (in units of the scaled differences), then σ_F², σ_M², none negative."""
     m = differences.shape[1]
-    kinds = [
-        np.diag((~data.rotational).astype(np.float64)) * np.ones((len(differences), 1, 1)),
-        np.diag(data.rotational.astype(np.float64)) * np.ones((len(differences), 1, 1)),
+    own = np.unique(row_kinds)
+    kinds = [np.diag((row_kinds == kind).astype(np.float64)) * np.ones((len(differences), 1, 1)) for kind in own]
+    kinds += [
         np.einsum("cak,cbk->cab", levers[:, :, :3], levers[:, :, :3]),
         np.einsum("cak,cbk->cab", levers[:, :, 3:], levers[:, :, 3:]),
     ]
     size = np.array([float(np.mean(np.trace(kind, axis1=1, axis2=2))) / m for kind in kinds])
-    active = [i for i in range(4) if size[i] > 0.0]
-    variance = np.zeros(4)
+    active = [i for i in range(len(kinds)) if size[i] > 0.0]
+    variance = np.zeros(len(kinds))
     for i in active:
         # Start: the tracker makes most of the scatter, the wrench a little.
-        variance[i] = 0.9 if i < 2 else 0.05 / size[i]
+        variance[i] = 0.9 if i < len(own) else 0.05 / size[i]
     variance[active] = _scored(np.stack([kinds[i] for i in active]), differences, variance[active], size[active])
     return variance
 
@@ -375,10 +399,9 @@ def _least_not_negative(matrix: Floats, vector: Floats) -> Floats:
 
 def stated_noise(sigma: Sigma, data: Observations) -> Noise | None:
     """Return the manifest's noise, or None where it does not give what these observations need."""
-    if not data.rotational.all() and sigma.translation is None:
+    # in the order of the kinds of rows
+    stated = (sigma.translation, sigma.rotation, sigma.gauge, sigma.length)
+    if any(stated[kind] is None for kind in np.unique(data.kind)):
         return None
-    if data.rotational.any() and sigma.rotation is None:
-        return None
-    return Noise(
-        sigma.translation or 0.0, sigma.rotation or 0.0, sigma.force or 0.0, sigma.moment or 0.0, "manifest", np.inf
-    )
+    sizes = np.array([size or 0.0 for size in stated])
+    return Noise.of_kinds(sizes, (sigma.force or 0.0, sigma.moment or 0.0), "manifest", np.inf)

@@ -1,8 +1,8 @@
-"""The observation: what was measured in each state, and what the model says of it, block by block.
+"""The observation: what the model says of what was measured in each state, block by block.
 
-Displacements are taken relative to one reading per run; as that reading is as noisy as the others, each run carries a
-free constant offset instead of trusting it (physics, section 3). The observation matrix holds the first-order columns
-J_k[:, a] × (law's term): the direction of a Gauss–Newton step about the balanced shape (002, eq. 9 and 12).
+The observation matrix holds the first-order columns J_k[:, a] × (law's term): the direction of a Gauss–Newton step
+about the balanced shape (002, eq. 9 and 12). What was measured comes from `stiffcal.identification.readings`, and can
+be had from here too.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
-from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.kinematics import cross, turn_between
+from stiffcal.identification.readings import Observations, observe
+from stiffcal.mechanics.kinematics import cross
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Inputs, NodeLoads, Observed, Sort, StateOrder
+from stiffcal.model.effect import Inputs, NodeLoads, Observed, Sort
 from stiffcal.model.equilibrium import (
     Rest,
     Unloaded,
@@ -29,158 +28,20 @@ from stiffcal.model.equilibrium import (
     rest_under_weight,
 )
 from stiffcal.model.shape import unit_wrenches
-from stiffcal.reduction.load_cycles import run_members
-from stiffcal.reduction.screening import load_is_good
+
+__all__ = [
+    "Column", "Evaluation", "Observations", "evaluate", "free_columns", "lever_of", "observe", "predicted",
+    "predicted_rows", "rests",
+    "seen_displacement",
+]  # fmt: skip
 
 Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
-Integers = NDArray[np.int64]
 
 # 5 nrad is 15 nm at three metres: a thousandth of the best tracker's noise, and a millionth of a deflection.
 FIT_TOLERANCE = 5e-9
 # Steps for derivatives by difference: a wrench step of the size of a sensor's noise, so that laws with a corner are
 # averaged as the noise averages them.
 FORCE_STEP, MOMENT_STEP = 1.0, 0.2
-
-
-@dataclass(frozen=True)
-class Observations:
-    """What was measured, ready for a fit: n states, m components each, state axis last.
-
-    Attributes
-    ----------
-    angles : (J, n) model joint angles, rad, constant within a run.
-    wrench : (6, n) as read, N and N·m.
-    order : order and time of the states.
-    measured : (m, n) displacement since the run's reference reading, base axes, m and rad; 0 where not measured.
-    seen : (m, n) True where measured.
-    rotational : (m,) True for rotation components.
-    body : (m,) which target the component belongs to.
-    component : (m,) 0 … 5 of the target's displacement.
-    free_offset : True where each run carries a free offset.
-    run : (n,) run number.
-    setup : where the instruments sit.
-    index : (n,) index of the state in the campaign's load states.
-    """
-
-    angles: Floats
-    wrench: Floats
-    order: StateOrder
-    measured: Floats
-    seen: Booleans
-    rotational: Booleans
-    body: Integers
-    component: Integers
-    free_offset: bool
-    run: Integers
-    setup: MeasurementSetup
-    index: Integers
-
-    @property
-    def n_states(self) -> int:
-        """How many states there are, n."""
-        return int(self.run.shape[0])
-
-    @property
-    def n_seen(self) -> int:
-        """How many of the n states have a reading."""
-        return int(np.count_nonzero(self.seen.any(axis=0)))
-
-    def part(self, pick: slice | Booleans | Integers) -> Observations:
-        """Return some of the states."""
-        return replace(
-            self,
-            angles=self.angles[:, pick],
-            wrench=self.wrench[:, pick],
-            order=self.order.block(pick),
-            measured=self.measured[:, pick],
-            seen=self.seen[:, pick],
-            run=self.run[pick],
-            index=self.index[pick],
-        )
-
-
-def _reference_of_runs(states: LoadStates) -> Integers:
-    """Return (n,) the index of each state's reference reading.
-
-    The marked one; where that is not usable, the usable state with the least load: rotation vectors taken from a
-    loaded state differ in second order from those that the model counts from the unloaded one.
-    """
-    reference = np.zeros(len(states), dtype=np.int64)
-    load, used = np.sqrt(np.sum(states.wrench**2, axis=1)), states.used
-    for members in run_members(states.run):
-        usable = members[used[members]]
-        marked = usable[states.reference[usable]]
-        candidates = usable if len(usable) else members
-        reference[members] = marked[0] if len(marked) else candidates[np.argmin(load[candidates])]
-    return reference
-
-
-def observe(states: LoadStates, chain: Chain) -> Observations:
-    """Turn load states into observations for a fit; readings set aside are not seen."""
-    reference = _reference_of_runs(states)
-    given = states.deflection_given
-    pieces, rotational, body, component = [], [], [], []
-    for b in range(states.position.shape[1] if not given else states.deflection.shape[1]):
-        if given:
-            displacement = states.deflection[:, b]
-        else:
-            moved = states.position[:, b] - states.position[reference, b]
-            rotation = np.ascontiguousarray(np.moveaxis(states.rotation[:, b], 0, -1))
-            turned = turn_between(rotation, rotation[:, :, reference]).T
-            displacement = np.concatenate([moved, turned], axis=1)
-        for axis in range(6):
-            if np.isfinite(displacement[:, axis]).any():
-                pieces.append(displacement[:, axis])
-                rotational.append(axis >= 3)
-                body.append(b)
-                component.append(axis)
-    measured = np.stack(pieces) if pieces else np.zeros((0, len(states)))
-    # A bumped reading is no observation, but the robot went through its load, and laws with a memory must too.
-    keep = np.flatnonzero(load_is_good(states) & np.isfinite(states.wrench[:, :3]).all(axis=1))
-    measured = measured[:, keep]
-    seen = np.isfinite(measured) & states.used[keep]
-    return Observations(
-        angles=_run_angles(states, chain)[:, keep],
-        wrench=np.ascontiguousarray(np.nan_to_num(states.wrench[keep]).T),
-        order=_order(states, chain, reference, keep),
-        measured=np.where(seen, measured, 0.0),
-        seen=seen,
-        rotational=np.array(rotational, dtype=np.bool_),
-        body=np.array(body, dtype=np.int64),
-        component=np.array(component, dtype=np.int64),
-        free_offset=not given,
-        run=states.run[keep],
-        setup=states.setup,
-        index=keep,
-    )
-
-
-def _run_angles(states: LoadStates, chain: Chain) -> Floats:
-    """Return (J, n) model angles, each run's mean: the pose stands still, and a mean takes the encoders' noise out."""
-    angles = np.ascontiguousarray(chain.model_angles(states.joints).T)
-    _, number = np.unique(states.run, return_inverse=True)
-    count = np.bincount(number)
-    return np.stack([(np.bincount(number, weights=row) / count)[number] for row in angles])
-
-
-def _order(states: LoadStates, chain: Chain, reference: Integers, keep: Integers) -> StateOrder:
-    angles = chain.model_angles(states.joints)
-    motor = (angles - angles[reference]).T
-    warm = (
-        states.temperature[:, 0] - states.temperature[reference, 0]
-        if states.temperature.shape[1]
-        else np.full(len(states), np.nan)
-    )
-    return StateOrder(
-        run=states.run[keep],
-        time=states.time[keep],
-        hold=states.hold[keep],
-        motor=np.ascontiguousarray(np.nan_to_num(motor[:, keep])),
-        temperature=warm[keep],
-        since_reference=(states.time - states.time[reference])[keep],
-        number=keep + 1,
-    )
 
 
 @dataclass(frozen=True)
@@ -206,7 +67,7 @@ class Evaluation:
     Attributes
     ----------
     part : which states.
-    predicted : (m, n) displacement, base axes.
+    predicted : (m, n) displacement, base axes; of gauges and rods their change.
     columns : (p, m, n) derivatives by the free parameters.
     sensitivity : (m, 6, n) derivative by the wrench as read, or None.
     """
@@ -248,17 +109,21 @@ def _evaluate_block(
 ) -> Evaluation:
     model = replace(robot, deformed=False) if rigid else robot
     loaded, unloaded = rests(model, data)
-    predicted = np.zeros_like(data.measured) if rigid else predicted_displacement(model, data, loaded, unloaded)
+    seen = np.zeros((len(data.setup.targets), 6, data.n_states))
+    here = np.zeros_like(data.measured)
+    if not rigid:
+        seen = seen_displacement(model, data, loaded, unloaded)
+        here = predicted_rows(data, seen, loaded, unloaded)
     lever = _levers(loaded, data)
     found = np.zeros((len(columns), len(data.measured), data.n_states))
     rows = {(column.placed, column.symbol): row for row, column in enumerate(columns) if column.sort is Sort.AMPLITUDE}
     if rows:
         _law_columns(model, loaded, unloaded, lever, rows, found)
-    _observation_columns(model, data, predicted, found, rows)
+    _observation_columns(model, data, seen, found, rows)
     if not rigid:
-        _difference_columns(model, data, columns, predicted, found)
+        _difference_columns(model, data, columns, here, found)
     sensitivity = _sensitivity(model, data, loaded, lever) if with_sensitivity else None
-    return Evaluation(part, predicted, found, sensitivity)
+    return Evaluation(part, here, found, sensitivity)
 
 
 def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, Unloaded]:
@@ -269,8 +134,8 @@ def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, Unloaded]:
     return loaded, unloaded
 
 
-def predicted_displacement(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
-    """Return (m, n) predicted displacement, observation effects included."""
+def seen_displacement(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
+    """Return (B, 6, n) predicted displacement of the targets, observation effects included."""
     displacement = np.stack(displacements(model, loaded, unloaded))
     shift = np.zeros_like(displacement)
     observed = Observed(displacement, data.order)
@@ -281,7 +146,20 @@ def predicted_displacement(model: CompliantRobot, data: Observations, loaded: Re
             continue
         for symbol, column in one.effect.observation_columns(one.place, observed, one.shape()).items():
             shift += one.amplitude(symbol) * column
-    return np.asarray((displacement + shift)[data.body, data.component])
+    return np.asarray(displacement + shift)
+
+
+def predicted_rows(data: Observations, seen: Floats, loaded: Rest, unloaded: Unloaded) -> Floats:
+    """Return (m, n) what the rows read of the targets' displacements (B, 6, n) and of the links' own."""
+    rows = data.layout.of_targets(seen)
+    if data.layout.rods:
+        data.layout.add_rods(rows, loaded.displacement - unloaded.displacement)
+    return rows
+
+
+def predicted(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
+    """Return (m, n) what the rows read of the model at rest."""
+    return predicted_rows(data, seen_displacement(model, data, loaded, unloaded), loaded, unloaded)
 
 
 def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Floats:
@@ -299,7 +177,9 @@ def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Flo
         else:
             full[b, :3] = cross(axis, loaded.target(target).position - loaded.shape.origins[node])
             full[b, 3:] = axis
-    return np.asarray(full[data.body, data.component])
+    rows = data.layout.of_targets(full)
+    data.layout.add_rod_levers(rows, node, component)
+    return rows
 
 
 def _levers(loaded: Rest, data: Observations) -> dict[tuple[int, int], Floats]:
@@ -329,19 +209,17 @@ def _law_columns(
 
 
 def _observation_columns(
-    model: CompliantRobot, data: Observations, predicted: Floats, found: Floats, rows: dict[tuple[int, str], int]
+    model: CompliantRobot, data: Observations, seen: Floats, found: Floats, rows: dict[tuple[int, str], int]
 ) -> None:
-    full = np.zeros((len(data.setup.targets), 6, data.n_states))
-    full[data.body, data.component] = predicted
-    observed = Observed(full, data.order)
+    observed = Observed(seen, data.order)
     for number, one in enumerate(model.placed):
         for symbol, column in one.effect.observation_columns(one.place, observed, one.shape()).items():
             if (number, symbol) in rows:
-                found[rows[number, symbol]] += column[data.body, data.component]
+                found[rows[number, symbol]] += data.layout.of_targets(column)
 
 
 def _difference_columns(
-    model: CompliantRobot, data: Observations, columns: Sequence[Column], predicted: Floats, found: Floats
+    model: CompliantRobot, data: Observations, columns: Sequence[Column], here: Floats, found: Floats
 ) -> None:
     """Fill the columns of shape and set-up parameters by a forward difference of the whole balance."""
     for row, column in enumerate(columns):
@@ -353,7 +231,7 @@ def _difference_columns(
         step = 1e-4 * max(abs(value), spec.typical)
         moved = model.with_values({one.parameter_name(column.symbol): value + step})
         loaded, unloaded = rests(moved, data)
-        found[row] = (predicted_displacement(moved, data, loaded, unloaded) - predicted) / step
+        found[row] = (predicted(moved, data, loaded, unloaded) - here) / step
 
 
 def _sensitivity(

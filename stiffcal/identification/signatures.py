@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from stiffcal.identification.observation import (
     Observations,
     lever_of,
-    predicted_displacement,
+    predicted,
+    predicted_rows,
     rests,
+    seen_displacement,
 )
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, Place, Sort
@@ -56,13 +58,15 @@ class Linearised:
     robot : chain and valued effects.
     data : the observations.
     loaded, unloaded : rests under load and under weight alone.
-    predicted : (m, n) displacements.
+    seen : (B, 6, n) displacements of the targets, observation effects included.
+    predicted : (m, n) what the rows read of it.
     """
 
     robot: CompliantRobot
     data: Observations
     loaded: Rest
     unloaded: Unloaded
+    seen: Floats
     predicted: Floats
     _levers: dict[tuple[int, int], Floats] = field(default_factory=dict)
 
@@ -70,7 +74,8 @@ class Linearised:
     def about(cls, robot: CompliantRobot, data: Observations) -> Linearised:
         """Find the rests of a robot in all states."""
         loaded, unloaded = rests(robot, data)
-        return cls(robot, data, loaded, unloaded, predicted_displacement(robot, data, loaded, unloaded))
+        seen = seen_displacement(robot, data, loaded, unloaded)
+        return cls(robot, data, loaded, unloaded, seen, predicted_rows(data, seen, loaded, unloaded))
 
     @property
     def loads(self) -> NodeLoads:
@@ -107,10 +112,8 @@ class Linearised:
             lever = self.lever(term.node, term.component)
             if lever is not None:
                 add(term.symbol, -lever * term.value)
-        full = np.zeros((len(data.setup.targets), 6, data.n_states))
-        full[data.body, data.component] = self.predicted
-        for symbol, seen in effect.observation_columns(place, Observed(full, data.order), shape).items():
-            add(symbol, seen[data.body, data.component])
+        for symbol, seen in effect.observation_columns(place, Observed(self.seen, data.order), shape).items():
+            add(symbol, data.layout.of_targets(seen))
         for spec in effect.parameters:
             if spec.sort is Sort.SETUP or (spec.sort is Sort.AMPLITUDE and spec.symbol not in columns):
                 difference = self._difference(effect, place, shape, spec.symbol, 1e-3 * spec.typical)
@@ -128,5 +131,5 @@ class Linearised:
         one = PlacedEffect(effect, place, {**shape, symbol: step})
         moved = replace(self.robot, placed=(*self.robot.placed, one))
         loaded, unloaded = rests(moved, self.data)
-        change = predicted_displacement(moved, self.data, loaded, unloaded) - self.predicted
+        change = predicted(moved, self.data, loaded, unloaded) - self.predicted
         return change / step if change.any() else None

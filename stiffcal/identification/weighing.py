@@ -115,12 +115,18 @@ def raw_noise(data: Observations, noise: Noise | None) -> Noise:
     """Return noise for a first look: the known one, or each kind of component by its own size."""
     if noise is not None:
         return noise
-    size = {}
-    for kind in (False, True):
-        rows = data.rotational == kind
-        values = data.measured[rows][data.seen[rows]]
-        size[kind] = float(np.sqrt(np.mean(values**2))) if values.size and values.any() else 1.0
-    return Noise(size[False], size[True], 0.0, 0.0, "none", 0.0)
+    return Noise.of_kinds(_size_of_kinds(data.measured, data), (0.0, 0.0), "none", 0.0)
+
+
+def _size_of_kinds(values: Floats, data: Observations) -> Floats:
+    """Return the rms of each kind of row, 1 where there is none."""
+    size = np.ones(4)
+    for kind in np.unique(data.kind):
+        rows = data.kind == kind
+        seen = values[rows][data.seen[rows]]
+        if seen.size and seen.any():
+            size[kind] = np.sqrt(np.mean(seen**2))
+    return size
 
 
 def raw_whitening(data: Observations, noise: Noise | None) -> Whitening:
@@ -129,14 +135,9 @@ def raw_whitening(data: Observations, noise: Noise | None) -> Whitening:
 
 
 def residual_noise(data: Observations, predicted: Floats) -> Noise:
-    """Return the size of the residuals of translation and rotation, where nothing better is known of the noise."""
+    """Return the size of the residuals of each kind of row, where nothing better is known of the noise."""
     residual = without_offsets(data, predicted, raw_whitening(data, None))
-    size = []
-    for kind in (False, True):
-        rows = data.rotational == kind
-        values = residual[rows][data.seen[rows]]
-        size.append(float(np.sqrt(np.mean(values**2))) if values.size and values.any() else 1.0)
-    return Noise(size[0], size[1], 0.0, 0.0, "none", 0.0)
+    return Noise.of_kinds(_size_of_kinds(residual, data), (0.0, 0.0), "none", 0.0)
 
 
 def predict_observations(robot: CompliantRobot, data: Observations) -> Floats:
@@ -160,8 +161,8 @@ def without_offsets(data: Observations, predicted: Floats | None, whitening: Whi
 def huber_whitening(full: Whitening, last: Whitening, data: Observations, predicted: Floats) -> Whitening:
     """Return weights lowered for readings whose whitened length is beyond 2.5 times the typical one.
 
-    Translation and rotation of a reading are judged apart. The median sets the scale: it bears wild readings, also
-    where they have swollen the noise told from repeats.
+    Translation and rotation of a reading, gauges and rods are judged apart. The median sets the scale: it bears wild
+    readings, also where they have swollen the noise told from repeats.
 
     Parameters
     ----------
@@ -171,8 +172,8 @@ def huber_whitening(full: Whitening, last: Whitening, data: Observations, predic
     """
     white = full.apply(without_offsets(data, predicted, last))
     factor = np.ones_like(data.measured)
-    for kind in (False, True):
-        rows = data.rotational == kind
+    for kind in np.unique(data.kind):
+        rows = data.kind == kind
         length = np.sqrt(np.sum(white[rows] ** 2, axis=0))
         if length.any():
             scale = HUBER_LIMIT * float(np.median(length))

@@ -84,7 +84,8 @@ def both(measure: dict[str, Any] | None) -> str:
     for key, unit in (("length", 1.0), ("motor_angle", None), ("torque", None)):
         if measure.get(key) is not None:
             value = float(measure[key])
-            parts.append(length(value) if unit else f"{digits(value)} {'rad' if key == 'motor_angle' else 'N·m'}")
+            word = "rad" if key == "motor_angle" else "N·m"
+            parts.append(f"{length(value)} at the rods" if unit else f"{digits(value)} {word}")
     return " and ".join(parts) or DASH
 
 

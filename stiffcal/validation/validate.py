@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.noise import root_mean_square_length
-from stiffcal.identification.observation import Observations
+from stiffcal.identification.noise import rms_by_measure
+from stiffcal.identification.readings import Observations
+from stiffcal.identification.rows import MEASURES
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
@@ -34,7 +35,7 @@ class Slice:
     label : what part, in words.
     low, high : the part's range, NaN where it has none.
     n : states.
-    rms, largest : {"translation", "rotation"} of the residual's length, m and rad.
+    rms, largest : {"translation", "rotation"} of the residual's length, m and rad; with rods "length", m.
     """
 
     label: str
@@ -52,7 +53,7 @@ class Validation:
     Attributes
     ----------
     unseen : residuals state by state.
-    rms, largest, noise, relative, zero_model : {"translation", "rotation"}.
+    rms, largest, noise, relative, zero_model : {"translation", "rotation"}, with rods "length" too.
     by : "run", "direction", "load", "branch", "joint_angle" to slices.
     worst : indices of the states with the largest residual, worst first (into the campaign's load states), with its
         length in m.
@@ -68,26 +69,31 @@ class Validation:
     worst: list[tuple[int, float]]
 
 
-def lengths(values: Floats, data: Observations, rotational: bool) -> Floats:
-    """Return (n,) the length of the translation or rotation residual; NaN where nothing was seen."""
-    rows = data.rotational == rotational
+def lengths(values: Floats, data: Observations, measure: str = "translation") -> Floats:
+    """Return (n,) the length of the residual vector in one measure; NaN where nothing was seen.
+
+    Parameters
+    ----------
+    measure : "translation" (gauges included), "rotation", or "length" (of a state's rods together).
+    """
+    rows = data.rows_of(*MEASURES[measure])
     squares = np.sum(np.where(data.seen[rows], values[rows] ** 2, 0.0), axis=0)
     return np.where(data.seen[rows].any(axis=0), np.sqrt(squares), np.nan)
 
 
 def rms_of(values: Floats, data: Observations) -> dict[str, float | None]:
-    """Return the rms length of translation and rotation."""
-    squares = np.where(data.seen, values**2, 0.0)
-    return {
-        "translation": root_mean_square_length(squares, data, rotational=False),
-        "rotation": root_mean_square_length(squares, data, rotational=True),
-    }
+    """Return the rms length of translation and rotation, and of rods where there are some."""
+    return rms_by_measure(values**2, data)
 
 
 def _largest_of(values: Floats, data: Observations) -> dict[str, float | None]:
     found: dict[str, float | None] = {}
-    for name, rotational in (("translation", False), ("rotation", True)):
-        length = lengths(values, data, rotational)
+    for name in rms_of(values, data):
+        if name == "length":
+            own = np.abs(values[data.rows_of(*MEASURES[name])])[data.seen[data.rows_of(*MEASURES[name])]]
+            found[name] = float(own.max()) if own.size else None
+            continue
+        length = lengths(values, data, name)
         found[name] = float(np.nanmax(length)) if np.isfinite(length).any() else None
     return found
 
@@ -114,7 +120,7 @@ def validate_fit(states: LoadStates, fit: Fit, unseen: Unseen | None = None) -> 
         kind: value / reference if value is not None and (reference := zero[kind]) else None
         for kind, value in rms.items()
     }
-    length = np.nan_to_num(lengths(found.residual, data, rotational=False), nan=-1.0)
+    length = np.nan_to_num(lengths(found.residual, data), nan=-1.0)
     worst = [(int(data.index[i]), float(length[i])) for i in np.argsort(-length)[:HOW_MANY_WORST]]
     by = {
         "run": _by_run(states, found),

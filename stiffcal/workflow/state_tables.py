@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.identification.rows import LENGTH, ROTATION
 from stiffcal.store import table_of, values_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from stiffcal.identification.observation import Observations
+    from stiffcal.identification.readings import Observations
     from stiffcal.measurements.load_states import LoadStates
 
 Floats = NDArray[np.float64]
@@ -25,7 +27,8 @@ def observed_table(states: LoadStates, data: Observations, predicted: Floats, re
 
     Columns: ``state`` (index into the load states, from 0), ``run``, ``row``, and per target and component
     ``<target>_dx_m_measured``, ``…_predicted``, ``…_residual`` (displacement since the run's reference, base axes, m
-    and rad). Measured is predicted plus residual: each run's free offset is taken out. NaN where not measured.
+    and rad), for each gauge ``<gauge>_displacement_m_…`` and each rod ``<rod>_length_m_…`` (changes likewise).
+    Measured is predicted plus residual: each run's free offset is taken out. NaN where not measured.
 
     Parameters
     ----------
@@ -38,9 +41,8 @@ def observed_table(states: LoadStates, data: Observations, predicted: Floats, re
         "run": [states.runs[number].name for number in data.run],
         "row": states.row[data.index],
     }
-    for place in range(len(data.measured)):
-        name = f"{states.setup.target_names[data.body[place]]}_{COMPONENTS[data.component[place]]}"
-        seen = data.seen[place]
+    for name, place, read in _named_rows(states, data):
+        seen = data.seen[place] & read
         for kind, values in (
             ("measured", predicted[place] + residual[place]),
             ("predicted", predicted[place]),
@@ -48,6 +50,21 @@ def observed_table(states: LoadStates, data: Observations, predicted: Floats, re
         ):
             columns[f"{name}_{kind}"] = np.where(seen, values, np.nan)
     return table_of(columns)
+
+
+def _named_rows(states: LoadStates, data: Observations) -> Iterator[tuple[str, int, NDArray[np.bool_]]]:
+    """Give the name, the row and the (n,) states of each instrument's readings; gauges may share a row."""
+    setup, everywhere = states.setup, np.ones(data.n_states, dtype=np.bool_)
+    for place, (kind, body, component) in enumerate(zip(data.kind, data.body, data.component, strict=True)):
+        if kind <= ROTATION:
+            yield f"{setup.target_names[body]}_{COMPONENTS[component]}", place, everywhere
+        elif kind == LENGTH:
+            yield f"{setup.rods[body].names[component]}_length_m", place, everywhere
+        elif data.layout.gauges is not None:
+            for number, gauge in enumerate(setup.gauges):
+                read = data.layout.gauges.gauge[component] == number
+                if read.any():
+                    yield f"{gauge.name}_displacement_m", place, read
 
 
 def component_block(table: pa.Table, target: str, kind: str, n_states: int) -> Floats:

@@ -109,6 +109,14 @@ OBSERVED: Mapping[str, Meaning] = {
         for axis in "xyz"
         for kind, words in _KINDS.items()
     },
+    **{
+        f"{name}_{kind}": Meaning(f"{text}: {words}", "m", missing=True)
+        for name, text in (
+            ("<gauge>_displacement_m", "reading of the gauge since the run's reference"),
+            ("<rod>_length_m", "change of the rod's length since the run's reference"),
+        )
+        for kind, words in _KINDS.items()
+    },
 }
 
 _READ = "in unseen poses, read in the direction in which the effect acts; m, or rad where the entry says rotation"

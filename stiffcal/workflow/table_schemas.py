@@ -21,7 +21,8 @@ import pyarrow as pa
 
 from stiffcal.campaign.manifest import Source
 from stiffcal.diagnosis.evidence import EffectEvidence
-from stiffcal.identification.observation import Observations
+from stiffcal.identification.readings import Observations
+from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, Layout
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.rods import BeamShape, rods_between
 from stiffcal.measurements.tables import states_table
@@ -51,7 +52,7 @@ _TOLD = {
 def specimens() -> dict[str, tuple[pa.Table, Mapping[str, Meaning]]]:
     """Return each table of the store with one row, as its writer makes it, and what its columns mean."""
     states = _states()
-    observed = observed_table(states, _observations(states), np.zeros((6, 1)), np.zeros((6, 1)))
+    observed = observed_table(states, _observations(states), np.zeros((8, 1)), np.zeros((8, 1)))
     return {
         "states": (states_table(states, ("<joint>",)), STATES),
         "recording": (_recording(), RECORDING),
@@ -138,13 +139,16 @@ def _states() -> LoadStates:
 
 
 def _observations(states: LoadStates) -> Observations:
-    """Return the six components of that state."""
+    """Return the six components of that state, its gauge and its rod."""
+    numbers = np.append(np.arange(6), (0, 0))
+    gauges = GaugeRows(np.array([6]), _FIRST, np.zeros((1, 3, 1)), np.zeros((1, 1), dtype=np.int64))
+    kinds = np.array([TRANSLATION] * 3 + [ROTATION] * 3 + [GAUGE, LENGTH])
     return Observations(
         angles=np.zeros((1, 1)), wrench=np.zeros((6, 1)),
         order=StateOrder(_FIRST, _ONE, _ONE, np.zeros((1, 1)), _ONE, _ONE),
-        measured=np.zeros((6, 1)), seen=np.ones((6, 1), dtype=np.bool_), rotational=np.arange(6) > 2,
-        body=np.zeros(6, dtype=np.int64), component=np.arange(6), free_offset=True, run=_FIRST, setup=states.setup,
-        index=_FIRST,
+        measured=np.zeros((8, 1)), seen=np.ones((8, 1), dtype=np.bool_),
+        layout=Layout(kinds, np.zeros(8, dtype=np.int64), numbers, gauges),
+        free_offset=True, run=_FIRST, setup=states.setup, index=_FIRST,
     )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ import pytest
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Evaluation, Observations
+from stiffcal.identification.rows import layout_of
 from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
 from stiffcal.model.effect import StateOrder
 
@@ -253,9 +254,7 @@ def as_observations(x: Floats, y: Floats, free_offset: bool) -> Observations:
         order=StateOrder(one_run, np.zeros(n), np.zeros(n), np.zeros((1, n)), np.zeros(n), np.zeros(n)),
         measured=y[None],
         seen=np.ones((1, n), dtype=np.bool_),
-        rotational=np.zeros(1, dtype=np.bool_),
-        body=np.zeros(1, dtype=np.int64),
-        component=np.zeros(1, dtype=np.int64),
+        layout=layout_of([0], [0], [0]),
         free_offset=free_offset,
         run=one_run,
         setup=MeasurementSetup(base, base, (base,), ("",), True, np.eye(4)),

@@ -1,0 +1,190 @@
+"""What was measured, ready for a fit: load states turned into rows of numbers, one column per state.
+
+Displacements are taken relative to one reading per run; as that reading is as noisy as the others, each run carries a
+free constant offset instead of trusting it (physics, section 3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.rows import ROTATION, Layout, layout_of, with_gauges, with_rods
+from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import turn_between
+from stiffcal.model.effect import StateOrder
+from stiffcal.reduction.load_cycles import run_members
+from stiffcal.reduction.screening import load_is_good
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Observations:
+    """What was measured, ready for a fit: n states, m rows each, state axis last.
+
+    Attributes
+    ----------
+    angles : (J, n) model joint angles, rad, constant within a run.
+    wrench : (6, n) as read, N and N·m.
+    order : order and time of the states.
+    measured : (m, n) displacement since the run's reference reading, base axes, m and rad; change of a gauge or of a
+        rod, m; 0 where not measured.
+    seen : (m, n) True where measured.
+    layout : what the rows are.
+    free_offset : True where each run carries a free offset.
+    run : (n,) run number.
+    setup : where the instruments sit.
+    index : (n,) index of the state in the campaign's load states.
+    """
+
+    angles: Floats
+    wrench: Floats
+    order: StateOrder
+    measured: Floats
+    seen: Booleans
+    layout: Layout
+    free_offset: bool
+    run: Integers
+    setup: MeasurementSetup
+    index: Integers
+
+    @property
+    def n_states(self) -> int:
+        """How many states there are, n."""
+        return int(self.run.shape[0])
+
+    @property
+    def n_seen(self) -> int:
+        """How many of the n states have a reading."""
+        return int(np.count_nonzero(self.seen.any(axis=0)))
+
+    @property
+    def kind(self) -> Integers:
+        """(m,) TRANSLATION, ROTATION, GAUGE or LENGTH."""
+        return self.layout.kind
+
+    @property
+    def rotational(self) -> Booleans:
+        """(m,) True for rotation components."""
+        return np.asarray(self.layout.kind == ROTATION)
+
+    @property
+    def body(self) -> Integers:
+        """(m,) which target (or link with rods) the row belongs to."""
+        return self.layout.body
+
+    @property
+    def component(self) -> Integers:
+        """(m,) 0 … 5 of the target's displacement; else the row's number among its like."""
+        return self.layout.component
+
+    def rows_of(self, *kinds: int) -> Integers:
+        """Return the places of the rows of these kinds."""
+        return np.flatnonzero(np.isin(self.layout.kind, kinds))
+
+    def part(self, pick: slice | Booleans | Integers) -> Observations:
+        """Return some of the states."""
+        return replace(
+            self,
+            angles=self.angles[:, pick],
+            wrench=self.wrench[:, pick],
+            order=self.order.block(pick),
+            measured=self.measured[:, pick],
+            seen=self.seen[:, pick],
+            layout=self.layout.part(pick),
+            run=self.run[pick],
+            index=self.index[pick],
+        )
+
+
+def _reference_of_runs(states: LoadStates) -> Integers:
+    """Return (n,) the index of each state's reference reading.
+
+    The marked one; where that is not usable, the usable state with the least load: rotation vectors taken from a
+    loaded state differ in second order from those that the model counts from the unloaded one.
+    """
+    reference = np.zeros(len(states), dtype=np.int64)
+    load, used = np.sqrt(np.sum(states.wrench**2, axis=1)), states.used
+    for members in run_members(states.run):
+        usable = members[used[members]]
+        marked = usable[states.reference[usable]]
+        candidates = usable if len(usable) else members
+        reference[members] = marked[0] if len(marked) else candidates[np.argmin(load[candidates])]
+    return reference
+
+
+def observe(states: LoadStates, chain: Chain) -> Observations:
+    """Turn load states into observations for a fit; readings set aside are not seen."""
+    reference = _reference_of_runs(states)
+    given = states.deflection_given
+    pieces: list[Floats] = []
+    kinds, bodies, components = [], [], []
+    for b in range(states.position.shape[1]):
+        displacement = states.deflection[:, b] if given else _displacement(states, b, reference)
+        for axis in range(6):
+            if np.isfinite(displacement[:, axis]).any():
+                pieces.append(displacement[:, axis])
+                kinds.append(int(axis >= 3))
+                bodies.append(b)
+                components.append(axis)
+    layout = layout_of(kinds, bodies, components)
+    layout = with_gauges(layout, pieces, states, chain, None if given else reference)
+    layout = with_rods(layout, pieces, states, chain, None if given else reference)
+    measured = np.stack(pieces) if pieces else np.zeros((0, len(states)))
+    # A bumped reading is no observation, but the robot went through its load, and laws with a memory must too.
+    keep = np.flatnonzero(load_is_good(states) & np.isfinite(states.wrench[:, :3]).all(axis=1))
+    measured = measured[:, keep]
+    seen = np.isfinite(measured) & states.used[keep]
+    return Observations(
+        angles=_run_angles(states, chain)[:, keep],
+        wrench=np.ascontiguousarray(np.nan_to_num(states.wrench[keep]).T),
+        order=_order(states, chain, reference, keep),
+        measured=np.where(seen, measured, 0.0),
+        seen=seen,
+        layout=layout.part(keep),
+        free_offset=not given,
+        run=states.run[keep],
+        setup=states.setup,
+        index=keep,
+    )
+
+
+def _displacement(states: LoadStates, b: int, reference: Integers) -> Floats:
+    """Return (n, 6) of a target since its run's reference reading; NaN where not measured."""
+    moved = states.position[:, b] - states.position[reference, b]
+    rotation = np.ascontiguousarray(np.moveaxis(states.rotation[:, b], 0, -1))
+    turned = turn_between(rotation, rotation[:, :, reference]).T
+    return np.concatenate([moved, turned], axis=1)
+
+
+def _run_angles(states: LoadStates, chain: Chain) -> Floats:
+    """Return (J, n) model angles, each run's mean: the pose stands still, and a mean takes the encoders' noise out."""
+    angles = np.ascontiguousarray(chain.model_angles(states.joints).T)
+    _, number = np.unique(states.run, return_inverse=True)
+    count = np.bincount(number)
+    return np.stack([(np.bincount(number, weights=row) / count)[number] for row in angles])
+
+
+def _order(states: LoadStates, chain: Chain, reference: Integers, keep: Integers) -> StateOrder:
+    angles = chain.model_angles(states.joints)
+    motor = (angles - angles[reference]).T
+    warm = (
+        states.temperature[:, 0] - states.temperature[reference, 0]
+        if states.temperature.shape[1]
+        else np.full(len(states), np.nan)
+    )
+    return StateOrder(
+        run=states.run[keep],
+        time=states.time[keep],
+        hold=states.hold[keep],
+        motor=np.ascontiguousarray(np.nan_to_num(motor[:, keep])),
+        temperature=warm[keep],
+        since_reference=(states.time - states.time[reference])[keep],
+        number=keep + 1,
+    )

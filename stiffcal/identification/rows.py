@@ -1,0 +1,203 @@
+"""What the rows of an observation are: components of a target's displacement, gauges along a line, rods on links.
+
+Everything a law does reaches the rows through one small displacement of a node. A target's component moves with it by
+the lever; a gauge by the lever along its direction; a rod only with the node of its own link, by what the displacement
+of the link's end does to the distance of its ends (`stiffcal.mechanics.rods`). Joints and bearings leave it alone: that
+is how rods tell a bending link from a tilting bearing (paper 000).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rods import rod_matrix
+from stiffcal.model.effect import link_node
+from stiffcal.reduction.motion import gauge_directions
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+Integers = NDArray[np.int64]
+
+# Kinds of rows. Each has a noise of its own.
+TRANSLATION, ROTATION, GAUGE, LENGTH = range(4)
+# What the kinds are reported as: `stiffcal.identification.noise.rms_by_measure`.
+MEASURES: dict[str, tuple[int, ...]] = {
+    "translation": (TRANSLATION, GAUGE),
+    "rotation": (ROTATION,),
+    "length": (LENGTH,),
+}
+
+
+@dataclass(frozen=True)
+class GaugeRows:
+    """Rows that see a target along a direction: gauges that no state reads together share one.
+
+    Attributes
+    ----------
+    row : (g,) their places among the m rows.
+    target : (g,) indices of targets.
+    direction : (g, 3, n) unit vectors, base axes; zero where the row was not read.
+    gauge : (g, n) which gauge of the set-up was read, −1 where none was.
+    """
+
+    row: Integers
+    target: Integers
+    direction: Floats
+    gauge: Integers
+
+    def along(self, full: Floats) -> Floats:
+        """Return (…, g, n) of displacements (…, B, 6, n)."""
+        return np.asarray(np.einsum("gin,...gin->...gn", self.direction, full[..., self.target, :3, :]))
+
+
+@dataclass(frozen=True)
+class RodRows:
+    """Rows of the rods on one link.
+
+    Attributes
+    ----------
+    row : (r,) their places among the m rows.
+    node : the link's node.
+    matrix : (r, 6) what each reads per displacement of the link's outboard end, beam axes, m per m and rad.
+    """
+
+    row: Integers
+    node: int
+    matrix: Floats
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What the m rows are.
+
+    Attributes
+    ----------
+    kind : (m,) TRANSLATION, ROTATION, GAUGE or LENGTH.
+    body : (m,) the target; of a rod, which of the set-up's links with rods.
+    component : (m,) 0 … 5 of the target's displacement; a gauge row's number; a rod's number on its link.
+    gauges : the gauge rows, or None.
+    rods : the rod rows, link by link.
+    """
+
+    kind: Integers
+    body: Integers
+    component: Integers
+    gauges: GaugeRows | None = None
+    rods: tuple[RodRows, ...] = ()
+
+    @property
+    def plain(self) -> bool:
+        """True where all rows are components of targets' displacements."""
+        return self.gauges is None and not self.rods
+
+    def part(self, pick: slice | Booleans | Integers) -> Layout:
+        """Return the layout of some states."""
+        if self.gauges is None:
+            return self
+        some = replace(self.gauges, direction=self.gauges.direction[:, :, pick], gauge=self.gauges.gauge[:, pick])
+        return replace(self, gauges=some)
+
+    def of_targets(self, full: Floats) -> Floats:
+        """Return (…, m, n) rows of targets' displacements (…, B, 6, n); rods see none of them."""
+        if self.plain:
+            return np.asarray(full[..., self.body, self.component, :])
+        result = np.zeros((*full.shape[:-3], len(self.kind), full.shape[-1]))
+        own = np.flatnonzero(self.kind <= ROTATION)
+        result[..., own, :] = full[..., self.body[own], self.component[own], :]
+        if self.gauges is not None:
+            result[..., self.gauges.row, :] = self.gauges.along(full)
+        return result
+
+    def add_rods(self, rows: Floats, displacement: Floats) -> None:
+        """Add to rows (m, n) what the rods read of nodes' displacements (nodes, 6, n)."""
+        for rods in self.rods:
+            rows[rods.row] += rods.matrix @ displacement[rods.node]
+
+    def add_rod_levers(self, rows: Floats, node: int, component: int) -> None:
+        """Add to rows (m, n) what the rods read of a unit of one component of one node's displacement."""
+        for rods in self.rods:
+            if rods.node == node:
+                rows[rods.row] += rods.matrix[:, component, None]
+
+
+def layout_of(kinds: Sequence[int], bodies: Sequence[int], components: Sequence[int]) -> Layout:
+    """Return a layout without gauges and rods."""
+    kind, body, component = (np.array(each, dtype=np.int64) for each in (kinds, bodies, components))
+    return Layout(kind, body, component)
+
+
+def with_gauges(
+    layout: Layout, measured: list[Floats], states: LoadStates, chain: Chain, reference: Integers | None
+) -> Layout:
+    """Add rows for the gauges, and their readings to ``measured``.
+
+    Gauges on one target that no state reads together share a row: a device that presses now along one direction, now
+    along another, is one instrument with one noise.
+
+    Parameters
+    ----------
+    reference : (n,) index of each state's reference reading, or None where readings are differences already.
+    """
+    reading = states.displacement if reference is None else states.displacement - states.displacement[reference]
+    groups: list[list[int]] = []
+    for number, gauge in enumerate(states.setup.gauges):
+        read = np.isfinite(reading[:, number])
+        if not read.any():
+            continue
+        for group in groups:
+            apart = not any((np.isfinite(reading[:, other]) & read).any() for other in group)
+            if apart and states.setup.gauges[group[0]].target == gauge.target:
+                group.append(number)
+                break
+        else:
+            groups.append([number])
+    if not groups:
+        return layout
+    directions = gauge_directions(states, chain)
+    first, n = len(measured), len(states)
+    direction, who = np.zeros((len(groups), 3, n)), np.full((len(groups), n), -1, dtype=np.int64)
+    target = np.array([states.setup.gauges[group[0]].target for group in groups], dtype=np.int64)
+    for k, group in enumerate(groups):
+        values = np.full(n, np.nan)
+        for number in group:
+            read = np.isfinite(reading[:, number])
+            values[read], who[k, read] = reading[read, number], number
+            direction[k][:, read] = directions[read, number].T
+        measured.append(values)
+    rows = np.arange(first, len(measured))
+    added = _extended(layout, GAUGE, target, np.arange(len(groups)))
+    return replace(added, gauges=GaugeRows(rows, target, direction, who))
+
+
+def with_rods(
+    layout: Layout, measured: list[Floats], states: LoadStates, chain: Chain, reference: Integers | None
+) -> Layout:
+    """Add rows for the rods, and their changes of length to ``measured``; parameters as in `with_gauges`."""
+    change = states.lengths if reference is None else states.lengths - states.lengths[reference]
+    column, found = 0, list(layout.rods)
+    for link, (rods, beam) in enumerate(zip(states.setup.rods, states.setup.beams, strict=True)):
+        own = np.arange(column, column + len(rods.names))
+        column += len(rods.names)
+        read = np.flatnonzero(np.isfinite(change[:, own]).any(axis=0))
+        if not len(read):
+            continue
+        rows = np.arange(len(measured), len(measured) + len(read))
+        measured.extend(change[:, own[k]] for k in read)
+        layout = _extended(layout, LENGTH, np.full(len(read), link), read)
+        found.append(RodRows(rows, link_node(chain.beams[rods.link].joint), rod_matrix(rods, beam)[read]))
+    return replace(layout, rods=tuple(found))
+
+
+def _extended(layout: Layout, kind: int, body: Integers, component: Integers) -> Layout:
+    return replace(
+        layout,
+        kind=np.append(layout.kind, np.full(len(body), kind)).astype(np.int64),
+        body=np.append(layout.body, body).astype(np.int64),
+        component=np.append(layout.component, component).astype(np.int64),
+    )
