@@ -1,0 +1,226 @@
+"""A link's 6×6 compliance from its rods and the wrench it carries, so that it predicts with no rods (000, section 6).
+
+The end's displacement is δ = T z, z the amplitudes that the rods carry. A conservative link answers the wrench w at its
+end by δ = C w with C symmetric, so that z = S Tᵀ w and C = T S Tᵀ with S symmetric: that is what is fitted, to the
+rods' readings themselves, each run with an offset of its own, because the reading that they count from is as noisy as
+the others. Where rods leave a bending moment out, z is no such answer, and its rows are fitted one by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.rods import LinkEstimate
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.equilibrium import displacement_between
+from stiffcal.model.shape import chain_shape
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Below this share of the largest singular value a combination of loads counts as not applied.
+SMALLEST_LOAD = 1e-9
+
+
+@dataclass(frozen=True)
+class LinkCompliance:
+    """Compliance of a link's end, beam axes: displacement (m, rad) per wrench (N, N·m) about the outboard end.
+
+    Attributes
+    ----------
+    link : the link's name.
+    matrix : (6, 6); NaN where these rods or these loads do not tell.
+    std : (6, 6) standard uncertainty.
+    slopes : (36, p) of the matrix by the fitted coefficients; coefficients : (p,); covariance : (p, p).
+    symmetric : True where C = Cᵀ was used; False where the rods leave out a bending moment.
+    reduced_chi2 : of the readings against the stated uncertainty; NaN where none is stated.
+    dof : readings beyond coefficients and offsets. factor : of the 95 % interval.
+    not_identifiable : in words.
+    """
+
+    link: str
+    matrix: Floats
+    std: Floats
+    slopes: Floats
+    coefficients: Floats
+    covariance: Floats
+    symmetric: bool
+    reduced_chi2: float
+    dof: int
+    factor: float
+    not_identifiable: tuple[str, ...] = ()
+
+    @property
+    def interval(self) -> Floats:
+        """(2, 6, 6) low and high end of the 95 % interval."""
+        return np.stack([self.matrix - self.factor * self.std, self.matrix + self.factor * self.std])
+
+    def predict(self, wrench: Floats) -> Floats:
+        """Return (n, 6) displacement of the end under (n, 6) wrenches; what is not known counts as none."""
+        return np.asarray(wrench @ np.nan_to_num(self.matrix).T)
+
+    def predict_std(self, wrench: Floats) -> Floats:
+        """Return (n, 6) standard uncertainty of `predict`, without what is not known."""
+        slopes = self.slopes.reshape(6, 6, -1)
+        moved = np.einsum("nj,ijp->nip", wrench, slopes)
+        return np.asarray(np.sqrt(np.einsum("nip,pq,niq->ni", moved, self.covariance, moved)))
+
+    def with_twist(self, torsional_rigidity: float, length: float) -> LinkCompliance:
+        """Return the compliance with the twist that the rods do not see, L/GJ, taken from elsewhere."""
+        matrix, std = self.matrix.copy(), self.std.copy()
+        matrix[3], matrix[:, 3], std[3], std[:, 3] = 0.0, 0.0, 0.0, 0.0
+        matrix[3, 3] = length / torsional_rigidity
+        return replace(self, matrix=matrix, std=std)
+
+
+def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | None = None) -> LinkCompliance:
+    """Regress a link's compliance on the wrench it carries.
+
+    Parameters
+    ----------
+    estimate : of n states.
+    wrench : (n, 6) at the link's outboard end in beam axes, N and N·m: since the state that counts as unloaded.
+    run : (n,) runs, each with its own offset; None: the readings count from no load, exactly.
+    """
+    design = estimate.design
+    read = estimate.amplitudes @ design.matrix.T + estimate.residual
+    stated = estimate.sigma_source == "stated"
+    weight = 1.0 / estimate.sigma if stated else np.ones(read.shape[1])
+    symmetric = not any(u >= 4 for u in design.left_out)
+    pairs = _coefficients(design.end, symmetric)
+    # What a rod reads per coefficient: its amplitude's column times the load that the coefficient goes with.
+    columns = np.stack([(design.matrix @ amplitude) @ wrench.T for amplitude, _ in pairs], axis=-1)  # (m, n, p)
+    slopes = np.stack([end for _, end in pairs], axis=-1).reshape(36, -1)
+    centred = _centring(run, len(read))
+    rows = centred(np.moveaxis(columns, 0, 1) * weight[None, :, None]).reshape(-1, len(pairs))
+    target = centred(read * weight).reshape(-1)
+    size = np.linalg.norm(rows, axis=0)
+    size[size == 0.0] = 1.0
+    left, singular, right = np.linalg.svd(rows / size, full_matrices=False)
+    kept = singular > SMALLEST_LOAD * max(float(singular[0]), np.finfo(float).tiny)
+    inverse = (right[kept].T / singular[kept]) / size[:, None]
+    coefficients = inverse @ (left[:, kept].T @ target)
+    offsets = 0 if run is None else len(np.unique(run)) * read.shape[1]
+    dof = len(target) - int(kept.sum()) - offsets
+    chi2 = float(np.sum((target - rows @ coefficients) ** 2) / dof) if dof > 0 else np.nan
+    covariance = inverse @ inverse.T * (1.0 if stated else chi2)
+    told = _told(slopes / size, right[~kept], estimate.torsion.identifiable)
+    matrix = np.where(told, (slopes @ coefficients).reshape(6, 6), np.nan)
+    std = np.sqrt(np.einsum("ip,pq,iq->i", slopes, covariance, slopes)).reshape(6, 6)
+    return LinkCompliance(
+        estimate.rods.link, matrix, np.where(told, std, np.nan), slopes, coefficients, covariance, symmetric,
+        chi2 if stated else np.nan, dof, _factor(dof, stated), _untold(estimate, told),
+    )  # fmt: skip
+
+
+def _coefficients(end: Floats, symmetric: bool) -> list[tuple[Floats, Floats]]:
+    """Return for each coefficient its amplitudes per wrench (k, 6), and its share of the compliance (6, 6)."""
+    count = end.shape[1]
+    pairs = []
+    if symmetric:
+        for a in range(count):
+            for b in range(a, count):
+                unit = np.zeros((count, count))
+                unit[a, b] = unit[b, a] = 1.0
+                pairs.append((unit @ end.T, end @ unit @ end.T))
+        return pairs
+    for a in range(count):
+        for b in range(6):
+            answer = np.zeros((count, 6))
+            answer[a, b] = 1.0
+            pairs.append((answer, end @ answer))
+    return pairs
+
+
+def _centring(run: Integers | None, n: int) -> Callable[[Floats], Floats]:
+    """Return what takes each run's mean out of (n, …) rows."""
+    if run is None:
+        return lambda rows: rows
+    _, number = np.unique(run, return_inverse=True)
+    count = np.bincount(number)
+
+    def centred(rows: Floats) -> Floats:
+        flat = rows.reshape(n, -1)
+        means = np.stack([np.bincount(number, column) / count for column in flat.T], axis=1)
+        return np.asarray((flat - means[number]).reshape(rows.shape))
+
+    return centred
+
+
+def _told(slopes: Floats, lost: Floats, twist: bool) -> NDArray[np.bool_]:
+    """Return (6, 6) True where an element hangs on no combination of coefficients that the loads left open."""
+    told = np.ones((6, 6), dtype=np.bool_)
+    if len(lost):
+        part = np.linalg.norm(slopes @ lost.T, axis=1).reshape(6, 6)
+        told = part <= 1e-6 * np.linalg.norm(slopes, axis=1).reshape(6, 6)
+    if not twist:
+        told[3, :] = told[:, 3] = False
+    return told
+
+
+def _factor(dof: int, stated: bool) -> float:
+    from scipy.special import ndtri, stdtrit
+
+    return float(ndtri(0.975) if stated else stdtrit(max(dof, 1), 0.975))
+
+
+def _untold(estimate: LinkEstimate, told: NDArray[np.bool_]) -> tuple[str, ...]:
+    sentences = []
+    if not estimate.torsion.identifiable:
+        sentences.append(f"the link's twist: {estimate.torsion.why}")
+    others = told.copy()
+    others[3], others[:, 3] = True, True
+    if not others.all():
+        names = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
+        loads = ("F1", "F2", "F3", "M1", "M2", "M3")
+        missing = ", ".join(f"{names[i]} per {loads[j]}" for i, j in np.argwhere(~others) if i <= j)
+        sentences.append(f"these loads do not tell {missing}")
+    return tuple(sentences)
+
+
+def carried_to_target(
+    chain: Chain, angles: Floats, link: str, tip: Floats, target: Attachment, others: Floats | None = None
+) -> Floats:
+    """Carry the displacement of a link's end through the chain to a target.
+
+    Parameters
+    ----------
+    chain : the robot. angles : (n, J) model angles, rad.
+    link : its name among ``chain.beams``.
+    tip : (n, 6) displacement of its outboard end, beam axes, m and rad.
+    target : the frame that is looked at.
+    others : (n, 2J + 2, 6) displacements of all other nodes, where the robot stands deformed; None: rigid.
+
+    Returns
+    -------
+    (n, 6) displacement of the target, base axes, m and rad; exact, not first order.
+    """
+    joints = np.ascontiguousarray(angles.T)
+    small = np.zeros((2 * chain.n_joints + 2, 6, len(angles)))
+    if others is not None:
+        small[:] = np.moveaxis(others, 0, -1)
+    node = 2 * chain.beams[link].joint
+    small[node] = 0.0
+    before = chain_shape(chain, joints, small).bodies[target.body].moved(target.transform)
+    small[node] = tip.T
+    after = chain_shape(chain, joints, small).bodies[target.body].moved(target.transform)
+    return np.ascontiguousarray(displacement_between(after, before).T)
+
+
+def share_of_tool(part: Floats, whole: Floats) -> float:
+    """Return which share of a displacement a part of it makes up, along the whole (translations).
+
+    Parts that sum up to the whole have shares that sum up to one.
+
+    Examples
+    --------
+    >>> whole = np.array([[0.0, 0.0, 2.0, 0.0, 0.0, 0.0]])
+    >>> share_of_tool(0.25 * whole, whole)
+    0.25
+    """
+    return float(np.sum(part[:, :3] * whole[:, :3]) / np.sum(whole[:, :3] ** 2))
