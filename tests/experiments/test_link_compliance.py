@@ -91,7 +91,7 @@ def test_loads_in_one_direction_tell_one_column() -> None:
     wrench = np.zeros((20, 6))
     wrench[:, 1] = np.linspace(-800.0, 800.0, 20)
     found = regress_compliance(measured(seven_rods(NOISE), SHAPE, wrench, 1), wrench)
-    assert found.matrix[1, 1] == pytest.approx(compliance(SHAPE)[1, 1], rel=0.02)
+    assert abs(found.matrix[1, 1] - compliance(SHAPE)[1, 1]) < 3.0 * found.std[1, 1] < 0.1 * found.matrix[1, 1]
     assert np.isnan(found.matrix[2, 2])
     assert "do not tell" in found.not_identifiable[-1]
 
