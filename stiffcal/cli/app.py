@@ -33,6 +33,7 @@ COMMANDS = {
     "plot": "Draw load against deformation, or the residual.",
     "report": "Write the report as a PDF (DIR/report.pdf).",
     "run": "Check, ingest, identify, validate, diagnose and report in one go.",
+    "batch": "Run many campaigns in parallel and hold them to thresholds.",
     "export": "Write the states or the model for other programs.",
     "predict": "Predict deflection and stiffness under given loads.",
     "simulate": "Simulate a campaign: raw logs of a known robot.",
@@ -87,7 +88,7 @@ def _run(given: list[str]) -> int:
         return report_fault(error, given, as_json)
     # typer turns an interruption inside a command into this exit code and says nothing
     if code == INTERRUPTED:
-        sys.stderr.write("interrupted; the store is as it was before this command\n")
+        sys.stderr.write("interrupted; the store is whole: finished steps stay, of the one that was not nothing does\n")
     return code if isinstance(code, int) else OK
 
 

@@ -42,3 +42,24 @@ class Model(TypedDict):
 
     balance: Literal["deformed", "first-order"]
     effects: list[EffectHeld]
+
+
+class Threshold(TypedDict):
+    """One threshold, judged; ``held`` null where it cannot be."""
+
+    threshold: str
+    where: str
+    limit: float
+    value: Number
+    unit: str
+    held: bool | None
+    says: str
+
+
+class Fault(TypedDict):
+    """What is wrong with the input."""
+
+    file: str
+    place: str
+    reason: str
+    mend: str

@@ -14,9 +14,10 @@ from typing import Any, Literal, NotRequired
 from pydantic import TypeAdapter
 from typing_extensions import TypedDict
 
+from stiffcal.workflow.batch_documents import Batch
 from stiffcal.workflow.command_documents import Check, Edit, Effects, Init, Plot, Report, Run, Simulate, StatesExport
 from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
-from stiffcal.workflow.document_types import Matrix, Model, Number, Rms, Where
+from stiffcal.workflow.document_types import Fault, Matrix, Model, Number, Rms, Threshold, Where
 
 
 class Parameter(TypedDict):
@@ -89,18 +90,6 @@ class Worst(TypedDict):
     run: str
     row: int
     residual_m: float
-
-
-class Threshold(TypedDict):
-    """One threshold, judged; ``held`` null where it cannot be."""
-
-    threshold: str
-    where: str
-    limit: float
-    value: Number
-    unit: str
-    held: bool | None
-    says: str
 
 
 class Validate(TypedDict):
@@ -193,15 +182,6 @@ class Ingest(TypedDict):
     unchanged: bool
 
 
-class Fault(TypedDict):
-    """What is wrong with the input."""
-
-    file: str
-    place: str
-    reason: str
-    mend: str
-
-
 class Error(TypedDict):
     """Answer of any command with exit code 2 or 3; ``others`` where there are more faults."""
 
@@ -220,6 +200,7 @@ DOCUMENTS: dict[str, Any] = {
     "compare": Compare,
     "check": Check,
     "run": Run,
+    "batch": Batch,
     "report": Report,
     "plot": Plot,
     "export": StatesExport,
@@ -238,7 +219,7 @@ def schema_texts() -> dict[str, str]:
     Examples
     --------
     >>> sorted(schema_texts())[0]
-    'check.document.schema.json'
+    'batch.document.schema.json'
     """
     texts = {}
     for name, kind in DOCUMENTS.items():

@@ -110,6 +110,20 @@ def write_text(text: str, output: Path) -> None:
         beside.write_text(text, encoding="utf-8")
 
 
+def check_output(*files: Path) -> None:
+    """Refuse files that cannot be written, before long work is begun.
+
+    Raises
+    ------
+    InputError : a file's folder does not exist, or the file is a folder.
+    """
+    for file in files:
+        if file.is_dir():
+            raise InputError.at(str(file), "", "this is a folder", "name a file in it")
+        if not file.parent.is_dir():
+            raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
+
+
 class _replacing:  # noqa: N801  (used as a verb)
     """Hand out a name beside the goal, and put it in the goal's place when all is written."""
 

@@ -66,7 +66,7 @@ def _baseline(data: Ingested, limits: Thresholds, means: Means) -> Baseline | No
     if escapes(name) and not any(path.is_relative_to(folder.resolve()) for folder in means.reach):
         reason = f'"{name}" lies outside the campaign folder'
         mend = (
-            "name it in a file of thresholds (--thresholds FILE), or copy the fit into the campaign folder: "
+            "name it in a file of thresholds instead (--thresholds FILE), or copy the fit into the campaign folder: "
             f"stiffcal export {name} -o {data.campaign.folder}/baseline.json"
         )
         raise InputError.at(MANIFEST_FILE, place, reason, mend)

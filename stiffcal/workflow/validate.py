@@ -57,17 +57,19 @@ def validate_campaign(
         return _judge_other(data, Path(model), means, thresholds)
     identified = fitted(data, means)
     current = current_validation(data, identified)
-    document = _judged(data, identified, current, means) if current else validate_now(data, identified, means)
-    if thresholds is None:
-        return document
-    return document | judgement(data, identified, document, means, thresholds)
+    return with_present_verdict(data, identified, current or validate_now(data, identified, means), means, thresholds)
 
 
 def validated(data: Ingested, identified: Document, means: Means) -> Document:
-    """Return the `validate` document of the present fit, judging first where it is missing or stale."""
+    """Return the `validate` document of the present fit, judging first where it is missing or stale.
+
+    A verdict on the manifest's present thresholds stands as it was last given: `validate` and `batch` look at the
+    baseline anew, who only shows the numbers does not.
+    """
     current = current_validation(data, identified)
     if current is not None:
-        return _judged(data, identified, current, means)
+        same = current.get("thresholds") == data.campaign.manifest.thresholds.written()
+        return current if same else with_present_verdict(data, identified, current, means)
     announce("validate", "the present fit is not validated yet", data.campaign.folder, means)
     return validate_now(data, identified, means)
 
@@ -82,10 +84,15 @@ def _key(identified: Document) -> str:
     return key_of(identified["key"], "validate")
 
 
-def _judged(data: Ingested, identified: Document, stored: Document, means: Means) -> Document:
-    """Return a stored validation with the verdict on the thresholds and the baseline as they are now."""
-    document = stored | judgement(data, identified, stored, means)
-    if document != stored:
+def with_present_verdict(
+    data: Ingested, identified: Document, stored: Document, means: Means, thresholds: ThresholdsFile | None = None
+) -> Document:
+    """Return a stored validation with the verdict on the thresholds and the baseline as they are now.
+
+    The store is told of a verdict that has changed; not of one on a file's thresholds, which hold for this time.
+    """
+    document = stored | judgement(data, identified, stored, means, thresholds)
+    if thresholds is None and document != stored:
         data.store.commit({}, {VALIDATE: document}, command="validate")
     return document
 

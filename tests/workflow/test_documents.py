@@ -41,6 +41,7 @@ WORDS: dict[str, list[str]] = {
     "improve": ["improve", "{}", "--dry-run"],
     "compare": ["compare", "{}", "{}"],
     "run": ["run", "{}"],
+    "batch": ["batch", "{}", "--no-report"],
     "report": ["report", "{}", "-o", "{}/report.pdf"],
     "plot": ["plot", "{}", "-o", "{}/plot.svg"],
     "export": ["export", "{}", "-o", "{}/states.csv"],

@@ -1,0 +1,129 @@
+"""`stiffcal batch`: many campaigns in parallel, one summary, for CI."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stiffcal.cli.answers import Answer, Document, answering, command_line
+from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.options import AsJson, StoreAt, Thresholds
+from stiffcal.cli.tables import plain_table
+from stiffcal.cli.wording import deviation, share
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def batch(
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="DIR...", help="Campaign folders, or folders with such in them.")
+    ],
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", metavar="N", min=1, help="Processes; one per core where left out.", show_default=False),
+    ] = None,
+    thresholds: Thresholds = None,
+    junit: Annotated[
+        Path | None, typer.Option("--junit", metavar="FILE", help="Write the summary as JUnit XML.")
+    ] = None,
+    markdown: Annotated[
+        Path | None, typer.Option("--markdown", metavar="FILE", help="Write the summary as Markdown, for a job's page.")
+    ] = None,
+    reports: Annotated[
+        Path | None, typer.Option("--reports", metavar="FOLDER", help="Where the PDFs go; DIR/report.pdf if left out.")
+    ] = None,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Make no PDFs.")] = False,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="ADDRESS", help="Run on this Dask cluster (needs stiffcal[dask])."),
+    ] = None,
+    as_json: AsJson = False,
+    store: StoreAt = None,
+) -> int:
+    """Run many campaigns in parallel and hold them to thresholds.
+
+    Ingests, identifies, validates and reports each; what has not changed since the last time is not computed again.
+    Ends with exit code 1 where a threshold is not held or a campaign is wrong; one that is does not stop the others.
+
+    Example: stiffcal batch campaigns/hidden --thresholds thresholds.toml --junit junit.xml --markdown summary.md
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.batch import Wishes, batch_campaigns
+        from stiffcal.workflow.batch_summary import junit_text, markdown_text, write_summary
+        from stiffcal.workflow.export import check_output
+
+        check_output(*(file for file in (junit, markdown) if file is not None))
+        told = _Told(answer)
+        wishes = Wishes(
+            jobs, thresholds, store, reports, not no_report, scheduler, progress=answer.progress, finished=told.finished
+        )
+        try:
+            document = batch_campaigns(folders, wishes)
+        except KeyboardInterrupt:
+            answer.say(told.interrupted())
+            raise
+        for file, text in ((junit, junit_text), (markdown, markdown_text)):
+            if file is not None:
+                write_summary(text(document), file)
+        answer.give(document, show_batch, _next(document, store))
+    return OK if document["passed"] else NOT_HELD
+
+
+class _Told:
+    """What the user hears while the batch runs: a line per campaign where no bar is drawn."""
+
+    def __init__(self, answer: Answer) -> None:
+        self._answer = answer
+        self._lines = not sys.stderr.isatty()
+        self._done = self._of = 0
+
+    def finished(self, outcome: Document, done: int, of: int) -> None:
+        from stiffcal.workflow.batch_summary import verdict_of
+
+        self._done, self._of = done, of
+        if self._lines:
+            took = f"{outcome['seconds']:.1f} s"
+            self._answer.say(f"{done} of {of}: {outcome['campaign']}: {verdict_of(outcome)}, {took}")
+
+    def interrupted(self) -> str:
+        done = f"{self._done} of {self._of} campaigns are" if self._of else "no campaign is"
+        return f"{done} done; the same call goes on with the rest"
+
+
+def show_batch(console: Console, document: Document) -> None:
+    """Draw the summary: a row per campaign, then what does not hold, then the totals."""
+    from stiffcal.workflow.batch_summary import complaints_of, totals_of, verdict_of
+
+    table = plain_table("campaign", "verdict", "rms in unseen poses>", "of the deflection>", "noise>", "computed")
+    for outcome in document["campaigns"]:
+        done = [name for name, step in outcome["steps"].items() if step["done"]]
+        relative, noise = outcome["relative"] or {}, outcome["noise"]
+        table.add_row(
+            outcome["campaign"],
+            verdict_of(outcome),
+            deviation(outcome["rms"]),
+            share(relative.get("translation")),
+            deviation(noise) if noise else "not known",
+            ", ".join(done) or ("nothing: unchanged" if outcome["error"] is None else "nothing"),
+        )
+    console.print(table)
+    for outcome in document["campaigns"]:
+        for line in complaints_of(outcome):
+            console.print(f"{outcome['campaign']}: {verdict_of(outcome)}: {line}", soft_wrap=True)
+        for line in outcome["not_judged"]:
+            console.print(f"{outcome['campaign']}: not judged: {line}", soft_wrap=True)
+    console.print(totals_of(document), soft_wrap=True)
+
+
+def _next(document: Document, store: str | None) -> str:
+    """Return the step that the worst campaign asks for."""
+    for outcome in document["campaigns"]:
+        if outcome["error"] is not None:
+            return command_line("check", Path(outcome["folder"]))
+    first = next((one for one in document["campaigns"] if one["failed"]), document["campaigns"][0])
+    own = f"{store.rstrip('/')}/{first['campaign']}" if store else None
+    return command_line("diagnose", Path(first["folder"]), store=own)

@@ -1,0 +1,203 @@
+"""Many campaigns in one go: ingest, identify, validate and report each, in parallel, with one summary."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from stiffcal.campaign.checks import MANIFEST_FILE
+from stiffcal.campaign.thresholds import ThresholdsFile, load_thresholds
+from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.workflow.batch_task import BROKEN, HELD, NOT_HELD, outcome_of, task_of
+from stiffcal.workflow.steps import Document
+
+SCHEMA = "stiffcal/batch/1"
+NOT_SEARCHED = frozenset({"store", "raw", "node_modules", "__pycache__"})
+
+
+def no_outcome(outcome: Document, done: int, of: int) -> None:
+    """Let an outcome pass; the default of `Wishes.finished`."""
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """How a batch is to be run.
+
+    Attributes
+    ----------
+    jobs : processes on this machine; None: one per core that this process may use.
+    thresholds : a file of thresholds that go before those of the manifests.
+    store : below which address the stores are, each under its campaign's name; None: DIR/store.
+    reports : below which folder the PDFs go, each under its campaign's name; None: DIR/report.pdf.
+    report : False: no PDFs.
+    scheduler : the address of a Dask cluster that is to do the work; None: this machine.
+    progress : told what is being done.
+    finished : told of each campaign's outcome as it comes, with how many of how many that are.
+    """
+
+    jobs: int | None = None
+    thresholds: Path | None = None
+    store: str | None = None
+    reports: Path | None = None
+    report: bool = True
+    scheduler: str | None = None
+    progress: Progress = no_progress
+    finished: Callable[[Document, int, int], None] = no_outcome
+
+
+def batch_campaigns(folders: Sequence[Path], wishes: Wishes | None = None) -> Document:
+    """Run ingest, identify, validate and report on many campaigns.
+
+    What has not changed since the last time is not computed again. A campaign that is wrong, or whose process is
+    killed twice, is named in the summary and does not stop the others.
+
+    Parameters
+    ----------
+    folders : campaign folders, or folders in which campaign folders are looked for.
+    wishes : how.
+
+    Returns
+    -------
+    dict
+        The `batch` document: ``campaigns``, one entry each in the order given, ``counts`` by state, ``passed``.
+
+    Raises
+    ------
+    InputError : no campaign is found, or the thresholds or the scheduler are wrong.
+    KeyboardInterrupt : the user wants no more; every store is whole, and the same call goes on where this one stopped.
+    """
+    wishes = wishes or Wishes()
+    began = time.monotonic()
+    file = load_thresholds(wishes.thresholds) if wishes.thresholds is not None else None
+    found, absent = find_campaigns(folders)
+    tasks = _tasks(found, folders, wishes, file)
+    outcomes: dict[str, Document] = {one["folder"]: one for one in absent}
+
+    def take(outcome: Document) -> None:
+        outcomes[outcome["folder"]] = outcome
+        done = len(outcomes) - len(absent)
+        wishes.progress(f"{done} of {len(tasks)} campaigns: {outcome['campaign']}", done / len(tasks))
+        wishes.finished(outcome, done, len(tasks))
+
+    wishes.progress(f"{len(tasks)} campaigns", 0.0)
+    # The largest first: none of them is then left over at the end while the other cores have nothing to do.
+    queue = sorted(tasks, key=lambda task: _bytes_of(Path(task["folder"])), reverse=True)
+    if wishes.scheduler is not None:
+        from stiffcal.workflow.batch_cluster import run_on_cluster
+
+        workers = {"kind": "dask", "count": run_on_cluster(queue, wishes.scheduler, take)}
+    else:
+        from stiffcal.workflow.batch_processes import run_on_this_machine
+
+        jobs = min(wishes.jobs or cores(), len(queue))
+        workers = {"kind": "processes", "count": jobs}
+        run_on_this_machine(queue, jobs, take)
+    ordered = [outcomes[task["folder"]] for task in tasks] + absent
+    return _document(ordered, workers, time.monotonic() - began, _unused(file, ordered))
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def find_campaigns(folders: Sequence[Path]) -> tuple[list[tuple[Path, str]], list[Document]]:
+    """Find the campaign folders: those named, and those inside of folders that are none themselves.
+
+    Returns
+    -------
+    Folder and label of each, once, in the order given; and the outcome of what is no campaign folder.
+
+    Raises
+    ------
+    InputError : there is none at all.
+    """
+    found: dict[Path, tuple[Path, str]] = {}
+    absent = []
+    for named in folders:
+        inside = [named] if (named / MANIFEST_FILE).is_file() else sorted(_below(named))
+        for folder in inside:
+            label = Path(named.resolve().name, folder.relative_to(named)).as_posix()
+            found.setdefault(folder.resolve(), (folder, label))
+        if not inside:
+            reason = f"there is no {MANIFEST_FILE} in it" if named.is_dir() else "no such folder"
+            fault = {"file": str(named), "place": "", "reason": reason, "mend": "name a campaign folder"}
+            absent.append(outcome_of(task_of(named, str(named)), BROKEN, fault))
+    if not found:
+        first = absent[0]["error"]
+        raise InputError.at(first["file"], "", first["reason"], "name a campaign folder, or a folder with such in it")
+    twice = Counter(label for _, label in found.values())
+    return [
+        (folder, label if twice[label] == 1 else whole.as_posix().strip("/"))
+        for whole, (folder, label) in found.items()
+    ], absent
+
+
+def _below(named: Path) -> list[Path]:
+    """Return the campaign folders below one; not those inside of another campaign's folder."""
+    campaigns = []
+    for place, names, files in os.walk(named):
+        if MANIFEST_FILE in files:
+            campaigns.append(Path(place))
+            names.clear()
+        names[:] = [name for name in names if name not in NOT_SEARCHED and not name.startswith(".")]
+    return campaigns
+
+
+def _tasks(
+    found: Sequence[tuple[Path, str]], named: Sequence[Path], wishes: Wishes, file: ThresholdsFile | None
+) -> list[Document]:
+    reach = [str(path.resolve()) for path in (*named, *(file.baselines() if file is not None else ()))]
+    thresholds = None if file is None else file.model_dump(mode="json", by_alias=True, exclude_none=True)
+    here, tasks = wishes.scheduler is None, []
+    for folder, label in found:
+        report: str | bool | None = None if wishes.report else False
+        if wishes.report and wishes.reports is not None:
+            report = str((wishes.reports / f"{label}.pdf").resolve())
+        store = f"{wishes.store.rstrip('/')}/{label}" if wishes.store is not None else None
+        # A cluster's workers have another current folder.
+        place = folder if here else folder.resolve()
+        tasks.append(task_of(place, label, store=store, report=report, thresholds=thresholds, reach=reach))
+    return tasks
+
+
+def _bytes_of(folder: Path) -> int:
+    """Return about how much there is to read."""
+    raw = folder / "raw"
+    return sum(file.stat().st_size for file in raw.iterdir() if file.is_file()) if raw.is_dir() else 0
+
+
+def _unused(file: ThresholdsFile | None, outcomes: Sequence[Document]) -> list[str]:
+    if file is None:
+        return []
+    known = {name for one in outcomes for name in (one["name"], Path(one["folder"]).resolve().name)}
+    return [f"the thresholds of {name} are of no campaign here" for name in file.campaigns if name not in known]
+
+
+def _document(outcomes: list[Document], workers: Document, seconds: float, warnings: list[str]) -> Document:
+    memory = [one["memory_bytes"] for one in outcomes if one["memory_bytes"]]
+    return {
+        "schema": SCHEMA,
+        "warnings": warnings,
+        "passed": all(one["state"] == HELD for one in outcomes),
+        "counts": {
+            "campaigns": len(outcomes),
+            "held": sum(one["state"] == HELD for one in outcomes),
+            "not_held": sum(one["state"] == NOT_HELD for one in outcomes),
+            "broken": sum(one["state"] not in (HELD, NOT_HELD) for one in outcomes),
+            "unchanged": sum(unchanged(one) for one in outcomes),
+        },
+        "seconds": round(seconds, 3),
+        "workers": workers,
+        "peak_memory_bytes": max(memory, default=None),
+        "campaigns": outcomes,
+    }
+
+
+def unchanged(outcome: Document) -> bool:
+    """Tell whether nothing had to be computed for this campaign."""
+    return outcome["error"] is None and not any(step["done"] for step in outcome["steps"].values())

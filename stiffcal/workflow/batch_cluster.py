@@ -1,0 +1,125 @@
+"""Tasks of a batch on an existing Dask cluster, whose workers see the campaign folders under the same paths.
+
+Each thread of a Dask worker keeps a process of its own for the tasks, as on this machine: one BLAS thread, and nothing
+of one campaign reaches another. A Dask worker that is killed takes its processes with it; its tasks go to another.
+"""
+
+from __future__ import annotations
+
+import importlib
+import threading
+import uuid
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.batch_processes import LARGE_BYTES, WorkerLostError, WorkerProcess, lost_error
+from stiffcal.workflow.batch_task import BROKEN, LOST, outcome_of
+from stiffcal.workflow.steps import Document
+
+ANSWER_S = 15
+"""How long a scheduler, and its first worker, may take to answer, s."""
+RETRIES = 2
+
+_kept = threading.local()
+
+
+def cluster_task(task: Document) -> Document:
+    """Do a task on a Dask worker, in the process that this thread keeps.
+
+    Raises
+    ------
+    WorkerLostError : that process has ended; Dask then tries again.
+    """
+    if not Path(task["folder"]).is_dir():
+        reason = "this folder is not there on a worker of the cluster"
+        mend = "the campaign folders must lie under the same path on every worker"
+        return outcome_of(
+            task, BROKEN, {"file": task["folder"], "place": "--scheduler", "reason": reason, "mend": mend}
+        )
+    worker: WorkerProcess | None = getattr(_kept, "worker", None)
+    if worker is None:
+        worker = _kept.worker = WorkerProcess()
+    try:
+        outcome = worker.do(task)
+    except WorkerLostError:
+        _kept.worker = None
+        worker.stop()
+        raise
+    if (outcome["memory_bytes"] or 0) > LARGE_BYTES:
+        _kept.worker = None
+        worker.stop()
+    return outcome
+
+
+def run_on_cluster(tasks: Sequence[Document], address: str, finished: Callable[[Document], None]) -> int:
+    """Run tasks on the cluster of a scheduler.
+
+    Parameters
+    ----------
+    tasks : in the order in which they are begun.
+    address : of the scheduler, like ``tcp://host:8786``.
+    finished : called with each outcome, in the order in which they end.
+
+    Returns
+    -------
+    How many threads the cluster had at the start.
+
+    Raises
+    ------
+    InputError : Dask is not installed, or no cluster answers at this address.
+    """
+    try:
+        distributed: Any = importlib.import_module("distributed")
+    except ImportError:
+        mend = "install it: python -m pip install 'stiffcal[dask]'"
+        raise InputError.at("command line", "--scheduler", "the package distributed is not installed", mend) from None
+    with _connected(distributed, address) as client:
+        threads = _threads(client, address)
+        batch = uuid.uuid4().hex
+        futures = {
+            client.submit(cluster_task, task, key=f"stiffcal-{batch}-{number}", retries=RETRIES, pure=False): task
+            for number, task in enumerate(tasks)
+        }
+        try:
+            for future in distributed.as_completed(futures):
+                finished(_outcome(future, futures[future]))
+        except BaseException:
+            client.cancel(list(futures))
+            raise
+    return threads
+
+
+def _connected(distributed: Any, address: str) -> Any:
+    try:
+        return distributed.Client(address, timeout=ANSWER_S, name="stiffcal")
+    except (OSError, TimeoutError, ValueError) as error:
+        words = (str(error).splitlines() or [type(error).__name__])[0]
+        mend = "give the address that dask scheduler shows when it starts, like tcp://host:8786"
+        raise InputError.at("command line", "--scheduler", f"no Dask scheduler at {address} ({words})", mend) from None
+
+
+def _threads(client: Any, address: str) -> int:
+    """Return how many threads the cluster's workers have; wait a little for the first worker."""
+    try:
+        client.wait_for_workers(1, timeout=ANSWER_S)
+    except TimeoutError:
+        mend = f"start workers: dask worker {address}"
+        raise InputError.at("command line", "--scheduler", f"the cluster at {address} has no worker", mend) from None
+    return sum(client.nthreads().values())
+
+
+def _outcome(future: Any, task: Document) -> Document:
+    """Return what came of a task; where Dask has given it up, why."""
+    if future.status == "finished":
+        outcome: Document = future.result()
+        return outcome
+    error = None if future.cancelled() else future.exception()
+    if isinstance(error, WorkerLostError):
+        return outcome_of(task, LOST, lost_error(task, str(error)))
+    reason = (
+        "the cluster has dropped it" if error is None else f"{type(error).__name__}: {' '.join(str(error).split())}"
+    )
+    mend = "look at the workers' logs; stiffcal of the same version must be installed there"
+    return outcome_of(task, LOST, {"file": task["folder"], "place": "--scheduler", "reason": reason, "mend": mend})

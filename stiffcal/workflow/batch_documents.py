@@ -1,0 +1,86 @@
+"""What `batch` answers, typed."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from typing_extensions import TypedDict
+
+from stiffcal.workflow.document_types import Fault, Number, Rms, Threshold, Where
+
+
+class BatchStep(TypedDict):
+    """A step of a campaign: whether it had to be run, and why ("" where nothing had changed)."""
+
+    done: bool
+    why: str
+    seconds: float
+
+
+class JointStiffness(TypedDict):
+    """A stiffness that was found; null where these data cannot tell it."""
+
+    name: str
+    where: Where
+    stiffness: Number
+    stiffness_std: Number
+
+
+class BatchCampaign(TypedDict):
+    """What came of a campaign.
+
+    ``state``: held and not held (thresholds), broken (its files are wrong), fault (stiffcal's own), lost (its process
+    was ended each time). Numbers are null where it did not come so far.
+    """
+
+    campaign: str
+    folder: str
+    name: str
+    state: Literal["held", "not held", "broken", "fault", "lost"]
+    steps: dict[str, BatchStep]
+    failed_at: str | None
+    seconds: float
+    memory_bytes: int | None
+    n_states: int | None
+    n_runs: int | None
+    rms: Rms | None
+    noise: Rms | None
+    relative: Rms | None
+    stiffness: list[JointStiffness]
+    checks: list[Threshold]
+    failed: list[str]
+    not_judged: list[str]
+    warnings: list[str]
+    report: str | None
+    error: Fault | None
+    others: list[Fault]
+
+
+class BatchCounts(TypedDict):
+    """How many campaigns ended how."""
+
+    campaigns: int
+    held: int
+    not_held: int
+    broken: int
+    unchanged: int
+
+
+class BatchWorkers(TypedDict):
+    """Who has worked: processes on this machine, or threads of a Dask cluster."""
+
+    kind: Literal["processes", "dask"]
+    count: int
+
+
+class Batch(TypedDict):
+    """Answer of ``batch``."""
+
+    schema: Literal["stiffcal/batch/1"]
+    warnings: list[str]
+    passed: bool
+    counts: BatchCounts
+    seconds: float
+    workers: BatchWorkers
+    peak_memory_bytes: int | None
+    campaigns: list[BatchCampaign]

@@ -1,0 +1,187 @@
+"""The summary of a batch for a CI system: JUnit XML for its test page, Markdown for the job's own page."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+from stiffcal.workflow.batch import unchanged
+from stiffcal.workflow.batch_task import HELD, NOT_HELD, STEPS
+from stiffcal.workflow.export import write_text
+from stiffcal.workflow.steps import Document
+
+# What XML 1.0 has no place for, not even escaped.
+_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
+
+
+def write_summary(text: str, output: Path) -> None:
+    """Write a summary; what is no ordinary file (a pipe, /dev/stdout) is written to as it is.
+
+    Raises
+    ------
+    InputError : it cannot be written.
+    """
+    if output.exists() and not output.is_file():
+        output.write_text(text, encoding="utf-8")
+    else:
+        write_text(text, output)
+
+
+def fault_text(error: Document) -> str:
+    """Return an error document as the one line that the command line prints."""
+    where = ": ".join(part for part in (error["file"], error["place"]) if part)
+    return f"{where}: {error['reason']}; {error['mend']}" if where else f"{error['reason']}; {error['mend']}"
+
+
+def verdict_of(outcome: Document) -> str:
+    """Return one word or two for a campaign's state."""
+    if outcome["state"] == HELD and not outcome["checks"]:
+        return "done"
+    state = str(outcome["state"])
+    return VERDICTS.get(state, state)
+
+
+def complaints_of(outcome: Document) -> list[str]:
+    """Return what does not hold or is wrong with a campaign, one line each."""
+    error = outcome["error"]
+    if error is None:
+        return list(outcome["failed"])
+    lines = [fault_text(one) for one in (error, *outcome["others"])]
+    return [line if line.startswith(str(outcome["folder"])) else f"{outcome['folder']}: {line}" for line in lines]
+
+
+def totals_of(document: Document) -> str:
+    """Return the sentence that sums the batch up."""
+    counts, workers, memory = document["counts"], document["workers"], document["peak_memory_bytes"]
+    states = ", ".join(
+        f"{counts[key]} {words}"
+        for key, words in (("held", "held"), ("not_held", "not held"), ("broken", "broken"))
+        if counts[key] or key == "held"
+    )
+    kind = "process" if workers["count"] == 1 else "processes"
+    means = f"{workers['count']} {kind}" if workers["kind"] == "processes" else f"{workers['count']} threads of Dask"
+    size = f", at most {memory / 1e6:.0f} MB each" if memory else ""
+    noun = "campaign" if counts["campaigns"] == 1 else "campaigns"
+    return (
+        f"{counts['campaigns']} {noun}: {states}; {counts['unchanged']} unchanged; "
+        f"{document['seconds']:.1f} s with {means}{size}"
+    )
+
+
+def junit_text(document: Document) -> str:
+    """Return JUnit XML: a suite per campaign; its cases are the steps and each threshold.
+
+    A step that was wrong is an error, a threshold that does not hold a failure, what cannot be judged or was not
+    reached is skipped.
+    """
+    root = ElementTree.Element("testsuites", name="stiffcal batch", time=f"{document['seconds']:.3f}")
+    for outcome in document["campaigns"]:
+        cases = [*_steps(outcome), *_checks(outcome)]
+        suite = ElementTree.SubElement(
+            root,
+            "testsuite",
+            name=_clean(outcome["campaign"]),
+            time=f"{outcome['seconds']:.3f}",
+            tests=str(len(cases)),
+            failures=str(sum(case.find("failure") is not None for case in cases)),
+            errors=str(sum(case.find("error") is not None for case in cases)),
+            skipped=str(sum(case.find("skipped") is not None for case in cases)),
+        )
+        suite.extend(cases)
+    for count in ("tests", "failures", "errors", "skipped"):
+        root.set(count, str(sum(int(suite.get(count, "0")) for suite in root)))
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _case(outcome: Document, name: str, seconds: float = 0.0) -> ElementTree.Element:
+    return ElementTree.Element(
+        "testcase", classname=_clean(outcome["campaign"]), name=_clean(name), time=f"{seconds:.3f}"
+    )
+
+
+def _steps(outcome: Document) -> list[ElementTree.Element]:
+    cases = []
+    for step in STEPS:
+        done = outcome["steps"].get(step)
+        if done is None and outcome["error"] is None:
+            continue
+        case = _case(outcome, step, done["seconds"] if done else 0.0)
+        if done is None and step == outcome["failed_at"]:
+            lines = complaints_of(outcome)
+            _with(case, "error", lines[0], "\n".join(lines), outcome["state"])
+        elif done is None:
+            _with(case, "skipped", f"not reached: {outcome['failed_at']} failed")
+        cases.append(case)
+    return cases
+
+
+def _checks(outcome: Document) -> list[ElementTree.Element]:
+    cases = []
+    for check in outcome["checks"]:
+        case = _case(outcome, f"{check['threshold']} {check['where']}".strip())
+        if check["held"] is False:
+            _with(case, "failure", check["says"], check["says"], "threshold")
+        elif check["held"] is None:
+            _with(case, "skipped", check["says"])
+        cases.append(case)
+    return cases
+
+
+def _with(case: ElementTree.Element, tag: str, message: str, text: str = "", kind: str = "") -> None:
+    entry = ElementTree.SubElement(case, tag, message=_clean(message))
+    if kind:
+        entry.set("type", kind)
+    if text:
+        entry.text = _clean(text)
+
+
+def _clean(text: str) -> str:
+    return _NO_XML.sub("\N{REPLACEMENT CHARACTER}", text)
+
+
+def markdown_text(document: Document) -> str:
+    """Return the summary as Markdown: the totals, what is wrong, a table of all campaigns."""
+    title = "stiffcal: all campaigns hold" if document["passed"] else "stiffcal: not all campaigns hold"
+    lines = [f"## {title}", "", totals_of(document), ""]
+    for outcome in document["campaigns"]:
+        lines += [f"- **{_cell(outcome['campaign'])}**: {_cell(line)}" for line in complaints_of(outcome)]
+    lines += [f"- {_cell(warning)}" for warning in document["warnings"]]
+    lines += [""] if lines[-1] else []
+    lines += [
+        "| campaign | verdict | error in unseen poses, mm rms | of the deflection | noise, mm | states | s |",
+        "|---|---|---:|---:|---:|---:|---:|",
+    ]
+    for outcome in document["campaigns"]:
+        lines.append("| " + " | ".join(_row(outcome)) + " |")
+    not_judged = [(one["campaign"], line) for one in document["campaigns"] for line in one["not_judged"]]
+    if not_judged:
+        lines += ["", "<details><summary>what could not be judged</summary>", ""]
+        lines += [f"- **{_cell(name)}**: {_cell(line)}" for name, line in not_judged]
+        lines += ["", "</details>"]
+    return "\n".join(lines) + "\n"
+
+
+def _row(outcome: Document) -> list[str]:
+    verdict = verdict_of(outcome)
+    marked = verdict if verdict in ("held", "done") else f"**{verdict}**"
+    values = [
+        _number((outcome["rms"] or {}).get("translation"), 1e3),
+        _number((outcome["relative"] or {}).get("translation"), 100.0, " %"),
+        _number((outcome["noise"] or {}).get("translation"), 1e3),
+    ]
+    states = "–" if outcome["n_states"] is None else str(outcome["n_states"])
+    took = "unchanged" if unchanged(outcome) else f"{outcome['seconds']:.1f}"
+    return [_cell(outcome["campaign"]), marked, *values, states, took]
+
+
+def _number(value: float | None, factor: float, unit: str = "") -> str:
+    return "–" if value is None else f"{factor * value:.3g}{unit}"
+
+
+def _cell(text: str) -> str:
+    """Return text that is neither Markdown nor HTML, on one line."""
+    plain = " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;")
+    return re.sub(r"([\\`*_{}\[\]|~])", r"\\\1", plain)

@@ -1,0 +1,221 @@
+"""One campaign of a batch: ingest, identify, validate, report, and what came of it as a small document.
+
+A task and an outcome are plain JSON values: they go through a pipe to another process, or to another machine.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from stiffcal import __version__
+from stiffcal.campaign.thresholds import ThresholdsFile
+from stiffcal.errors import InputError
+from stiffcal.workflow.identify import current_fit, fit_now, store_fit
+from stiffcal.workflow.report import report_campaign
+from stiffcal.workflow.steps import (
+    IDENTIFY,
+    Document,
+    Ingested,
+    Means,
+    ingested,
+    key_of,
+    key_of_table,
+    stored_document,
+)
+from stiffcal.workflow.validate import current_validation, validate_now, with_present_verdict
+
+HELD, NOT_HELD, BROKEN, FAULT, LOST = "held", "not held", "broken", "fault", "lost"
+STEPS = ("ingest", "identify", "validate", "report")
+REPORT = "report"
+
+
+@dataclass
+class _Run:
+    """What a task has done so far: each step with its reason ("" where nothing had to be done) and its time, s."""
+
+    steps: dict[str, Document] = field(default_factory=dict)
+    step: str = STEPS[0]
+    why: str = ""
+
+    def say(self, text: str) -> None:
+        """Take note of why a step is run."""
+        self.why = text.partition(": ")[2] or text
+
+    @contextmanager
+    def doing(self, step: str) -> Iterator[None]:
+        """Time a step; what `say` heard meanwhile is why it ran."""
+        self.step, self.why, began = step, "", time.monotonic()
+        yield
+        self.steps[step] = {"done": bool(self.why), "why": self.why, "seconds": round(time.monotonic() - began, 3)}
+
+
+def task_of(folder: Path, label: str, **wishes: Any) -> Document:
+    """Return a task.
+
+    Parameters
+    ----------
+    folder : the campaign folder. label : how it is called in the summary.
+    wishes : ``store`` (address or None), ``report`` (file of the PDF, None for DIR/report.pdf, False for no report),
+        ``thresholds`` (a file's document, or None), ``reach`` (what the user has named).
+    """
+    usual: Document = {"store": None, "report": None, "thresholds": None, "reach": []}
+    return {"folder": str(folder), "campaign": label, **usual, **wishes}
+
+
+def run_task(task: Document) -> Document:
+    """Run a task; whatever goes wrong becomes part of its outcome.
+
+    Returns
+    -------
+    dict
+        One entry of ``campaigns`` of the `batch` document.
+    """
+    began, run = time.monotonic(), _Run()
+    outcome = outcome_of(task, HELD)
+    try:
+        outcome |= _all_steps(task, run)
+    except InputError as error:
+        first, *others = (fault.as_document() for fault in error.faults)
+        outcome |= {"state": BROKEN, "error": first, "others": others}
+    except Exception as error:
+        outcome |= {"state": FAULT, "error": _fault(error, str(task["folder"]))}
+    failed_at = run.step if outcome["error"] else None
+    took = round(time.monotonic() - began, 3)
+    return outcome | {"steps": run.steps, "failed_at": failed_at, "seconds": took, "memory_bytes": _peak_memory()}
+
+
+def outcome_of(task: Document, state: str, error: Document | None = None) -> Document:
+    """Return the outcome of a task of which nothing else is known."""
+    return {
+        "campaign": task["campaign"],
+        "folder": task["folder"],
+        "name": Path(task["folder"]).name,
+        "state": state,
+        "steps": {},
+        "failed_at": None if error is None else STEPS[0],
+        "seconds": 0.0,
+        "memory_bytes": None,
+        "n_states": None,
+        "n_runs": None,
+        "rms": None,
+        "noise": None,
+        "relative": None,
+        "stiffness": [],
+        "checks": [],
+        "failed": [],
+        "not_judged": [],
+        "warnings": [],
+        "report": None,
+        "error": error,
+        "others": [],
+    }
+
+
+def _all_steps(task: Document, run: _Run) -> Document:
+    folder, store = Path(task["folder"]), task["store"]
+    means = Means(store=store, say=run.say, reach=tuple(Path(path) for path in task["reach"]))
+    file = None if task["thresholds"] is None else ThresholdsFile.model_validate(task["thresholds"])
+    with run.doing("ingest"):
+        data = ingested(folder, means)
+    with run.doing("identify"):
+        stored = stored_document(data.store, IDENTIFY)
+        # A fit with the robust loss counts as present too: the user asked for it.
+        loss = str(stored.get("loss", "linear")) if stored else "linear"
+        identified, fit = current_fit(data, loss), None
+        if identified is None:
+            run.say("the model or the load states have changed" if stored else "nothing is fitted yet")
+            fit = fit_now(data, loss, means)
+            identified = store_fit(data, fit, loss)
+    with run.doing("validate"):
+        current = current_validation(data, identified)
+        if current is None:
+            run.say("the present fit is not validated yet")
+            current = validate_now(data, identified, means, fit)
+        validation = with_present_verdict(data, identified, current, means, file)
+    found = _numbers(data, identified, validation)
+    if task["report"] is not False:
+        with run.doing("report"):
+            found["report"] = _report(data, task, means, run)
+    return found
+
+
+def _numbers(data: Ingested, identified: Document, validation: Document) -> Document:
+    return {
+        "name": data.campaign.name,
+        "state": HELD if validation["passed"] else NOT_HELD,
+        "n_states": identified["n_states"],
+        "n_runs": identified["n_runs"],
+        "rms": validation["rms"],
+        "noise": validation["noise"],
+        "relative": validation["relative"],
+        "stiffness": [
+            {key: one[key] for key in ("name", "where", "stiffness", "stiffness_std")}
+            for one in identified["parameters"]
+            if "stiffness" in one
+        ],
+        "checks": validation["checks"],
+        "failed": validation["failed"],
+        "not_judged": validation["not_judged"],
+        "warnings": list(dict.fromkeys([*identified["warnings"], *validation["warnings"]])),
+    }
+
+
+def _report(data: Ingested, task: Document, means: Means, run: _Run) -> str:
+    """Write the PDF where it is not there, or not of what the store holds now; return its file."""
+    folder = data.campaign.folder
+    file = Path(task["report"]) if task["report"] else folder / "report.pdf"
+    key = _report_key(data)
+    then = stored_document(data.store, REPORT) or {}
+    if then.get("key") == key and then.get("sha256") == _digest(file):
+        return str(file)
+    run.say("there is no report yet" if not file.exists() else "the report was of something else")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    report_campaign(folder, Means(store=means.store, reach=means.reach), output=file)
+    written = {"schema": "stiffcal/report-made/1", "key": key, "sha256": _digest(file)}
+    data.store.commit({}, {REPORT: written}, command="batch")
+    return str(file)
+
+
+def _report_key(data: Ingested) -> str:
+    """Return a hash of all that a report is made of."""
+    campaign = data.campaign
+    with data.store.snapshot() as snapshot:
+        documents = {name: snapshot.read_document(name) for name in snapshot.documents if name != REPORT}
+    files = [campaign.manifest.model_dump(mode="json"), campaign.robot.model_dump(mode="json")]
+    return key_of(key_of_table(data.table), documents, files)
+
+
+def _digest(file: Path) -> str | None:
+    return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else None
+
+
+def _fault(error: Exception, folder: str) -> Document:
+    """Write the traceback of an internal fault to a log file; return the fault as an error document."""
+    reason = f"internal fault, not your input: {type(error).__name__}: {' '.join(str(error).split())}"
+    head = f"stiffcal {__version__}, Python {sys.version}, {sys.platform}\nstiffcal batch {folder}\n\n"
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="stiffcal-fault-", suffix=".log", delete=False, encoding="utf-8"
+        ) as log:
+            log.write(head + "".join(traceback.format_exception(error)))
+    except OSError:
+        return {"file": folder, "place": "", "reason": reason, "mend": f"stiffcal run {folder} --debug shows where"}
+    return {"file": folder, "place": "", "reason": reason, "mend": f"please report it with the log file {log.name}"}
+
+
+def _peak_memory() -> int | None:
+    """Return the largest size that this process has had in memory, bytes; None where the system does not tell."""
+    if sys.platform == "win32":
+        return None
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

@@ -1,0 +1,46 @@
+"""A process that works through tasks: a line of JSON on standard input is a task, one on standard output its outcome.
+
+Why not multiprocessing: its children import the caller's main script again, a killed one breaks the whole pool, and
+tasks travel as pickles. A line of text is the same to a process beside this one and to one that a cluster started.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import signal
+import sys
+import threading
+from typing import IO
+
+
+def main() -> None:
+    """Work until standard input ends."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # What a plugin prints must not get between the outcomes.
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    tasks: queue.SimpleQueue[str] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(sys.stdin, tasks), daemon=True).start()
+    from stiffcal.workflow.batch_task import run_task
+
+    try:
+        while True:
+            outcome = run_task(json.loads(tasks.get()))
+            answers.write(json.dumps(outcome, ensure_ascii=False, allow_nan=False) + "\n")
+            answers.flush()
+    except (KeyboardInterrupt, BrokenPipeError):
+        # Told to stop: what was being written has been taken away by now.
+        os._exit(130)
+
+
+def _listen(stream: IO[str], tasks: queue.SimpleQueue[str]) -> None:
+    """Hand on tasks. When the sender is gone nobody wants an answer, and a store is whole whenever a writer ends."""
+    for line in stream:
+        tasks.put(line)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()
