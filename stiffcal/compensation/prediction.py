@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import StateOrder
 from stiffcal.model.equilibrium import Balance, solve_balance
@@ -37,12 +38,17 @@ class Prediction:
     covariance : (n, 6, 6) that the parameters' uncertainty leaves; zero where the values were given.
     cartesian_compliance : (n, 6, 6) deflection of the target per wrench at the target, in the loaded state.
     cartesian_stiffness : n matrices (6, 6), its inverse; None where a direction does not give.
+    linear_compliance : (n, 6, 6) the same without complementary stiffness: C = J K_θ⁻¹ Jᵀ on the undeformed chain,
+        every law by its slope under this load (002, eq. 2; 003, eq. 29 with K_C = 0).
+    linear_stiffness : its inverses.
     """
 
     deflection: Floats
     covariance: Floats
     cartesian_compliance: Floats
     cartesian_stiffness: tuple[Floats | None, ...]
+    linear_compliance: Floats
+    linear_stiffness: tuple[Floats | None, ...]
 
 
 def predict_states(
@@ -70,14 +76,17 @@ def predict_states(
     """
     loads = replace(setup, wrench_axes=Attachment(0, np.eye(4)), moments_measured=True)
     angles = robot.chain.model_angles(joints)
-    order = _one_run(robot, len(joints)) if in_order else None
+    order = one_run(robot, len(joints)) if in_order else None
     balance = solve_balance(robot, angles, wrench, loads, order)
-    compliance = _cartesian_compliance(robot, angles, wrench, loads, balance)
+    compliance = cartesian_compliance(robot, angles, wrench, loads, balance)
+    linear = cartesian_compliance(replace(robot, deformed=False), angles, wrench, loads, balance)
     return Prediction(
         deflection=balance.displacement[:, 0],
-        covariance=_covariance(robot, angles, wrench, loads, order, covariance or {}),
+        covariance=parameter_covariance(robot, angles, wrench, loads, order, covariance or {}),
         cartesian_compliance=compliance,
         cartesian_stiffness=tuple(_inverse(matrix) for matrix in compliance),
+        linear_compliance=linear,
+        linear_stiffness=tuple(_inverse(matrix) for matrix in linear),
     )
 
 
@@ -105,20 +114,35 @@ def load_path(corners: Sequence[Sequence[float]] | Floats, points: int) -> tuple
     return np.concatenate(legs), tuple(range(0, points * (len(named) - 1) + 1, points))
 
 
-def _one_run(robot: CompliantRobot, n: int) -> StateOrder:
+def one_run(robot: CompliantRobot, n: int, time: Floats | None = None) -> StateOrder:
+    """Return the order of n states that follow each other in one run, at times (n,), s, where these are known."""
     unknown, none = np.full(n, np.nan), np.zeros(n)
     motor = np.zeros((robot.chain.n_joints, n))
-    return StateOrder(np.zeros(n, dtype=np.int64), unknown, unknown, motor, unknown, none)
+    if time is None:
+        return StateOrder(np.zeros(n, dtype=np.int64), unknown, unknown, motor, unknown, none)
+    return StateOrder(np.zeros(n, dtype=np.int64), time, none, motor, unknown, time - time[0])
 
 
-def _covariance(
+def parameter_covariance(
     robot: CompliantRobot,
     angles: Floats,
     wrench: Floats,
     setup: MeasurementSetup,
     order: StateOrder | None,
     covariance: Mapping[str, Mapping[str, float]],
+    weight: bool = False,
 ) -> Floats:
+    """Return (n, 6, 6): how well the first target's deflection is known where the parameters are known so well.
+
+    Parameters
+    ----------
+    angles : (n, J) model angles, rad.
+    wrench : (n, 6) as the set-up says.
+    order : the states' order, for laws with a memory; None where each stands alone.
+    covariance : of the parameters, by full names.
+    weight : True: of the target's place, sag under weight included; else of its displacement from the weight-only
+        state.
+    """
     names = list(covariance)
     columns = np.zeros((len(names), len(angles), 6))
     amplitudes = {
@@ -126,6 +150,7 @@ def _covariance(
         for one in robot.placed
         for spec in one.effect.parameters
     }
+    rigid = attached_poses(robot.chain, angles, setup.targets[0]) if weight else None
     for place, name in enumerate(names):
         amplitude, inverse = amplitudes[name]
         std = float(np.sqrt(covariance[name][name]))
@@ -136,13 +161,21 @@ def _covariance(
         ends = []
         for moved in (amplitude + step, amplitude - step):
             other = robot.with_values({name: 1.0 / moved if inverse else moved})
-            ends.append(solve_balance(other, angles, wrench, setup, order).displacement[:, 0])
+            ends.append(_moved(solve_balance(other, angles, wrench, setup, order), rigid))
         columns[place] = (ends[0] - ends[1]) / (2.0 * step)
     matrix = np.array([[covariance[a][b] for b in names] for a in names]).reshape(len(names), len(names))
     return np.asarray(np.einsum("pni,pq,qnj->nij", columns, matrix, columns))
 
 
-def _cartesian_compliance(
+def _moved(balance: Balance, rigid: tuple[Floats, Floats] | None) -> Floats:
+    """Return (n, 6) how far the load moved the first target; from its ``rigid`` place, sag included, where given."""
+    if rigid is None:
+        return balance.displacement[:, 0]
+    turn = balance.target_rotation[:, 0] @ np.swapaxes(rigid[1], 1, 2)
+    return np.concatenate([balance.target_position[:, 0] - rigid[0], vector_from_rotation(turn)], axis=1)
+
+
+def cartesian_compliance(
     robot: CompliantRobot, angles: Floats, wrench: Floats, setup: MeasurementSetup, balance: Balance
 ) -> Floats:
     """Return (n, 6, 6): a small wrench at the target beside the load.

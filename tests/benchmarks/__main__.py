@@ -20,6 +20,7 @@ ONE_THREAD = dict.fromkeys(THREADS, "1")
 CALLS = {
     "jacobian_speed": ("main()", "main(2000, 1)"),
     "fit_speed": ("main()", "main(400, 1)"),
+    "step_speed": ("main()", "main(300, 500, 1)"),
 }
 INGEST = "ingest_speed"
 

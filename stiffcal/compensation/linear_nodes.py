@@ -1,0 +1,203 @@
+"""What of a model can be held as constant numbers: the compliance matrix of all nodes, and the chain between them.
+
+Every law is asked what it answers to unit wrenches, and whether it keeps to that: at other angles, twice the load, and
+against it. What does not (play, hysteresis, a curve, a law that follows the joint's angle) is no constant matrix.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rotations import inverse_transform
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Inputs, Kind, NodeLoads, joint_node, link_node, tool_node
+from stiffcal.model.equilibrium import law_terms, node_displacements
+
+Floats = NDArray[np.float64]
+
+# A law counts as linear where it keeps to its compliance within this share, over these loads.
+_LINEAR = 1e-9
+_TRIED_FORCE, _TRIED_MOMENT, _TRIALS = 1000.0, 1000.0, 8
+
+
+@dataclass(frozen=True)
+class LinearNodes:
+    """The linear part of a model.
+
+    Attributes
+    ----------
+    nodes : numbers of the nodes that give, base to tool.
+    compliance : (6 N, 6 N) displacement of these nodes per wrench on them, node axes; m, rad, N, N·m.
+    setup : the set-up as the model's own effects correct it.
+    deformed : False for the papers' first-order form.
+    left_out : names of the effects that stand in no matrix.
+    """
+
+    nodes: tuple[int, ...]
+    compliance: Floats
+    setup: MeasurementSetup
+    deformed: bool
+    left_out: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class NodeChain:
+    """The chain as a row of nodes, each placed in the displaced frame of the one before.
+
+    Attributes
+    ----------
+    nodes : N node numbers.
+    fixed : (N, 4, 4) from the displaced frame before to the node's own, its joint at zero.
+    joint : (N,) number of the joint that turns before the node, from 0; −1 for none.
+    mass : (N,) kg that ride on the displaced node; mass_moment : (N, 3) the sum of mass times place there, kg·m.
+    gravity : (3,) m/s².
+    bodies : (node index, (4, 4) node_from_body) for each body, base to flange; index −1: the ground.
+    """
+
+    nodes: tuple[int, ...]
+    fixed: Floats
+    joint: NDArray[np.int64]
+    mass: Floats
+    mass_moment: Floats
+    gravity: Floats
+    bodies: tuple[tuple[int, Floats], ...]
+
+    def placed(self, attachment: Attachment) -> tuple[int, Floats]:
+        """Return the node index that a frame rides on, and its (4, 4) place there."""
+        index, node_from_body = self.bodies[attachment.body]
+        return index, np.ascontiguousarray(node_from_body @ attachment.transform)
+
+
+def linear_nodes(robot: CompliantRobot, setup: MeasurementSetup, leave_out: Sequence[str] = ()) -> LinearNodes:
+    """Return the linear part of a valued robot.
+
+    Parameters
+    ----------
+    robot : chain and effects, every parameter valued.
+    setup : where the instruments sit.
+    leave_out : names of effects that may be left out.
+
+    Raises
+    ------
+    ValueError : an effect is not linear, and ``leave_out`` does not name it.
+    """
+    size = 6 * (tool_node(robot.chain) + 1)
+    whole, left_out = np.zeros((size, size)), []
+    for one in robot.placed:
+        if one.effect.kind is Kind.OBSERVATION:
+            continue  # what the instruments see; the robot does not bend by it
+        matrix = _matrix_of(robot, one)
+        if matrix is None or _acts_beside(robot, one):
+            left_out.append(f"{one.effect.name}.{one.place.label}")
+            if one.effect.name not in leave_out:
+                raise ValueError(
+                    f"{one.effect.name} at {one.place.label} does not answer in proportion to its load: "
+                    f"a controller's loop cannot hold it as a number; leave it out by name, or use compensate"
+                )
+            continue
+        whole += matrix
+    gives = np.flatnonzero(np.abs(whole).reshape(size // 6, 6, size).max(axis=(1, 2)) > 0.0)
+    nodes = sorted({*gives.tolist(), *(joint_node(k) for k in range(1, robot.chain.n_joints + 1))})
+    picked = np.concatenate([6 * node + np.arange(6) for node in nodes])
+    return LinearNodes(
+        nodes=tuple(int(node) for node in nodes),
+        compliance=np.ascontiguousarray(whole[np.ix_(picked, picked)]),
+        setup=_corrected_setup(robot, setup),
+        deformed=robot.deformed,
+        left_out=tuple(left_out),
+    )
+
+
+def node_chain(chain: Chain, nodes: LinearNodes) -> NodeChain:
+    """Return the chain between the nodes that give."""
+    fixed, joint, bodies = [], [], []
+    here = np.eye(4)  # from the last displaced node to the frame that is being carried outward
+    last = -1
+    if 0 in nodes.nodes:
+        fixed.append(np.eye(4))
+        joint.append(-1)
+        last = 0
+    bodies.append((last, np.eye(4)))
+    carriers = []
+    ends = {beam.joint: beam.end for beam in chain.beams.values()}
+    for k in range(1, chain.n_joints + 1):
+        lift = np.eye(4)
+        lift[2, 3] = chain.bearing[k - 1]
+        fixed.append(here @ chain.fixed[k - 1] @ lift)
+        joint.append(k - 1)
+        last += 1
+        here = inverse_transform(lift)
+        bodies.append((last, here))
+        if link_node(k) in nodes.nodes:
+            fixed.append(here @ ends[k])
+            joint.append(-1)
+            last += 1
+            here = inverse_transform(ends[k])
+        # A link's own weight bends its beam, as in the balance: it rides on the beam's end.
+        carriers.append((last, here))
+    here = here @ chain.flange
+    if tool_node(chain) in nodes.nodes:
+        fixed.append(here)
+        joint.append(-1)
+        last += 1
+        here = np.eye(4)
+    bodies.append((last, here))
+    carriers.append(bodies[-1])
+    mass, moment = _masses(chain, nodes.setup, carriers, len(fixed))
+    return NodeChain(
+        nodes.nodes, np.stack(fixed), np.array(joint, dtype=np.int64), mass, moment, chain.gravity, tuple(bodies)
+    )
+
+
+def _masses(
+    chain: Chain, setup: MeasurementSetup, carriers: Sequence[tuple[int, Floats]], count: int
+) -> tuple[Floats, Floats]:
+    mass, moment = np.zeros(count), np.zeros((count, 3))
+    loads = [(float(chain.link_mass[k]), chain.link_com[k]) for k in range(chain.n_joints)]
+    loads.append((setup.tool_mass, setup.tool_com))
+    for (kilograms, centre), (index, node_from_body) in zip(loads, carriers, strict=True):
+        mass[index] += kilograms
+        moment[index] += kilograms * (node_from_body @ np.append(centre, 1.0))[:3]
+    return mass, moment
+
+
+def _matrix_of(robot: CompliantRobot, one: PlacedEffect) -> Floats | None:
+    """Return (6 N, 6 N) of all nodes for one effect, or None where it is not linear."""
+    alone = CompliantRobot(robot.chain, (one,), robot.deformed)
+    count = tool_node(robot.chain) + 1
+    rng = np.random.default_rng(0)
+    unit = np.eye(6 * count).reshape(count, 6, 6 * count)
+    matrix = _answers(alone, unit, np.zeros((robot.chain.n_joints, 6 * count))).reshape(6 * count, 6 * count)
+    size = np.where(np.arange(6) < 3, _TRIED_FORCE, _TRIED_MOMENT)[:, None]
+    tried = rng.standard_normal((count, 6, _TRIALS)) * size
+    tried[:, :, _TRIALS // 2 :] = -2.0 * tried[:, :, : _TRIALS // 2]
+    angles = rng.uniform(-np.pi, np.pi, (robot.chain.n_joints, _TRIALS))
+    seen = _answers(alone, tried, angles).reshape(6 * count, _TRIALS)
+    expected = matrix @ tried.reshape(6 * count, _TRIALS)
+    if np.abs(seen - expected).max() > _LINEAR * np.abs(expected).max(initial=1e-30):
+        return None
+    return matrix
+
+
+def _answers(robot: CompliantRobot, wrench: Floats, angles: Floats) -> Floats:
+    return node_displacements(robot, law_terms(robot, NodeLoads(wrench, angles)), wrench.shape[2])
+
+
+def _acts_beside(robot: CompliantRobot, one: PlacedEffect) -> bool:
+    """Tell whether an effect puts a torque beside its drive (a balancing spring)."""
+    angles = np.zeros((robot.chain.n_joints, 1))
+    return one.effect.joint_torque(one.place, robot.chain, angles, one.values) is not None
+
+
+def _corrected_setup(robot: CompliantRobot, setup: MeasurementSetup) -> MeasurementSetup:
+    """Return the set-up as effects that turn or shift frames leave it."""
+    inputs = Inputs(np.zeros((robot.chain.n_joints, 1)), np.zeros((6, 1)), setup)
+    for one in robot.placed:
+        inputs = one.effect.adjusted(one.place, inputs, one.values)
+    return inputs.setup

@@ -1,0 +1,256 @@
+"""Joint targets that bring the loaded robot where it is wanted.
+
+The controller is told q′ instead of q, such that the robot, balanced under its weight and the load, stands in the
+wanted pose. Why solved and not one Newton step: a correction moves the levers of load and weight, which one step leaves
+out; with the chain's own Jacobian in place of the balanced robot's every further step gains two digits or more.
+
+Least motion: of all joint targets that reach the pose, the nearest to the commanded ones is taken; with seven joints
+that is one of many (q′ = q + J⁺ (e + J (q′ − q)), repeated), with six the only one near by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.compensation.prediction import one_run, parameter_covariance
+from stiffcal.measurements.load_states import MeasurementSetup
+from stiffcal.mechanics.kinematics import jacobians
+from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import StateOrder
+from stiffcal.model.equilibrium import Balance, solve_balance
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+Integers = NDArray[np.int64]
+
+# A micrometre and a microradian are asked for; a thousandth of that is what the steps stop at.
+REACHED_M, REACHED_RAD = 1e-6, 1e-6
+_STOP = 1e-9
+_MAX_STEPS = 30
+# A joint turn smaller than this share of the largest makes so little way that a correction would be sought far off.
+_SINGULAR = 1e-3
+# Compensation corrects millimetres; a joint that would have to go farther stands beside a singular pose.
+LARGEST_CORRECTION = np.radians(5.0)
+
+
+@dataclass(frozen=True)
+class PoseGoal:
+    """Wanted places of the first target, base axes.
+
+    Attributes
+    ----------
+    position : (n, 3) m.
+    rotation : (n, 3, 3) base_from_target.
+    """
+
+    position: Floats
+    rotation: Floats
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What is to be reached, and how.
+
+    Attributes
+    ----------
+    goal : the wanted poses; None: where the robot would stand at the commanded angles without the load.
+    orientation : False where only the position counts.
+    in_order : the states follow each other in one run (laws with a memory), loads and all.
+    time : (n,) s of the states, for laws that go by time; None where not known.
+    largest_correction : rad, how far a joint may go from its commanded angle.
+    """
+
+    goal: PoseGoal | None = None
+    orientation: bool = True
+    in_order: bool = False
+    time: Floats | None = None
+    largest_correction: float = LARGEST_CORRECTION
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """Corrected joint targets of n states, base axes throughout.
+
+    Attributes
+    ----------
+    joints : (n, L) logged angles to command, rad.
+    before : (n, 6) pose error without correction (reached minus wanted), m, then rotation vector, rad.
+    after : (n, 6) the same with the correction, by the model itself: below a micrometre where ``reached``.
+    covariance : (n, 6, 6) of the error that the model's uncertainty leaves.
+    deflection : (n, 6) what the load alone does at the commanded angles.
+    reached : (n,) True where the whole wish is met.
+    position_reached : (n,) True where at least the position is: orientation gives way where both cannot be had.
+    held : n times the names of the joints that a limit stopped, joined by commas, "" where none was.
+    singular : (n,) True where a correction would have gone farther than a joint may.
+    """
+
+    joints: Floats
+    before: Floats
+    after: Floats
+    covariance: Floats
+    deflection: Floats
+    reached: Booleans
+    position_reached: Booleans
+    held: tuple[str, ...]
+    singular: Booleans
+
+
+def correct_joints(
+    robot: CompliantRobot,
+    joints: Floats,
+    wrench: Floats,
+    setup: MeasurementSetup,
+    wish: Wish | None = None,
+    covariance: Mapping[str, Mapping[str, float]] | None = None,
+) -> Corrected:
+    """Solve for the joint targets that put the loaded robot's first target where it is wanted.
+
+    Parameters
+    ----------
+    robot : chain and effects, every parameter valued.
+    joints : (n, L) commanded logged angles, rad.
+    wrench : (n, 6) N and N·m on the robot, in the set-up's wrench axes about its wrench point.
+    setup : where load and target are.
+    wish : what is to be reached; None: the pose without the load.
+    covariance : of the parameters, by full names; None: taken as exact.
+
+    Raises
+    ------
+    NoBalanceError : a load is more than the springs hold.
+
+    Notes
+    -----
+    Within the chain's limits: a joint that would go beyond is kept at its limit and the others make up for it where
+    they can (seven joints can); what remains stands in ``after``.
+    """
+    wish = wish or Wish()
+    problem = _Problem(robot, joints, wrench, setup, wish)
+    found = problem.solve()
+    angles = robot.chain.model_angles(found.joints)
+    weight = wish.goal is not None
+    return replace(
+        found,
+        covariance=parameter_covariance(robot, angles, wrench, setup, problem.order, covariance or {}, weight),
+    )
+
+
+def pose_error(position: Floats, rotation: Floats, goal: PoseGoal) -> Floats:
+    """Return (n, 6) reached minus wanted: positions, m, and the rotation vector of R R_wantedᵀ, rad; base axes."""
+    turn = rotation @ np.swapaxes(goal.rotation, 1, 2)
+    return np.concatenate([position - goal.position, vector_from_rotation(turn)], axis=1)
+
+
+class _Problem:
+    """The equations of n states and the way to their solution; arrays of all states are filled in as they are found."""
+
+    def __init__(
+        self, robot: CompliantRobot, joints: Floats, wrench: Floats, setup: MeasurementSetup, wish: Wish
+    ) -> None:
+        self.robot, self.commanded, self.wrench, self.setup, self.wish = robot, joints, wrench, setup, wish
+        self.chain = robot.chain
+        self.order: StateOrder | None = one_run(robot, len(joints), wish.time) if wish.in_order else None
+        start = self._balance(joints)
+        self.deflection = start.displacement[:, 0]
+        self.goal = wish.goal or PoseGoal(start.unloaded_position[:, 0], start.unloaded_rotation[:, 0])
+        self.before = self._error(start)
+        self.joints, self.error = joints.copy(), self.before.copy()
+        self.at_limit = np.zeros(joints.shape, dtype=np.bool_)
+        self.too_far = np.zeros(len(joints), dtype=np.bool_)
+
+    def _balance(self, joints: Floats, part: Integers | None = None) -> Balance:
+        """Find the balances; of some states alone only where each stands alone."""
+        wrench = self.wrench if part is None else self.wrench[part]
+        return solve_balance(self.robot, self.chain.model_angles(joints), wrench, self.setup, self.order)
+
+    def _error(self, balance: Balance, part: Integers | None = None) -> Floats:
+        goal = self.goal if part is None else PoseGoal(self.goal.position[part], self.goal.rotation[part])
+        if self.robot.deformed:
+            return pose_error(balance.target_position[:, 0], balance.target_rotation[:, 0], goal)
+        # The linear form counts the deflection from the rigid chain, and lets the sag out with it.
+        at = pose_error(balance.unloaded_position[:, 0], balance.unloaded_rotation[:, 0], goal)
+        return at + balance.displacement[:, 0]
+
+    def _error_at(self, joints: Floats, part: Integers) -> Floats:
+        """Return (m, 6) the pose errors of some states at their joint targets (m, L) out of all (n, L)."""
+        if self.order is None:
+            return self._error(self._balance(joints[part], part), part)
+        return self._error(self._balance(joints))[part]
+
+    def solve(self) -> Corrected:
+        """Find the joint targets; where a pose cannot be had (singular, a limit), at least its position."""
+        n = len(self.commanded)
+        whole = np.full(n, self.wish.orientation)
+        self._go(np.arange(n), whole)
+        redo = np.flatnonzero(whole & ~self._reached(whole))
+        if redo.size:
+            whole[redo] = False
+            stopped = self.at_limit.copy()
+            self.joints[redo], self.at_limit[redo] = self.commanded[redo], False
+            self._go(redo, whole)
+            self.at_limit |= stopped  # what kept the whole pose from being reached is worth knowing too
+        names = self.chain.joint_names
+        return Corrected(
+            joints=self.joints,
+            before=self.before,
+            after=self.error,
+            covariance=np.zeros((n, 6, 6)),
+            deflection=self.deflection,
+            reached=self._reached(np.full(n, self.wish.orientation)),
+            position_reached=self._reached(np.zeros(n, dtype=np.bool_)),
+            held=tuple(", ".join(names[k] for k in np.flatnonzero(row)) for row in self.at_limit),
+            singular=self.too_far,
+        )
+
+    def _reached(self, whole: Booleans) -> Booleans:
+        place = np.abs(self.error[:, :3]).max(axis=1) < REACHED_M
+        turn = np.abs(self.error[:, 3:]).max(axis=1) < REACHED_RAD
+        return np.asarray(place & (turn | ~whole), dtype=np.bool_)
+
+    def _go(self, part: Integers, whole: Booleans) -> None:
+        """Take some states to their joint targets step by step, each until it stands still.
+
+        Parameters
+        ----------
+        part : numbers of the states.
+        whole : (n,) True where the orientation is to be reached too.
+        """
+        self.error[part] = self._error_at(self.joints, part)
+        for _ in range(_MAX_STEPS):
+            before = self.joints[part]
+            wanted = self._step(part, whole)
+            newly = self._beyond(wanted) & ~self.at_limit[part]
+            if newly.any():
+                # A joint stops at its limit: the others make up for it from the next step on.
+                self.at_limit[part] |= newly
+            wanted = np.clip(wanted, *self.chain.limits.T)
+            far = (np.abs(wanted - self.commanded[part]) > self.wish.largest_correction).any(axis=1)
+            self.too_far[part] |= far
+            wanted[far] = before[far]
+            self.joints[part] = wanted
+            self.error[part] = self._error_at(self.joints, part)
+            moving = (np.abs(wanted - before).max(axis=1) > _STOP) | newly.any(axis=1)
+            part = part[moving & ~far]
+            if not part.size:
+                break
+
+    def _step(self, part: Integers, whole: Booleans) -> Floats:
+        """Return (m, L) the next joint targets: least motion from the commanded angles, held joints at their limit."""
+        joints, commanded, at_limit = self.joints[part], self.commanded[part], self.at_limit[part]
+        counted = np.ones((len(part), 6))
+        counted[~whole[part], 3:] = 0.0
+        jacobian = jacobians(self.chain, self.chain.model_angles(joints), self.setup.targets[0]) @ self.chain.coupling
+        moved = joints - commanded
+        gone = np.where(at_limit, moved, 0.0)
+        # e(q′) ≈ e + J (q′ − q): brought to zero by the smallest correction of the free joints.
+        aim = counted * (np.einsum("nij,nj->ni", jacobian, moved - gone) - self.error[part])
+        inverse = np.linalg.pinv(counted[:, :, None] * jacobian * ~at_limit[:, None, :], rcond=_SINGULAR)
+        return np.asarray(commanded + gone + np.einsum("nji,ni->nj", inverse, aim))
+
+    def _beyond(self, wanted: Floats) -> Booleans:
+        low, high = self.chain.limits.T
+        return np.asarray((wanted < low) | (wanted > high), dtype=np.bool_)

@@ -1,0 +1,222 @@
+"""The step function: against the solved correction, its memory, its filter, and what it refuses."""
+
+from __future__ import annotations
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stiffcal.compensation.filtering import weight_on_sensor
+from stiffcal.compensation.step import CompensationStep, StepSettings
+from stiffcal.compensation.targets import correct_joints
+from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.mechanics.chain import LinkBeam
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.model.equilibrium import solve_balance
+from tests.compensation.test_targets import drives, regular
+from tests.independent.robots import (
+    SEVEN_STIFFNESS,
+    SIX_STIFFNESS,
+    force_sensor_setup,
+    seven_axes,
+    shifted,
+    six_axes,
+    six_axis_joints,
+)
+
+EFFECTS = find_effects()
+
+
+def placed(name: str, place: Place, values: dict[str, float]) -> PlacedEffect:
+    return PlacedEffect(EFFECTS[name], place, values)
+
+
+def springs_36() -> CompliantRobot:
+    """Return paper 001's model: three rotations and three translations at each of six joints."""
+    robot = drives(six_axes(), SIX_STIFFNESS)
+    more = []
+    for k in range(1, 7):
+        joint = Place("joints", (k,))
+        more.append(placed("bearing-tilt", joint, {"x": 2e-7, "y": 3e-7}))
+        more.append(placed("joint-translation", joint, {"tx": 1e-8, "ty": 5e-9, "tz": 4e-9}))
+    return replace(robot, placed=(*robot.placed, *more))
+
+
+def everything_linear() -> CompliantRobot:
+    """Return a robot with base, tool, beams, coupled drives and shifted bearings."""
+    coupling = np.eye(6)
+    coupling[2, 1] = -1.0
+    beam = LinkBeam(2, shifted(0.89, 0.0, 0.0), 0.89)
+    chain = replace(
+        six_axes(),
+        coupling=coupling,
+        mechanical=np.arange(6) == 2,
+        bearing=np.array([0.1, -0.05, 0.02, 0.3, 0.0, 0.04]),
+        beams={"swing": beam},
+    )
+    setup = Place("setup")
+    give = {"rx": 1e-7, "ry": 2e-7, "rz": 1e-7, "tx": 1e-8, "ty": 1e-8, "tz": 5e-9}
+    more = (
+        placed("bearing-tilt", Place("joints", (2,)), {"x": 4e-7, "y": 2e-7}),
+        placed("axis-coupling", Place("pairs", (5, 6)), {"c": 3e-6}),
+        placed("link-beam", Place("links", (), "swing"), {"EI2": 2e6, "EI3": 3e6, "GJ": 1e6, "EA": 1e9}),
+        placed("base-compliance", setup, give),
+        placed("tool-compliance", setup, give),
+    )
+    robot = drives(chain, SIX_STIFFNESS)
+    return replace(robot, placed=(*robot.placed, *more))
+
+
+def samples(robot: CompliantRobot, setup: MeasurementSetup, n: int = 30) -> tuple[Floats, Floats]:
+    rng = np.random.default_rng(4)
+    joints = regular(robot.chain, six_axis_joints(rng, 4 * n), setup)[:n]
+    return joints, rng.normal(size=(n, 6)) * np.repeat([250.0, 30.0], 3)
+
+
+@pytest.mark.parametrize("make", [springs_36, everything_linear])
+def test_two_sweeps_are_the_balance(make: object) -> None:
+    robot: CompliantRobot = make()  # type: ignore[operator]
+    setup = force_sensor_setup(robot.chain, 10.0, (0.0, 0.01, 0.1))
+    joints, wrench = samples(robot, setup)
+    exact = correct_joints(robot, joints, wrench, setup)
+    size = np.linalg.norm(exact.deflection, axis=1)
+    for sweeps, tolerance in ((1, 2e-2), (2, 5e-4), (4, 5e-5)):
+        step = CompensationStep(robot, setup, StepSettings(sweeps=sweeps))
+        seen = np.array([[*step(q, w), *step.deflection] for q, w in zip(joints, wrench, strict=True)])
+        assert np.all(np.linalg.norm(seen[:, 6:] - exact.deflection, axis=1) < tolerance * size)
+    loaded = solve_balance(robot, robot.chain.model_angles(joints + seen[:, :6]), wrench, setup)
+    unloaded = solve_balance(robot, robot.chain.model_angles(joints), wrench, setup).unloaded_position
+    left = np.linalg.norm(loaded.target_position - unloaded, axis=2)[:, 0]
+    assert np.all(left < 0.05 * np.linalg.norm(exact.deflection[:, :3], axis=1))
+
+
+def test_seven_joints_by_least_motion() -> None:
+    rng = np.random.default_rng(5)
+    chain = seven_axes()
+    robot, setup = drives(chain, SEVEN_STIFFNESS), force_sensor_setup(chain, 2.0)
+    joints, wrench = rng.uniform(-1.2, 1.2, (20, 7)), rng.normal(size=(20, 6)) * np.repeat([40.0, 5.0], 3)
+    exact = correct_joints(robot, joints, wrench, setup)
+    step = CompensationStep(robot, setup)
+    offsets = np.array([step(q, w).copy() for q, w in zip(joints, wrench, strict=True)])
+    assert np.allclose(offsets, exact.joints - joints, atol=0.05 * np.abs(exact.joints - joints).max())
+
+
+def test_no_call_allocates() -> None:
+    """Nothing is kept; what numpy's own iterators take on the way is a few kilobytes, given back within the call."""
+    robot = springs_36()
+    setup = force_sensor_setup(robot.chain, 10.0, (0.0, 0.01, 0.1))
+    joints, wrench = (np.ascontiguousarray(one[0]) for one in samples(robot, setup, 1))
+    step = CompensationStep(robot, setup, StepSettings(cutoff_hz=20.0, tool_mass=5.0))
+    tracemalloc.start()
+    try:
+        for _ in range(200):
+            step(joints, wrench)
+        before, _ = tracemalloc.get_traced_memory()
+        tracemalloc.reset_peak()
+        for _ in range(500):
+            step(joints, wrench)
+        after, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert after - before < 200
+    assert peak - before < 6000
+
+
+def test_what_is_returned_is_one_array() -> None:
+    robot = springs_36()
+    setup = force_sensor_setup(robot.chain)
+    joints, wrench = samples(robot, setup, 2)
+    step = CompensationStep(robot, setup)
+    assert step(joints[0], wrench[0]) is step(joints[1], wrench[1]) is step.offsets
+
+
+def test_the_tools_weight_is_taken_out() -> None:
+    robot = springs_36()
+    chain = robot.chain
+    setup = force_sensor_setup(chain, 10.0)
+    joints, wrench = samples(robot, setup, 2)
+    com = (0.02, -0.01, 0.15)
+    hung = weight_on_sensor(chain, chain.model_angles(joints), setup.wrench_axes, 7.0, np.array(com))
+    plain = CompensationStep(robot, setup)
+    never = CompensationStep(robot, setup, StepSettings(tool_mass=7.0, tool_com=com))
+    assert np.allclose(never(joints[1], wrench[1] + hung[1]), plain(joints[1], wrench[1]), atol=1e-12)
+    settings = StepSettings(tool_mass=7.0, tool_com=com, zeroed_at=joints[0])
+    zeroed = CompensationStep(robot, setup, settings)
+    assert np.allclose(zeroed(joints[1], wrench[1] + hung[1] - hung[0]), plain(joints[1], wrench[1]), atol=1e-12)
+    assert np.linalg.norm(hung[1, :3]) == pytest.approx(7.0 * 9.81)
+
+
+def test_weight_on_a_sensor_by_pinocchio() -> None:
+    pin = pytest.importorskip("pinocchio")
+    chain = six_axes()
+    setup = force_sensor_setup(chain)
+    angles = chain.model_angles(six_axis_joints(np.random.default_rng(1), 1))
+    from tests.independent.pinocchio_robot import pinocchio_model, place_and_jacobian
+
+    com = np.array([0.02, -0.01, 0.15])
+    bare, loaded = pinocchio_model(chain), pinocchio_model(chain, 7.0, com)
+    torque = pin.computeGeneralizedGravity(loaded, loaded.createData(), angles[0]) - pin.computeGeneralizedGravity(
+        bare, bare.createData(), angles[0]
+    )
+    wrench = weight_on_sensor(chain, angles, setup.wrench_axes, 7.0, com)[0]
+    _, rotation, jacobian = place_and_jacobian(bare, chain, angles[0], setup.wrench_axes)
+    in_base = np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])
+    assert np.allclose(jacobian.T @ in_base, -torque, atol=1e-9)
+
+
+def test_the_filter_settles_on_the_first_sample_and_lags_by_its_delay() -> None:
+    robot = springs_36()
+    setup = force_sensor_setup(robot.chain)
+    joints, wrench = samples(robot, setup, 1)
+    step = CompensationStep(robot, setup, StepSettings(cycle_s=0.001, cutoff_hz=10.0))
+    first = step(joints[0], wrench[0]).copy()
+    assert np.allclose(first, CompensationStep(robot, setup)(joints[0], wrench[0]), atol=1e-12)
+    assert np.allclose(step(joints[0], wrench[0]), first, atol=1e-12)
+    step(joints[0], 0.0 * wrench[0])
+    assert np.linalg.norm(step.wrench) > 0.99 * np.linalg.norm(wrench[0])
+    step.reset()
+    assert np.allclose(step(joints[0], 0.0 * wrench[0]), 0.0, atol=1e-12)
+
+
+def test_offsets_stay_within_limits_and_in_proportion() -> None:
+    robot = springs_36()
+    setup = force_sensor_setup(robot.chain)
+    joints, wrench = samples(robot, setup, 1)
+    free = CompensationStep(robot, setup)(joints[0], wrench[0]).copy()
+    most = 0.4 * float(np.abs(free).max())
+    small = CompensationStep(robot, setup, StepSettings(largest_correction=most))(joints[0], wrench[0])
+    assert np.allclose(small, 0.4 * free, rtol=1e-9)
+    limits = np.tile([-7.0, 7.0], (6, 1))
+    limits[1] = [joints[0, 1] - 0.5 * abs(free[1]), joints[0, 1] + 0.5 * abs(free[1])]
+    narrow = replace(robot, chain=replace(robot.chain, limits=limits))
+    held = CompensationStep(narrow, setup)(joints[0], wrench[0])
+    assert abs(held[1]) == pytest.approx(0.5 * abs(free[1]))
+
+
+def test_what_the_loop_cannot_hold_is_named() -> None:
+    robot = springs_36()
+    play = placed("backlash", Place("joints", (4,)), {"width": 1e-3, "band": 5.0})
+    setup = force_sensor_setup(robot.chain)
+    with_play = replace(robot, placed=(*robot.placed, play))
+    with pytest.raises(ValueError, match="backlash at j4 does not answer in proportion"):
+        CompensationStep(with_play, setup)
+    step = CompensationStep(with_play, setup, StepSettings(leave_out=("backlash",)))
+    assert step.left_out == ("backlash.j4",)
+    joints, wrench = samples(robot, setup, 1)
+    assert np.allclose(step(joints[0], wrench[0]), CompensationStep(robot, setup)(joints[0], wrench[0]), atol=1e-15)
+
+
+def test_readings_in_base_axes() -> None:
+    robot = springs_36()
+    setup = force_sensor_setup(robot.chain)
+    in_base = replace(setup, wrench_axes=Attachment(0, np.eye(4)))
+    joints, wrench = samples(robot, setup, 3)
+    exact = solve_balance(robot, robot.chain.model_angles(joints), wrench, in_base).displacement[:, 0]
+    step = CompensationStep(robot, in_base, StepSettings(sweeps=4))
+    for q, w, moved in zip(joints, wrench, exact, strict=True):
+        step(q, w)
+        assert np.allclose(step.deflection, moved, atol=1e-5 * np.linalg.norm(moved))
