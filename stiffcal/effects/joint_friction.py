@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates
@@ -37,6 +39,8 @@ class JointFriction(DocumentedEffect):
     )
     needs = ("friction runs: joint velocity and torque at constant speeds both ways",)
     looks_like = ("friction-hysteresis",)
+    in_motion = True
+    optional = MappingProxyType({"stribeck": ("velocity", "exponent")})
     fingerprint = "the motor's torque changes its sign with the direction of motion and grows with speed"
     how_to_check = "Move the joint to and fro at several constant speeds and log motor torque against velocity."
 

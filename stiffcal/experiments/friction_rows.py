@@ -1,0 +1,148 @@
+"""Friction runs as equations: torque of a drive = its friction at its velocity + what weight and inertia add.
+
+Passes at constant velocity: the mean weight over a stretch is one unknown for all passes of that stretch, so that only
+the difference of the two directions tells friction. Other motion: weight and inertia are linear in ten numbers of each
+link and the inertia of each drive; a constant stands for the torque sensor's zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rigid_body import drive_matrix, inertial_regressor
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+# Motion is judged in unseen pieces of this length: strokes of robots in quick motion take half a second to a second.
+PIECE_S = 1.0
+
+
+@dataclass(frozen=True)
+class FrictionRows:
+    """k equations: ``torque = friction of its joint at its velocity + beside @ unknowns``.
+
+    Attributes
+    ----------
+    joint : (k,) from 1. velocity : (k,) rad/s, of the drive at the joint's side. torque : (k,) N·m.
+    beside : (k, m) what weight, inertia and zeros add per unit of their m unknowns.
+    steady : (k,) True for a pass at constant velocity, False for a sample of other motion.
+    repeat : (k,) rows with one number here are repeats of each other.
+    piece : (k,) what stays together when a part is left out: a speed, or a second of motion.
+    source : (k,) index into the readings or samples that the rows come from.
+    run : (k,) name of the run.
+    """
+
+    joint: Integers
+    velocity: Floats
+    torque: Floats
+    beside: Floats
+    steady: Booleans
+    repeat: Integers
+    piece: Integers
+    source: Integers
+    run: NDArray[np.str_]
+
+    def __len__(self) -> int:
+        return int(self.joint.size)
+
+    def select(self, keep: Booleans | Integers) -> FrictionRows:
+        """Return some of the rows; unknowns that none of them feels are left out."""
+        picked = replace(self, **{name: getattr(self, name)[keep] for name in self.__dataclass_fields__})
+        felt = np.any(picked.beside != 0.0, axis=0)
+        return replace(picked, beside=picked.beside[:, felt])
+
+
+def steady_rows(readings: SteadyReadings) -> FrictionRows:
+    """Return an equation for every pass that is used."""
+    index = np.flatnonzero(readings.used)
+    picked = readings.select(index)
+    stretches, number = np.unique(picked.stretch, return_inverse=True)
+    forward = (picked.velocity > 0.0).astype(np.int64)
+    names = np.array([readings.runs[k].name for k in picked.run], dtype=np.str_)
+    return FrictionRows(
+        joint=picked.joint,
+        velocity=picked.velocity,
+        torque=picked.torque,
+        beside=np.eye(stretches.size)[number],
+        steady=np.ones(index.size, dtype=np.bool_),
+        repeat=2 * number + forward,
+        piece=number,
+        source=index,
+        run=names,
+    )
+
+
+def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
+    """Return an equation for every joint and sample in which its drive went one way all the time."""
+    inertia = inertial_regressor(chain, motion.angles, motion.velocity, motion.acceleration)
+    inertia = np.einsum("ji,njk->nik", drive_matrix(chain), inertia)
+    n, count = motion.torque.shape
+    beside = np.zeros((n, count, inertia.shape[2] + 2 * count))
+    beside[:, :, : inertia.shape[2]] = inertia
+    for j in range(count):
+        beside[:, j, inertia.shape[2] + j] = motion.drive_acceleration[:, j]
+        beside[:, j, inertia.shape[2] + count + j] = 1.0
+    sample, joint = np.nonzero(motion.one_way)
+    rows = beside[sample, joint]
+    rows = rows[:, np.any(rows != 0.0, axis=0)]
+    second = np.floor((motion.time - motion.time.min()) / PIECE_S).astype(np.int64)
+    pieces = np.unique(np.stack([motion.run, second], axis=1), axis=0, return_inverse=True)[1].ravel()
+    names = np.array([run.name for run in motion.runs], dtype=np.str_)[motion.run]
+    return FrictionRows(
+        joint=joint + 1,
+        velocity=motion.drive_velocity[sample, joint],
+        torque=motion.torque[sample, joint],
+        beside=rows,
+        steady=np.zeros(sample.size, dtype=np.bool_),
+        repeat=np.arange(sample.size),
+        piece=pieces[sample],
+        source=sample,
+        run=names[sample],
+    )
+
+
+def stacked_rows(parts: Sequence[FrictionRows]) -> FrictionRows:
+    """Return the equations of several kinds, each with unknowns of its own beside friction."""
+    total = sum(part.beside.shape[1] for part in parts)
+    beside, done = [], 0
+    for part in parts:
+        wide = np.zeros((len(part), total))
+        wide[:, done : done + part.beside.shape[1]] = part.beside
+        done += part.beside.shape[1]
+        beside.append(wide)
+    repeat, piece, ahead_repeat, ahead_piece = [], [], 0, 0
+    for part in parts:
+        repeat.append(part.repeat + ahead_repeat)
+        piece.append(part.piece + ahead_piece)
+        ahead_repeat += int(part.repeat.max(initial=-1)) + 1
+        ahead_piece += int(part.piece.max(initial=-1)) + 1
+
+    def joined(name: str) -> NDArray[np.generic]:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return FrictionRows(
+        joint=np.asarray(joined("joint"), dtype=np.int64),
+        velocity=np.asarray(joined("velocity"), dtype=np.float64),
+        torque=np.asarray(joined("torque"), dtype=np.float64),
+        beside=np.concatenate(beside),
+        steady=np.asarray(joined("steady"), dtype=np.bool_),
+        repeat=np.concatenate(repeat),
+        piece=np.concatenate(piece),
+        source=np.asarray(joined("source"), dtype=np.int64),
+        run=np.asarray(joined("run"), dtype=np.str_),
+    )
+
+
+def together(rows: FrictionRows) -> list[Booleans]:
+    """Split rows into parts that share no unknown: the joints of one motion go together, others alone."""
+    moving = set(rows.joint[~rows.steady].tolist())
+    parts = [np.isin(rows.joint, list(moving))] if moving else []
+    return parts + [rows.joint == joint for joint in np.unique(rows.joint) if joint not in moving]

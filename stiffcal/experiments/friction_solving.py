@@ -1,0 +1,324 @@
+"""Solving for friction: amplitudes inside, shapes outside, weight and inertia projected out, optional parts judged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.friction_rows import FrictionRows
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Sort
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+
+# Singular values below this share of the largest: combinations of inertial numbers that no motion shows.
+RANK = 1e-7
+# A pooled variance of repeats with fewer degrees of freedom is worse known than that of the residuals.
+LEAST_REPEATS = 4
+ROUNDS = 4
+
+
+@dataclass
+class Law:
+    """The law of one joint while it is being fitted: which amplitudes and shapes are in, and with which values."""
+
+    placed: PlacedEffect
+    fixed: frozenset[str]
+    amplitudes: list[str]
+    shape: dict[str, float]
+    free_shape: list[str] = field(default_factory=list)
+    seen: dict[str, bool] = field(default_factory=dict)
+    verdict: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def joint(self) -> int:
+        """The joint's number, from 1."""
+        return self.placed.place.joints[0]
+
+    def held(self, symbol: str) -> bool:
+        """Tell whether the model file holds a parameter at its value."""
+        return self.placed.parameter_name(symbol) in self.fixed
+
+    def columns(self, velocity: Floats, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
+        """Return symbol to (n,) torque per unit, at velocities (n,) and the present shape or another."""
+        return self.placed.effect.torque_columns(velocity, self.shape if shape is None else shape)
+
+
+def law_of(placed: PlacedEffect, fixed: frozenset[str]) -> Law:
+    """Begin without the optional parts, but for those that the model file gives."""
+    optional = placed.effect.optional
+    amplitudes = [spec.symbol for spec in placed.specs(Sort.AMPLITUDE)]
+    kept = [s for s in amplitudes if s not in optional or placed.parameter_name(s) in fixed]
+    return Law(placed, fixed, kept, dict(placed.shape()))
+
+
+class PartFit:
+    """The fit of rows that share unknowns, in whitened form with weight and inertia projected out."""
+
+    def __init__(self, rows: FrictionRows, laws: list[Law]) -> None:
+        self.rows, self.laws = rows, laws
+        self.own = {law.joint: rows.joint == law.joint for law in laws}
+        self.noise = {law.joint: _repeat_noise(rows, rows.joint == law.joint) for law in laws}
+        self.sigma = np.ones(len(rows))
+        for law in laws:
+            spread = float(rows.torque[self.own[law.joint]].std()) or 1.0
+            self.sigma[self.own[law.joint]] = self.noise[law.joint] or spread
+        self._whiten()
+
+    def run(self) -> PartFit:
+        """Find weights, then the optional parts, then all together."""
+        self._reweigh()
+        for law in self.laws:
+            for symbol in law.placed.effect.optional:
+                if symbol not in law.amplitudes:
+                    self._try(law, symbol)
+        self._refine([law for law in self.laws if law.free_shape])
+        for law in self.laws:
+            self._judge(law)
+        self._refine([law for law in self.laws if law.free_shape])
+        self._reweigh()
+        return self
+
+    def _whiten(self) -> None:
+        beside = self.rows.beside / self.sigma[:, None]
+        size = np.linalg.norm(beside, axis=0)
+        u, s, _ = np.linalg.svd(beside / np.where(size > 0.0, size, 1.0), full_matrices=False)
+        self.basis = u[:, s > RANK * s.max(initial=1e-300)]
+        self.target = self._projected(self.rows.torque / self.sigma)
+
+    def _projected(self, column: Floats) -> Floats:
+        return np.asarray(column - self.basis @ (self.basis.T @ column))
+
+    def _reweigh(self) -> None:
+        for _ in range(ROUNDS):
+            self.solve()
+            for law in self.laws:
+                own = self.own[law.joint]
+                for steady in (True, False):
+                    part = own & (self.rows.steady == steady)
+                    if part.any() and not (steady and self.noise[law.joint]):
+                        left = self.residual[part] * self.sigma[part]
+                        share = max(1.0 - self._unknowns(part) / part.sum(), 0.2)
+                        self.sigma[part] = max(float(np.sqrt(np.mean(left**2) / share)), 1e-12)
+            self._whiten()
+        self.solve()
+
+    def _unknowns(self, part: Booleans) -> float:
+        """Unknowns that these rows pay for: those beside friction by their leverage, and the amplitudes."""
+        return float((self.basis[part] ** 2).sum()) + 2.0
+
+    def whitened(self, law: Law, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
+        """Return the columns of one joint, whitened and projected, for all rows."""
+        own = self.own[law.joint]
+        found = {}
+        for symbol, column in law.columns(self.rows.velocity[own], shape).items():
+            wide = np.zeros(len(self.rows))
+            wide[own] = column / self.sigma[own]
+            found[symbol] = self._projected(wide)
+        return found
+
+    def solve(self) -> Floats:
+        """Find all amplitudes at the present shapes; return the whitened residual."""
+        from scipy.optimize import lsq_linear
+
+        target = self.target.copy()
+        self.names: list[tuple[Law, str]] = []
+        columns: list[Floats] = []
+        self.amplitude: dict[tuple[int, str], float] = {}
+        for law in self.laws:
+            column = self.whitened(law)
+            for symbol in law.amplitudes:
+                if law.held(symbol):
+                    value = law.placed.values[symbol]
+                    self.amplitude[law.joint, symbol] = value
+                    target = target - value * column[symbol]
+                else:
+                    self.names.append((law, symbol))
+                    columns.append(column[symbol])
+        self.matrix = np.stack(columns, axis=1) if columns else np.zeros((len(self.rows), 0))
+        if columns:
+            lower = np.array([law.placed.effect.spec(symbol).lower for law, symbol in self.names])
+            upper = np.array([law.placed.effect.spec(symbol).upper for law, symbol in self.names])
+            found = np.asarray(np.linalg.lstsq(self.matrix, target, rcond=RANK)[0])
+            if (found < lower).any() or (found > upper).any():
+                found = lsq_linear(self.matrix, target, (lower, upper), tol=1e-12).x
+            for (law, symbol), one in zip(self.names, found, strict=True):
+                self.amplitude[law.joint, symbol] = float(one)
+            target = target - self.matrix @ found
+        self.residual = target
+        return target
+
+    def _try(self, law: Law, symbol: str) -> None:
+        """Put an optional part in where some shape of it explains more than chance would."""
+        own = self.own[law.joint]
+        if not (own & self.rows.steady).any():
+            law.seen[symbol] = False
+            law.verdict[symbol] = "not looked for, as no steady velocity was measured"
+            return
+        speed = np.abs(self.rows.velocity[own])
+        self.solve()
+        basis = np.linalg.qr(self.matrix)[0]
+        before = float(self.residual @ self.residual)
+        best, best_shape = 0.0, dict(law.shape)
+        for shape in _grid(law, symbol, speed):
+            column = self.whitened(law, shape)[symbol]
+            column = column - basis @ (basis.T @ column)
+            size = float(column @ column)
+            along = float(column @ self.residual)
+            if size > 1e-9 and along > 0.0 and along**2 / size > best:
+                best, best_shape = along**2 / size, shape
+        law.shape = best_shape
+        own_part = float(self.residual[own] @ self.residual[own])
+        n = self._effective(own)
+        gain = n * np.log(own_part / max(own_part - best, 1e-12 * own_part)) if best > 0.0 else 0.0
+        cost = (1.0 + len(law.placed.effect.optional[symbol])) * np.log(max(n, 2.0))
+        law.seen[symbol] = bool(gain > cost and before > 0.0)
+        law.verdict[symbol] = f"the information criterion falls by {gain:.3g} against a cost of {cost:.3g}"
+        if law.seen[symbol]:
+            law.amplitudes.append(symbol)
+            law.free_shape = [one for one in law.placed.effect.optional[symbol] if not law.held(one)]
+
+    def _effective(self, own: Booleans) -> float:
+        """Return how many readings these rows are worth; samples of motion overlap by half."""
+        steady = own & self.rows.steady
+        stretches = np.unique(self.rows.repeat[steady] // 2).size
+        return float(steady.sum() - stretches + 0.5 * (own & ~self.rows.steady).sum())
+
+    def _refine(self, laws: list[Law]) -> None:
+        """Find the shapes of all that have some, from where they are."""
+        from scipy.optimize import least_squares
+
+        where = [(law, symbol) for law in laws for symbol in law.free_shape]
+        if not where:
+            return
+        bounds = [np.log(_shape_bounds(law, symbol, np.abs(self.rows.velocity[self.own[law.joint]])))
+                  for law, symbol in where]  # fmt: skip
+        lower, upper = np.array(bounds).T
+
+        def at(logs: Floats) -> Floats:
+            for (law, symbol), value in zip(where, logs, strict=True):
+                law.shape = law.shape | {symbol: float(np.exp(value))}
+            return self.solve()
+
+        start = np.array([np.log(law.shape[symbol]) for law, symbol in where])
+        found = least_squares(at, np.clip(start, lower + 1e-6, upper - 1e-6), bounds=(lower, upper), xtol=1e-8)
+        at(found.x)
+
+    def _judge(self, law: Law) -> None:
+        """Take an optional part out again where its interval holds zero; hold shapes that nothing tells."""
+        for symbol, shapes in law.placed.effect.optional.items():
+            if not law.seen.get(symbol):
+                continue
+            free, covariance = self.covariance(law)
+            for shape in reversed(shapes):
+                if shape in free:
+                    std = float(np.sqrt(covariance[free.index(shape), free.index(shape)]))
+                    spec = law.placed.effect.spec(shape)
+                    if std > 0.5 * law.shape[shape] and shape != shapes[0]:
+                        law.free_shape.remove(shape)
+                        law.shape = law.shape | {shape: spec.typical}
+                        self._refine([law])
+                        free, covariance = self.covariance(law)
+            value = self.amplitude[law.joint, symbol]
+            std = float(np.sqrt(covariance[free.index(symbol), free.index(symbol)]))
+            if not value - 1.96 * std > 0.0:
+                law.seen[symbol] = False
+                law.verdict[symbol] += f", but its 95 % interval ({value:.3g} ± {1.96 * std:.2g} N·m) holds zero"
+                law.amplitudes.remove(symbol)
+                law.free_shape = [one for one in law.free_shape if one not in shapes]
+                self.solve()
+
+    def covariance(self, law: Law) -> tuple[list[str], Floats]:
+        """Return the free symbols of a joint and their covariance: amplitudes, then shapes."""
+        names, matrix = self._jacobian()
+        inverse = np.linalg.pinv(matrix.T @ matrix, rcond=1e-13)
+        whole = inverse
+        moving = ~self.rows.steady
+        if moving.any():  # neighbouring samples err alike: by whole pieces of motion (White 1980, in clusters)
+            clusters = np.unique(np.stack([self.rows.joint, self.rows.piece], axis=1), axis=0, return_inverse=True)[1]
+            scores = np.zeros((int(clusters.max()) + 1, matrix.shape[1]))
+            np.add.at(scores, clusters.ravel(), matrix * self.residual[:, None])
+            robust = inverse @ (scores.T @ scores) @ inverse * len(scores) / max(len(scores) - 1, 1)
+            larger = np.sqrt(np.maximum(np.diagonal(robust) / np.diagonal(inverse), 1.0))
+            whole = inverse * larger[:, None] * larger[None, :]
+        own = [k for k, (one, _) in enumerate(names) if one is law]
+        return [names[k][1] for k in own], np.asarray(whole[np.ix_(own, own)], dtype=np.float64)
+
+    def friction(self) -> Floats:
+        """Return (k,) N·m, the friction of every row as fitted."""
+        found = np.zeros(len(self.rows))
+        for law in self.laws:
+            own = self.own[law.joint]
+            columns = law.columns(self.rows.velocity[own])
+            found[own] = sum(self.amplitude[law.joint, symbol] * columns[symbol] for symbol in law.amplitudes)
+        return found
+
+    def unknowns(self) -> Floats:
+        """Return (m,) weight, inertia and zeros."""
+        beside = self.rows.beside / self.sigma[:, None]
+        size = np.linalg.norm(beside, axis=0)
+        scale = np.where(size > 0.0, size, 1.0)
+        left = (self.rows.torque - self.friction()) / self.sigma
+        return np.asarray(np.linalg.lstsq(beside / scale, left, rcond=RANK)[0] / scale)
+
+    def condition(self) -> float:
+        """Return the condition number of the whitened friction columns, each of unit length."""
+        size = np.linalg.norm(self.matrix, axis=0)
+        if size.size == 0 or not size.all():
+            return 1.0
+        return float(np.linalg.cond(self.matrix / size))
+
+    def _jacobian(self) -> tuple[list[tuple[Law, str]], Floats]:
+        names, columns = list(self.names), [self.matrix]
+        for law in self.laws:
+            for symbol in law.free_shape:
+                small = 1e-4 * law.shape[symbol]
+                ends = [self.whitened(law, law.shape | {symbol: law.shape[symbol] + way * small}) for way in (1, -1)]
+                slope = sum(
+                    self.amplitude[law.joint, one] * (ends[0][one] - ends[1][one]) / (2.0 * small)
+                    for one in law.amplitudes
+                )
+                names.append((law, symbol))
+                columns.append(np.asarray(slope)[:, None])
+        return names, np.concatenate(columns, axis=1)
+
+
+def _grid(law: Law, symbol: str, speed: Floats) -> list[dict[str, float]]:
+    """Return shapes to try: fading within the slower part of the speeds, bluntly or sharply."""
+    values = []
+    for shape in law.placed.effect.optional[symbol]:
+        low, high = _shape_bounds(law, shape, speed)
+        spec = law.placed.effect.spec(shape)
+        if law.held(shape):
+            values.append([law.placed.values[shape]])
+        elif spec.unit == "rad/s":
+            values.append(list(np.geomspace(low, high, 13)))
+        else:
+            values.append([spec.typical])
+    names = law.placed.effect.optional[symbol]
+    return [law.shape | dict(zip(names, one, strict=True)) for one in product(*values)]
+
+
+def _shape_bounds(law: Law, symbol: str, speed: Floats) -> tuple[float, float]:
+    """A speed of fading outside the slower half of what was measured would be dry or viscous friction."""
+    spec = law.placed.effect.spec(symbol)
+    if spec.unit != "rad/s":
+        return spec.lower, spec.upper
+    low = max(spec.lower, 0.5 * float(speed.min()))
+    return low, max(min(spec.upper, 0.5 * float(speed.max())), 1.01 * low)
+
+
+def _repeat_noise(rows: FrictionRows, own: Booleans) -> float | None:
+    """Return the pooled standard deviation of repeats, N·m; None where there are too few."""
+    chosen = own & rows.steady
+    squares, dof = 0.0, 0
+    for number in np.unique(rows.repeat[chosen]):
+        same = rows.torque[chosen & (rows.repeat == number)]
+        squares += float(((same - same.mean()) ** 2).sum())
+        dof += same.size - 1
+    return float(np.sqrt(squares / dof)) if dof >= LEAST_REPEATS and squares > 0.0 else None

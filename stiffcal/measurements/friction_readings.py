@@ -1,0 +1,223 @@
+"""What friction runs measure: a drive's torque at steady velocities, or while a motion goes on that is not steady."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import RunInfo
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+STEADY = "stiffcal/friction/1"
+MOTION = "stiffcal/free-motion/1"
+_KEY = b"stiffcal"
+
+
+@dataclass(frozen=True)
+class SteadyReadings:
+    """m passes of one joint at constant velocity, free in the air; torque and velocity at the joint's side of the gear.
+
+    Attributes
+    ----------
+    runs : R runs. run : (m,) index into ``runs``.
+    joint : (m,) the joint that moved, from 1.
+    velocity : (m,) rad/s, as logged, mean over the stretch; its sign is the direction of motion.
+    torque : (m,) N·m, the drive's, mean over the stretch.
+    stretch : (m,) number of the stretch of angle: passes of one joint that share it, at one speed and with the other
+        joints alike, carry the same mean weight.
+    low, high : (m,) rad, the ends of that stretch.
+    start, end : (m,) s on the log's clock, where the velocity was held.
+    n_readings : (m,) samples averaged.
+    scatter : (m,) N·m, standard deviation of single samples about the mean.
+    set_aside : (m,) why the pass is not used, "" where it is.
+    """
+
+    runs: tuple[RunInfo, ...]
+    run: Integers
+    joint: Integers
+    velocity: Floats
+    torque: Floats
+    stretch: Integers
+    low: Floats
+    high: Floats
+    start: Floats
+    end: Floats
+    n_readings: Integers
+    scatter: Floats
+    set_aside: NDArray[np.str_]
+
+    def __len__(self) -> int:
+        return int(self.run.shape[0])
+
+    @property
+    def used(self) -> Booleans:
+        """(m,) True for the passes that are not set aside."""
+        return np.asarray(self.set_aside == "", dtype=np.bool_)
+
+    def select(self, keep: Booleans | Integers) -> SteadyReadings:
+        """Return the passes picked by a mask or by indices; runs keep their numbers."""
+        names = [name for name in self.__dataclass_fields__ if name != "runs"]
+        return replace(self, **{name: getattr(self, name)[keep] for name in names})
+
+
+@dataclass(frozen=True)
+class FreeMotion:
+    """n samples of a motion in the air that is not steady, evenly spaced pieces of one or more runs.
+
+    Weight and inertia are in the torque; the rigid-body model takes them out.
+
+    Attributes
+    ----------
+    runs : R runs. run : (n,) index into ``runs``.
+    time : (n,) s on the log's clock.
+    angles, velocity, acceleration : (n, J) of the chain's model joints; rad, rad/s, rad/s².
+    drive_velocity, drive_acceleration : (n, J) of the drives, rad/s and rad/s² at the joint's side of the gear.
+    torque : (n, J) N·m of the drives, at the joint's side.
+    one_way : (n, J) True where the drive kept its direction for as long as one sample takes in: there the sign of its
+        velocity is one number.
+    """
+
+    runs: tuple[RunInfo, ...]
+    run: Integers
+    time: Floats
+    angles: Floats
+    velocity: Floats
+    acceleration: Floats
+    drive_velocity: Floats
+    drive_acceleration: Floats
+    torque: Floats
+    one_way: Booleans
+
+    def __len__(self) -> int:
+        return int(self.run.shape[0])
+
+    def select(self, keep: Booleans | Integers) -> FreeMotion:
+        """Return the samples picked by a mask or by indices; runs keep their numbers."""
+        names = [name for name in self.__dataclass_fields__ if name != "runs"]
+        return replace(self, **{name: getattr(self, name)[keep] for name in names})
+
+
+def stacked_motion(parts: Sequence[FreeMotion]) -> FreeMotion:
+    """Return the samples of several runs one after the other."""
+    start = np.cumsum([0, *(len(part.runs) for part in parts)])
+    arrays = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in FreeMotion.__dataclass_fields__
+        if name not in ("runs", "run")
+    }
+    run = np.concatenate([part.run + first for part, first in zip(parts, start, strict=False)])
+    return FreeMotion(runs=tuple(run for part in parts for run in part.runs), run=run, **arrays)
+
+
+def steady_table(readings: SteadyReadings, joint_names: tuple[str, ...]) -> pa.Table:
+    """Return the passes as a table, one row each, a unit in every column's name."""
+    columns = {
+        "run": pa.array([readings.runs[k].name for k in readings.run], pa.string()),
+        "joint": pa.array([joint_names[k - 1] for k in readings.joint], pa.string()),
+        "velocity_radps": readings.velocity,
+        "torque_Nm": readings.torque,
+        "stretch": readings.stretch,
+        "low_rad": readings.low,
+        "high_rad": readings.high,
+        "start_s": readings.start,
+        "end_s": readings.end,
+        "n_readings": readings.n_readings,
+        "torque_scatter_Nm": readings.scatter,
+        "set_aside": pa.array(readings.set_aside.tolist(), pa.string()),
+    }
+    return _with_runs(pa.table(columns), readings.runs, joint_names, STEADY)
+
+
+def steady_from_table(table: pa.Table) -> SteadyReadings:
+    """Return the passes of a table that `steady_table` made; ValueError where it is of another kind."""
+    runs, joints = _runs_of(table, STEADY)
+    column = partial(_column, table)
+    number = {run.name: k for k, run in enumerate(runs)}
+    return SteadyReadings(
+        runs=runs,
+        run=np.array([number[name] for name in table.column("run").to_pylist()], dtype=np.int64),
+        joint=np.array([joints.index(name) + 1 for name in table.column("joint").to_pylist()], dtype=np.int64),
+        velocity=column("velocity_radps"),
+        torque=column("torque_Nm"),
+        stretch=column("stretch").astype(np.int64),
+        low=column("low_rad"),
+        high=column("high_rad"),
+        start=column("start_s"),
+        end=column("end_s"),
+        n_readings=column("n_readings").astype(np.int64),
+        scatter=column("torque_scatter_Nm"),
+        set_aside=np.array(table.column("set_aside").to_pylist(), dtype=np.str_),
+    )
+
+
+_MOTION = {
+    "angles": "model_rad",
+    "velocity": "model_radps",
+    "acceleration": "model_radps2",
+    "drive_velocity": "drive_radps",
+    "drive_acceleration": "drive_radps2",
+    "torque": "drive_Nm",
+}
+
+
+def motion_table(motion: FreeMotion, joint_names: tuple[str, ...]) -> pa.Table:
+    """Return the samples as a table: ``run``, ``time_s``, and ``<joint>_model_rad`` … ``<joint>_one_way``."""
+    columns: dict[str, Any] = {
+        "run": pa.array([motion.runs[k].name for k in motion.run], pa.string()),
+        "time_s": motion.time,
+    }
+    for name, ending in _MOTION.items():
+        columns |= {f"{joint}_{ending}": getattr(motion, name)[:, k] for k, joint in enumerate(joint_names)}
+    columns |= {f"{joint}_one_way": motion.one_way[:, k] for k, joint in enumerate(joint_names)}
+    return _with_runs(pa.table(columns), motion.runs, joint_names, MOTION)
+
+
+def motion_from_table(table: pa.Table) -> FreeMotion:
+    """Return the samples of a table that `motion_table` made; ValueError where it is of another kind."""
+    runs, joints = _runs_of(table, MOTION)
+    number = {run.name: k for k, run in enumerate(runs)}
+
+    def block(ending: str) -> Floats:
+        return np.stack([_column(table, f"{joint}_{ending}") for joint in joints], axis=1)
+
+    return FreeMotion(
+        runs=runs,
+        run=np.array([number[name] for name in table.column("run").to_pylist()], dtype=np.int64),
+        time=_column(table, "time_s"),
+        **{name: block(ending) for name, ending in _MOTION.items()},
+        one_way=block("one_way").astype(np.bool_),
+    )
+
+
+def _column(table: pa.Table, name: str) -> Floats:
+    return np.asarray(table.column(name).to_numpy(), dtype=np.float64)
+
+
+def _with_runs(table: pa.Table, runs: Sequence[RunInfo], joint_names: tuple[str, ...], schema: str) -> pa.Table:
+    document = {
+        "schema": schema,
+        "joints": list(joint_names),
+        "runs": [
+            {"name": run.name, "experiment": run.experiment, "holdout": run.holdout, "tags": list(run.tags)}
+            for run in runs
+        ],
+    }
+    return table.replace_schema_metadata({_KEY: json.dumps(document)})
+
+
+def _runs_of(table: pa.Table, schema: str) -> tuple[tuple[RunInfo, ...], list[str]]:
+    document = json.loads((table.schema.metadata or {}).get(_KEY, b"{}"))
+    if document.get("schema") != schema:
+        raise ValueError(f"this table is not {schema}; ingest again")
+    runs = [RunInfo(run["name"], run["experiment"], run["holdout"], tuple(run["tags"])) for run in document["runs"]]
+    return tuple(runs), list(document["joints"])

@@ -1,0 +1,121 @@
+"""The torques of a rigid chain in motion, linear in what its links weigh and how they are spread.
+
+Newton's and Euler's equations, link by link: the wrench that moves link k is linear in ten numbers of it (mass, first
+moments, inertia about its frame's origin), and so are the torques of all joints (Khalil & Dombre 2002, section 9.4).
+Whoever fits these numbers takes weight and inertia out of a measured torque without knowing any mass.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.mechanics.chain import Chain
+
+Floats = NDArray[np.float64]
+
+PER_LINK = 10
+"""mass; mass × centre (3); inertia about the origin xx, xy, xz, yy, yz, zz; all in the link's joint frame."""
+
+
+def drive_matrix(chain: Chain) -> Floats:
+    """Return (J, J): velocity of the model joints (row) per velocity of each drive (column).
+
+    A drive counts in the sense of its logged angle, so that logged torques and velocities keep their signs. Its
+    transpose takes torques about the model joints to the drives. Where the file says ``coupling = "mechanical"`` the
+    drives sit on the logged axes and one of them turns several joints.
+    """
+    combined = np.count_nonzero(chain.coupling, axis=1) > 1
+    own = np.diag(np.sign(np.where(np.diagonal(chain.coupling) == 0.0, 1.0, np.diagonal(chain.coupling))))
+    return np.where((combined & ~chain.mechanical)[:, None], own, chain.coupling)
+
+
+def inertial_regressor(chain: Chain, angles: Floats, velocity: Floats, acceleration: Floats) -> Floats:
+    """Return what each inertial number of each link adds to each joint's torque.
+
+    Parameters
+    ----------
+    chain : J joints; its masses are not used.
+    angles, velocity, acceleration : (n, J) of the model joints, rad, rad/s, rad/s².
+
+    Returns
+    -------
+    (n, J, 10 J)
+        Torque (N·m, what the drive gives) of joint j per unit of number i; numbers as in `PER_LINK`, link by link.
+        Columns that the joint torques never feel are zero, others hang together: only combinations can be told.
+    """
+    n, count = angles.shape
+    result = np.zeros((n, count, PER_LINK * count))
+    spin, change = np.zeros((n, 3)), np.zeros((n, 3))
+    lift = np.tile(-chain.gravity, (n, 1))  # weight as an acceleration of the base upwards
+    turns: list[Floats] = []
+    for k in range(count):
+        place = chain.fixed[k, :3, 3]
+        turn = chain.fixed[k, :3, :3] @ _turns_about_z(angles[:, k])
+        lift = lift + np.cross(change, place) + np.cross(spin, np.cross(spin, place))
+        lift, spin, change = (np.einsum("nji,nj->ni", turn, each) for each in (lift, spin, change))
+        axis = np.zeros((n, 3))
+        axis[:, 2] = velocity[:, k]
+        change = change + np.cross(spin, axis)
+        change[:, 2] += acceleration[:, k]
+        spin = spin + axis
+        turns.append(turn)
+        wrench = _link_wrench(lift, spin, change)
+        part = slice(PER_LINK * k, PER_LINK * (k + 1))
+        for j in range(k, -1, -1):
+            result[:, j, part] = wrench[:, 5]
+            force = turns[j] @ wrench[:, :3]
+            moment = turns[j] @ wrench[:, 3:] + _skew(chain.fixed[j, :3, 3]) @ force
+            wrench = np.concatenate([force, moment], axis=1)
+    return result
+
+
+def rigid_torque(chain: Chain, angles: Floats, velocity: Floats, acceleration: Floats) -> Floats:
+    """Return (n, J) torques of a chain of point masses as the robot file gives them, N·m; see `inertial_regressor`."""
+    numbers = np.zeros((chain.n_joints, PER_LINK))
+    for k, (mass, centre) in enumerate(zip(chain.link_mass, chain.link_com, strict=True)):
+        x, y, z = centre
+        spread = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y]
+        numbers[k] = mass * np.array([1.0, x, y, z, *spread])
+    return np.asarray(inertial_regressor(chain, angles, velocity, acceleration) @ numbers.ravel())
+
+
+def _turns_about_z(angle: Floats) -> Floats:
+    turn = np.zeros((angle.size, 3, 3))
+    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
+    turn[:, 1, 0] = np.sin(angle)
+    turn[:, 0, 1] = -turn[:, 1, 0]
+    turn[:, 2, 2] = 1.0
+    return turn
+
+
+def _skew(vector: Floats) -> Floats:
+    """Return (…, 3, 3) with ``_skew(a) @ b = a × b``."""
+    x, y, z = np.moveaxis(vector, -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _spread(vector: Floats) -> Floats:
+    """Return (n, 3, 6) with ``_spread(a) @ (xx, xy, xz, yy, yz, zz) = I a``."""
+    x, y, z = np.moveaxis(vector, -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[x, y, z, zero, zero, zero], [zero, x, zero, y, z, zero], [zero, zero, x, zero, y, z]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _link_wrench(lift: Floats, spin: Floats, change: Floats) -> Floats:
+    """Return (n, 6, 10): force and moment about the link's origin per unit of its numbers, link axes.
+
+    Parameters
+    ----------
+    lift : (n, 3) acceleration of the origin less gravity. spin, change : (n, 3) angular velocity and acceleration.
+    """
+    wrench = np.zeros((lift.shape[0], 6, PER_LINK))
+    turning = _skew(spin)
+    wrench[:, :3, 0] = lift
+    wrench[:, :3, 1:4] = _skew(change) + turning @ turning
+    wrench[:, 3:, 1:4] = -_skew(lift)
+    wrench[:, 3:, 4:] = _spread(change) + turning @ _spread(spin)
+    return wrench

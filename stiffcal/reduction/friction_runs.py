@@ -1,0 +1,263 @@
+"""Friction runs reduced: passes at constant velocity where one joint moves, else samples of the whole motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.manifest import Run
+from stiffcal.errors import InputError
+from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, stacked_motion
+from stiffcal.measurements.load_states import RunInfo
+from stiffcal.mechanics.chain import Chain
+from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.free_motion import free_motion
+from stiffcal.reduction.holds import Dropped
+from stiffcal.reduction.steady import JointLog, Moved, angle_noise, readings_of, steady_passes
+
+Floats = NDArray[np.float64]
+
+# A joint moves when it travels this far, more than this share of the widest, and out of its noise: others are held by
+# their servos within arc seconds, and give by some 1e-4 rad when a neighbour accelerates.
+LEAST_TRAVEL_RAD = 1e-3
+TRAVEL_SHARE = 0.02
+TRAVEL_NOISE = 8.0
+# A velocity as logged that differs from that of the angles by more than this is of another unit or side of the gear.
+VELOCITY_AGREES = 0.1
+
+
+@dataclass(frozen=True)
+class FrictionRun:
+    """One run's logs at the joint's side, on one clock.
+
+    Attributes
+    ----------
+    info, moved_joint : as the manifest says; the joint from 1, None where it is to be found.
+    time : (n,) s. angle, torque : (n, J) rad, N·m. velocity : (n, J) rad/s as logged, or None.
+    """
+
+    info: RunInfo
+    moved_joint: int | None
+    time: Floats
+    angle: Floats
+    torque: Floats
+    velocity: Floats | None
+
+
+@dataclass(frozen=True)
+class FrictionReduction:
+    """What friction runs hold.
+
+    Attributes
+    ----------
+    steady : passes at constant velocity; None where there are none. motion : other motion; None where there is none.
+    dropped : run to what was not used of it. warnings : what a user ought to know.
+    """
+
+    steady: SteadyReadings | None
+    motion: FreeMotion | None
+    dropped: Mapping[str, tuple[Dropped, ...]] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+
+def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
+    """Bring the logs of one run to one clock, that of the angles.
+
+    Parameters
+    ----------
+    run : the manifest's entry. logs : source to block averages in SI, at the joint's side.
+
+    Raises
+    ------
+    InputError
+        No angles or velocities, no torque, a current without its torque constant, clocks that nothing ties together.
+    """
+    place = f"run {run.id}"
+    position = _source_of(logs, "joints")
+    speed = _source_of(logs, "joints.velocity")
+    if position is None and speed is None:
+        raise InputError.at(
+            "campaign.toml", place, "a friction run needs the motion of the joints",
+            'add position = [...] or velocity = [...] to the joints of a source',
+        )  # fmt: skip
+    torque = _source_of(logs, "joints.torque")
+    if torque is None:
+        raise _no_torque(place, logs)
+    lead = position or speed or ""
+    blocks = logs[lead]
+    time = blocks.time
+    velocity = None
+    if speed is not None:
+        velocity = _on_clock(run, logs, speed, "joints.velocity", lead)
+    if position is not None:
+        angle = blocks.mean["joints"]
+    else:
+        assert velocity is not None
+        steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None]
+        angle = np.concatenate([np.zeros((1, velocity.shape[1])), np.cumsum(steps, axis=0)])
+    if velocity is not None and position is not None:
+        _check_velocity(place, time, angle, velocity)
+    info = RunInfo(run.id, run.experiment, run.holdout, run.tags)
+    return FrictionRun(
+        info, run.moved_joint, time, angle, _on_clock(run, logs, torque, "joints.torque", lead), velocity
+    )  # fmt: skip
+
+
+def _source_of(logs: Mapping[str, Blocks], signal: str) -> str | None:
+    return next((name for name, blocks in logs.items() if signal in blocks.mean), None)
+
+
+def _no_torque(place: str, logs: Mapping[str, Blocks]) -> InputError:
+    current = _source_of(logs, "joints.current")
+    if current is not None:
+        return InputError.at(
+            "campaign.toml", f"sources.{current}.joints.torque_constant",
+            f"{place} logs currents, and nothing says what torque an ampere makes",
+            "add torque_constant = [...], N·m per ampere, one per joint",
+        )  # fmt: skip
+    return InputError.at(
+        "campaign.toml", place, "a friction run needs the torques of the drives",
+        "add torque = [...], or current = [...] with torque_constant, to the joints of a source",
+    )  # fmt: skip
+
+
+def _on_clock(run: Run, logs: Mapping[str, Blocks], source: str, signal: str, lead: str) -> Floats:
+    """Return a signal at the times of the lead's log."""
+    blocks = logs[source]
+    if source == lead:
+        return blocks.mean[signal]
+    ahead = run.clock_ahead_s
+    first = next(iter(logs))
+    unknown = [name for name in (source, lead) if name != first and name not in ahead]
+    if unknown:
+        raise InputError.at(
+            "campaign.toml", f"run {run.id}", f"{signal} and the angles come from devices with clocks of their own",
+            f"give clock_ahead_s = {{ {unknown[0]} = … }} for this run",
+        )  # fmt: skip
+    shown = logs[lead].time - ahead.get(lead, 0.0) + ahead.get(source, 0.0)
+    return np.stack([np.interp(shown, blocks.time, column) for column in blocks.mean[signal].T], axis=1)
+
+
+def _check_velocity(place: str, time: Floats, angle: Floats, velocity: Floats) -> None:
+    """Raise where the logged velocity is not that of the angles."""
+    moved = np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)[:, None], axis=0)
+    joint = int(np.argmax(np.ptp(angle, axis=0)))
+    seen, logged = float(np.ptp(angle[:, joint])), float(np.ptp(moved[:, joint]))
+    way = float((angle[1:, joint] - angle[1:, joint].mean()) @ moved[:, joint])
+    if seen > LEAST_TRAVEL_RAD and (abs(logged - seen) > VELOCITY_AGREES * seen or way < 0.0):
+        factor = (logged / seen) * (1.0 if way > 0.0 else -1.0)
+        raise InputError.at(
+            "campaign.toml", f"{place}, joints.velocity",
+            f"the logged velocity of joint {joint + 1} is {factor:.3g} times that of its angles",
+            "check units.velocity, motor = true and the gear ratios",
+        )  # fmt: skip
+
+
+def moved_joints(run: FrictionRun) -> list[int]:
+    """Return the joints that moved, from 1."""
+    travel = np.ptp(run.angle, axis=0)
+    least = np.maximum(LEAST_TRAVEL_RAD, TRAVEL_NOISE * np.array([angle_noise(column) for column in run.angle.T]))
+    return [int(k) + 1 for k in np.flatnonzero(travel > np.maximum(least, TRAVEL_SHARE * travel.max(initial=0.0)))]
+
+
+def reduce_friction(runs: Sequence[FrictionRun], chain: Chain) -> FrictionReduction:
+    """Find the steady passes of all runs, and take the rest as motion to be modelled.
+
+    Raises
+    ------
+    InputError
+        A run in which nothing moved, or in which the joint that the manifest names stood still.
+    """
+    moved = [_moved(run, chain) for run in runs]
+    found = [_passes(run, k, moved[k][0]) if len(moved[k]) == 1 else ([], []) for k, run in enumerate(runs)]
+    # a joint that holds its velocity in one run is measured that way, and runs that never held one are dropped
+    held = {moved[k][0] for k, (passes, lost) in enumerate(found) if len(passes) > len(lost)}
+    passes: list[Moved] = []
+    motions: list[FreeMotion] = []
+    dropped: dict[str, tuple[Dropped, ...]] = {}
+    warnings: list[str] = []
+    for k, run in enumerate(runs):
+        if len(moved[k]) == 1 and moved[k][0] in held:
+            passes += found[k][0]
+            dropped[run.info.name] = tuple(found[k][1])
+            warnings += _words(run, chain, moved[k][0], found[k][1])
+            continue
+        motions.append(free_motion(run.info, chain, run.time, run.angle, run.torque))
+        names = ", ".join(chain.joint_names[j - 1] for j in moved[k])
+        why = "several joints move at once" if len(moved[k]) > 1 else "no velocity is ever held"
+        warnings.append(f"run {run.info.name} ({names}): {why}, so weight and inertia are modelled, not averaged out")
+    steady = _steady(tuple(run.info for run in runs), passes)
+    if steady is not None:
+        warnings += _one_way_words(steady, chain)
+    return FrictionReduction(steady, stacked_motion(motions) if motions else None, dropped, tuple(warnings))
+
+
+def _moved(run: FrictionRun, chain: Chain) -> list[int]:
+    moved = moved_joints(run)
+    place = f"run {run.info.name}"
+    if run.moved_joint is not None and run.moved_joint not in moved:
+        name = chain.joint_names[run.moved_joint - 1]
+        others = ", ".join(chain.joint_names[k - 1] for k in moved)
+        mend = f"joint {others} moved: correct moved_joint" if moved else "check the log"
+        raise InputError.at("campaign.toml", f"{place}.moved_joint", f"joint {name} never moved in this run", mend)
+    if not moved:
+        raise InputError.at("campaign.toml", place, "no joint moved in this run", "check the log, or leave the run out")
+    return [run.moved_joint] if run.moved_joint is not None and len(moved) == 1 else moved
+
+
+def _passes(run: FrictionRun, number: int, joint: int) -> tuple[list[Moved], list[Dropped]]:
+    k = joint - 1
+    velocity = None if run.velocity is None else run.velocity[:, k]
+    held, lost = steady_passes(JointLog(run.time, run.angle[:, k], run.torque[:, k], velocity))
+    others = run.angle.mean(axis=0)
+    others[k] = 0.0
+    return [Moved(one, number, joint, others) for one in held], lost
+
+
+def _words(run: FrictionRun, chain: Chain, joint: int, lost: Sequence[Dropped]) -> list[str]:
+    name = chain.joint_names[joint - 1]
+    told: dict[str, int] = {}
+    for one in lost:
+        told[one.reason] = told.get(one.reason, 0) + 1
+    return [
+        f"run {run.info.name}, joint {name}: {count if count > 1 else 'a'} reading{'s' * (count > 1)} dropped: {reason}"
+        for reason, count in told.items()
+    ]
+
+
+def _steady(infos: tuple[RunInfo, ...], passes: Sequence[Moved]) -> SteadyReadings | None:
+    if not passes:
+        return None
+    readings = readings_of(passes)
+    return SteadyReadings(
+        runs=infos,
+        run=np.array([one.moved.run for one in readings], dtype=np.int64),
+        joint=np.array([one.moved.joint for one in readings], dtype=np.int64),
+        velocity=np.array([one.velocity for one in readings]),
+        torque=np.array([one.torque for one in readings]),
+        stretch=np.array([one.stretch for one in readings], dtype=np.int64),
+        low=np.array([one.low for one in readings]),
+        high=np.array([one.high for one in readings]),
+        start=np.array([float(one.moved.held.time[0]) for one in readings]),
+        end=np.array([float(one.moved.held.time[-1]) for one in readings]),
+        n_readings=np.array([one.n_readings for one in readings], dtype=np.int64),
+        scatter=np.array([one.scatter for one in readings]),
+        set_aside=np.array([one.set_aside for one in readings], dtype=np.str_),
+    )
+
+
+def _one_way_words(steady: SteadyReadings, chain: Chain) -> list[str]:
+    """Say of which joints nothing can be told because they moved one way only, and what else was set aside."""
+    words = []
+    for joint in np.unique(steady.joint):
+        own = steady.joint == joint
+        name = chain.joint_names[int(joint) - 1]
+        reasons, counts = np.unique(steady.set_aside[own & ~steady.used], return_counts=True)
+        for reason, count in zip(reasons, counts, strict=True):
+            speeds = np.unique(np.abs(steady.velocity[own & (steady.set_aside == reason)]).round(3))
+            shown = ", ".join(f"{speed:.3g}" for speed in speeds[:4]) + (", …" if speeds.size > 4 else "")
+            words.append(f"joint {name}: {count} of {own.sum()} readings set aside (at {shown} rad/s): {reason}")
+    return words

@@ -1,0 +1,347 @@
+"""Steady velocities in a log: where a joint moved freely at a constant velocity, and what its drive needed for that.
+
+A stroke is the motion from one turning point to the next. Within it the velocity is looked for that was held longest:
+as logged, never as programmed. Passes of both directions over the same stretch of angle carry the same weight, which
+half their difference is free of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.reduction.holds import Dropped
+
+Floats = NDArray[np.float64]
+
+# A turn of the motion counts when it goes back by more than this share of the whole travel, and by more than noise.
+TURN_SHARE = 0.02
+TURN_NOISE = 12.0
+# Of a stroke: what the joint creeps at its ends before it rests.
+REST_SHARE = 0.005
+# Pieces a stroke is looked at in: ramps of trapezoidal profiles take a tenth of a stroke or more.
+PIECES = 16
+# The velocity counts as held while it changes by no more than this from one piece to the next, and by no more than four
+# standard deviations of what the encoder leaves unknown.
+HELD = 0.03
+# Over the whole of it the velocity may not rise and fall by more.
+FLAT = 0.01
+NOISE_BAND = 4.0
+LEAST_PIECES = 2.0
+LEAST_SAMPLES = 8
+# Speeds are one level when they lie this close: programmed steps are 10 % of full speed or more, 1 % below 5 %, so that
+# the closest neighbours, 90 and 100 %, differ by a tenth.
+SAME_SPEED = 0.04
+# A pass that shares less than this with the others of its level is set aside.
+LEAST_SHARED = 0.6
+# Poses of the joints at rest that count as one.
+SAME_POSE_RAD = np.radians(1.0)
+
+ONE_WAY = "moved in one direction only at this speed: weight and friction cannot be told apart"
+SHORT = "covers another stretch of angle than the other passes at this speed"
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A stretch of one stroke at constant velocity.
+
+    Attributes
+    ----------
+    time, angle, torque : (k,) s, rad, N·m at the joint's side.
+    velocity : rad/s, signed, mean as logged.
+    """
+
+    time: Floats
+    angle: Floats
+    torque: Floats
+    velocity: float
+
+    @property
+    def low(self) -> float:
+        """The smallest angle, rad."""
+        return float(min(self.angle[0], self.angle[-1]))
+
+    @property
+    def high(self) -> float:
+        """The largest angle, rad."""
+        return float(max(self.angle[0], self.angle[-1]))
+
+
+@dataclass(frozen=True)
+class JointLog:
+    """One joint's log of one run, at the joint's side of its gear.
+
+    Attributes
+    ----------
+    time : (n,) s. angle : (n,) rad. torque : (n,) N·m.
+    velocity : (n,) rad/s as logged, None where it is not: then it comes from the angles.
+    """
+
+    time: Floats
+    angle: Floats
+    torque: Floats
+    velocity: Floats | None = None
+
+
+def angle_noise(angle: Floats) -> float:
+    """Return the standard deviation of fast noise in angles (n,), rad, blind to accelerations: from fourth differences.
+
+    A fourth difference of white noise has variance 70; 0.6745 is the median of |N(0, 1)|.
+    """
+    if angle.size < 5:
+        return 0.0
+    return float(np.median(np.abs(np.diff(angle, 4))) / (0.6745 * np.sqrt(70.0)))
+
+
+def turning_points(angle: Floats) -> list[int]:
+    """Return the samples at which a motion turns, first and last sample included.
+
+    Parameters
+    ----------
+    angle : (n,) rad.
+
+    Examples
+    --------
+    >>> turning_points(np.array([0.0, 1.0, 2.0, 1.0, 0.0, 1.0]))
+    [0, 2, 4, 5]
+    """
+    least = max(TURN_SHARE * float(np.ptp(angle)), TURN_NOISE * angle_noise(angle))
+    values = angle.tolist()
+    turns, low, high, way = [0], 0, 0, 0
+    for k, value in enumerate(values):
+        if way >= 0 and value > values[high]:
+            high = k
+        elif way >= 0 and value < values[high] - least:  # it went back from the top
+            turns += [high] if way > 0 else []
+            way, low = -1, k
+        if way <= 0 and value < values[low]:
+            low = k
+        elif way <= 0 and value > values[low] + least:
+            turns += [low] if way < 0 else []
+            way, high = 1, k
+    return list(dict.fromkeys([*turns, len(values) - 1]))
+
+
+def steady_passes(log: JointLog) -> tuple[list[Pass], list[Dropped]]:
+    """Find the stretches at constant velocity, and say which strokes have none.
+
+    Returns
+    -------
+    passes : in the order of the log.
+    dropped : strokes that never held a velocity, with the reason.
+    """
+    noise = angle_noise(log.angle)
+    strokes = [_without_rests(log.angle, first, last) for first, last in pairwise(turning_points(log.angle))]
+    longest = max(abs(float(log.angle[last] - log.angle[first])) for first, last in strokes)
+    passes: list[Pass] = []
+    dropped: list[Dropped] = []
+    for first, last in strokes:
+        held = _held(log.time[first : last + 1], log.angle[first : last + 1], noise)
+        if held is not None:
+            passes.append(_pass_of(log, slice(first + held[0], first + held[1] + 1)))
+        elif abs(float(log.angle[last] - log.angle[first])) > 0.5 * longest:  # others are moves to the start
+            dropped.append(Dropped(float(log.time[first]), float(log.time[last]), _never_held(log, first, last)))
+    return passes, dropped
+
+
+def _without_rests(angle: Floats, first: int, last: int) -> tuple[int, int]:
+    """Take the rests at its ends off a stroke."""
+    size = float(angle[last] - angle[first])
+    way = (angle[first : last + 1] - angle[first]) / size if size else np.zeros(last - first + 1)
+    moving = np.flatnonzero((way > REST_SHARE) & (way < 1.0 - REST_SHARE))
+    if moving.size == 0:
+        return first, last
+    return first + max(int(moving[0]) - 1, 0), first + min(int(moving[-1]) + 1, last - first)
+
+
+def _never_held(log: JointLog, first: int, last: int) -> str:
+    stroke = slice(first, last + 1)
+    time, angle = log.time[stroke], log.angle[stroke]
+    size = abs(float(angle[-1] - angle[0]))
+    width = max(2, time.size // PIECES)
+    speed = float(np.max(np.abs(angle[width:] - angle[:-width]) / (time[width:] - time[:-width]), initial=0.0))
+    return (
+        f"a stroke of {np.degrees(size):.3g}° never held a velocity (fastest {speed:.3g} rad/s): "
+        "the stretch is too short for it"
+    )
+
+
+def _held(time: Floats, angle: Floats, noise: float) -> tuple[int, int] | None:
+    """Return first and last sample of the longest piece of a stroke at constant velocity, None where there is none."""
+    n = time.size
+    width = max(4, n // PIECES)
+    if n < 2 * width + LEAST_SAMPLES:
+        return None
+    slope = (angle[width:] - angle[:-width]) / (time[width:] - time[:-width])
+    change = np.abs(slope[width:] - slope[:-width])
+    middle = 0.5 * (slope[width:] + slope[:-width])
+    doubt = noise * np.sqrt(6.0) / (time[2 * width :] - time[width:-width])  # slopes that share one sample
+    top = float(np.abs(middle).max())
+    steady = (change <= np.maximum(HELD * np.abs(middle), NOISE_BAND * doubt)) & (
+        np.abs(middle) > np.maximum(0.02 * top, NOISE_BAND * doubt)
+    )
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], steady.astype(np.int8), [0]])))
+    best: tuple[int, int] | None = None
+    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        first, last = int(start), int(stop) - 1 + 2 * width
+        piece = _narrowed(time[first : last + 1], angle[first : last + 1], width)
+        if piece is None:
+            continue
+        first, last = first + piece[0], first + piece[1]
+        if last - first < max(LEAST_PIECES * width, LEAST_SAMPLES) or _bends(time, angle, first, last, noise):
+            continue
+        if best is None or last - first > best[1] - best[0]:
+            best = first, last
+    return best
+
+
+def _bends(time: Floats, angle: Floats, first: int, last: int, noise: float) -> bool:
+    """Tell whether the velocity changes slowly over the length of a piece, as around the fastest moment of a swing."""
+    away = np.linspace(-1.0, 1.0, last - first + 1)
+    _, linear, square, cubic = (float(each) for each in np.polynomial.legendre.legfit(away, angle[first : last + 1], 3))
+    # the slopes of Legendre's second and third polynomials span 6 and 7.5; noise leaves √((2k + 1)/n) in the k-th
+    change = 6.0 * abs(square) + 7.5 * abs(cubic)
+    doubt = noise * (6.0 * np.sqrt(5.0) + 7.5 * np.sqrt(7.0)) / np.sqrt(away.size)
+    return bool(change > max(FLAT * abs(linear), NOISE_BAND * doubt))
+
+
+def _narrowed(time: Floats, angle: Floats, width: int) -> tuple[int, int] | None:
+    """Take slow bends off the ends: the velocity there must be that of the middle."""
+    n = time.size
+    if n <= 2 * width:
+        return None
+    slope = (angle[width:] - angle[:-width]) / (time[width:] - time[:-width])
+    wanted = float(np.median(slope))
+    off = np.abs(slope - wanted) > 2.0 * HELD * abs(wanted) + 1e-12
+    inside = np.flatnonzero(~off)
+    if inside.size == 0:
+        return None
+    edges = np.flatnonzero(np.diff(inside) > 1)
+    runs = np.split(inside, edges + 1)
+    whole = max(runs, key=len)
+    # a piece may reach two thirds of its width into the acceleration before its slope tells: left out at each end
+    margin = 3 * width // 4 + 1
+    return int(whole[0]) + margin, int(whole[-1]) + width - margin
+
+
+def _pass_of(log: JointLog, part: slice) -> Pass:
+    time, angle = log.time[part], log.angle[part]
+    velocity = _slope(time, angle) if log.velocity is None else float(log.velocity[part].mean())
+    return Pass(time, angle, log.torque[part], velocity)
+
+
+def _slope(time: Floats, value: Floats) -> float:
+    away = time - time.mean()
+    return float(away @ value / (away @ away))
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A pass, and what has to be alike for passes to be compared.
+
+    Attributes
+    ----------
+    run : index of its run. joint : from 1. others : (L,) rad, where all joints stood, the moved one zero.
+    """
+
+    held: Pass
+    run: int
+    joint: int
+    others: Floats
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A pass reduced to a torque at a velocity over the stretch that its level shares."""
+
+    moved: Moved
+    stretch: int
+    low: float
+    high: float
+    velocity: float
+    torque: float
+    scatter: float
+    n_readings: int
+    set_aside: str
+
+
+def readings_of(passes: Sequence[Moved]) -> list[Reading]:
+    """Bring passes at one speed together and average each over the stretch of angle that all of them cover.
+
+    Parameters
+    ----------
+    passes : of all joints and runs.
+
+    Returns
+    -------
+    One reading per pass, in the order given; those without a pass the other way, or off the stretch, say so.
+    """
+    found: dict[int, Reading] = {}
+    for number, level in enumerate(_levels(passes)):
+        members, short = _sharing([passes[k].held for k in level])
+        chosen = [level[k] for k in members]
+        held = [passes[k].held for k in chosen]
+        low, high = max(one.low for one in held), min(one.high for one in held)
+        both = len({np.sign(one.velocity) for one in held}) == 2
+        for k in chosen:
+            found[k] = _reading(passes[k], number, low, high, "" if both else ONE_WAY)
+        for k in (level[i] for i in short):
+            one = passes[k].held
+            found[k] = _reading(passes[k], number, one.low, one.high, SHORT)
+    return [found[k] for k in range(len(passes))]
+
+
+def _reading(moved: Moved, stretch: int, low: float, high: float, why: str) -> Reading:
+    """Average a pass between two angles, to a fraction of a sample: weight must be alike in both directions."""
+    held = moved.held
+    slope = _slope(held.time, held.angle)
+    middle_time, middle_angle = float(held.time.mean()), float(held.angle.mean())
+    ends = sorted(middle_time + (angle - middle_angle) / slope for angle in (low, high))
+    start, end = max(ends[0], float(held.time[0])), min(ends[1], float(held.time[-1]))
+    area = np.concatenate([[0.0], np.cumsum(0.5 * (held.torque[1:] + held.torque[:-1]) * np.diff(held.time))])
+    if end > start:
+        torque = float(np.interp(end, held.time, area) - np.interp(start, held.time, area)) / (end - start)
+    else:
+        torque = float(held.torque.mean())
+    inside = held.torque[(held.time >= start) & (held.time <= end)]
+    scatter = float(inside.std(ddof=1)) if inside.size > 1 else 0.0
+    return Reading(moved, stretch, low, high, held.velocity, torque, scatter, int(inside.size), why)
+
+
+def _levels(passes: Sequence[Moved]) -> list[list[int]]:
+    """Return indices of passes of one joint, with the others alike, at one speed."""
+    levels: list[list[int]] = []
+    taken: set[int] = set()
+    order = sorted(range(len(passes)), key=lambda k: abs(passes[k].held.velocity))
+    for k in order:
+        if k in taken:
+            continue
+        level, last = [k], abs(passes[k].held.velocity)
+        for other in order:
+            speed = abs(passes[other].held.velocity)
+            alike = passes[other].joint == passes[k].joint and _same_pose(passes[k], passes[other])
+            if other != k and other not in taken and alike and last <= speed <= last * (1.0 + SAME_SPEED):
+                level.append(other)
+                last = speed
+        taken.update(level)
+        levels.append(sorted(level))
+    return sorted(levels)
+
+
+def _same_pose(one: Moved, other: Moved) -> bool:
+    return bool(np.abs(one.others - other.others).max(initial=0.0) < SAME_POSE_RAD)
+
+
+def _sharing(passes: Sequence[Pass]) -> tuple[list[int], list[int]]:
+    """Return which passes share a stretch long enough, and which do not."""
+    low = float(np.median([one.low for one in passes]))
+    high = float(np.median([one.high for one in passes]))
+    length = max(high - low, 1e-12)
+    shared = [min(one.high, high) - max(one.low, low) >= LEAST_SHARED * length for one in passes]
+    if sum(shared) == 0:
+        return list(range(len(passes))), []
+    return [k for k, fits in enumerate(shared) if fits], [k for k, fits in enumerate(shared) if not fits]

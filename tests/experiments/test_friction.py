@@ -1,0 +1,138 @@
+"""Friction from free motion: eq. 1 of paper 004 found again, and nothing found that is not there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from stiffcal.experiments.friction import FrictionFit, fit_friction, friction_curve
+from stiffcal.experiments.friction_rows import motion_rows, stacked_rows, steady_rows
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.reduction.friction_runs import reduce_friction
+from tests.experiments.strokes import LAW, SLOW_AND_FAST, friction_runs, robot
+
+TRUE = {"coulomb": 50.0, "stribeck": 20.0, "velocity": 0.06, "exponent": 1.5, "viscous": 80.0}
+JOINT_2 = PlacedEffect(LAW, Place("joints", (2,)))
+
+
+def fitted(values: Mapping[str, float], **how: float) -> FrictionFit:
+    reduction = reduce_friction(friction_runs(values, **how), robot())  # type: ignore[arg-type]
+    assert reduction.steady is not None
+    return fit_friction(steady_rows(reduction.steady), (JOINT_2,))
+
+
+def test_equation_1_is_found_again() -> None:
+    fit = fitted(TRUE)
+    (joint,) = fit.joints
+    assert joint.seen == {"stribeck": True}
+    for one in joint.parameters:
+        assert one.interval is not None
+        assert one.value is not None
+        assert one.std is not None
+        assert abs(one.value - TRUE[one.spec.symbol]) < 3.0 * one.std, one.name
+    assert fit.reduced_chi2 is not None
+    assert 0.5 < fit.reduced_chi2 < 1.6
+    # a pass averages 5 N·m over hundreds of samples
+    assert joint.noise is not None
+    assert 0.1 < joint.noise < 0.6
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_no_stribeck_where_there_is_none(seed: int) -> None:
+    (joint,) = fitted(TRUE | {"stribeck": 0.0}, seed=seed).joints
+    assert joint.seen == {"stribeck": False}
+    known = joint.values()
+    assert set(known) == {"coulomb", "viscous"}
+    assert known["coulomb"] == pytest.approx(50.0, abs=0.3)
+    assert known["viscous"] == pytest.approx(80.0, abs=0.3)
+
+
+def test_stribeck_that_fades_below_the_slowest_speed_is_not_seen() -> None:
+    (joint,) = fitted(TRUE | {"velocity": 0.003}).joints
+    assert joint.seen == {"stribeck": False}
+    assert "information criterion" in joint.verdict["stribeck"]
+
+
+def test_fast_speeds_alone_see_no_stribeck() -> None:
+    reduction = reduce_friction(friction_runs(TRUE, [s for s in SLOW_AND_FAST if s > 0.3]), robot())
+    assert reduction.steady is not None
+    (joint,) = fit_friction(steady_rows(reduction.steady), (JOINT_2,)).joints
+    assert joint.seen == {"stribeck": False}
+
+
+def test_weight_does_not_matter() -> None:
+    light, heavy = (fitted(TRUE, weight=weight).joints[0].values() for weight in (0.0, 900.0))
+    for symbol in ("coulomb", "viscous"):
+        assert light[symbol] == pytest.approx(heavy[symbol], abs=0.05)
+
+
+def test_values_of_the_model_file_hold() -> None:
+    reduction = reduce_friction(friction_runs(TRUE), robot())
+    assert reduction.steady is not None
+    placed = PlacedEffect(LAW, Place("joints", (2,)), {"viscous": 75.0, "exponent": 1.5})
+    fixed = frozenset({"joint-friction.j2.viscous", "joint-friction.j2.exponent"})
+    (joint,) = fit_friction(steady_rows(reduction.steady), (placed,), fixed).joints
+    by_symbol = {one.spec.symbol: one for one in joint.parameters}
+    assert by_symbol["viscous"].fixed
+    assert by_symbol["viscous"].value == 75.0
+    assert by_symbol["exponent"].value == 1.5
+    assert not by_symbol["coulomb"].fixed
+
+
+def test_the_band_holds_the_truth() -> None:
+    fit = fitted(TRUE)
+    speed = np.linspace(0.02, 2.0, 40)
+    torque, std = friction_curve(fit.joints[0], JOINT_2, speed)
+    assert np.all(np.abs(torque - LAW.friction_torque(speed, TRUE)) < 4.0 * std + 1e-3)
+    assert std.max() < 1.0
+
+
+def test_a_joint_that_only_swings_is_modelled() -> None:
+    """Never steady: weight and inertia come from the rigid-body model; no Stribeck is looked for."""
+    time = np.arange(0.0, 20.0, 0.005)
+    angle = 0.4 * np.sin(2.0 * time) + 0.25 * np.sin(5.3 * time) + 0.2 * np.sin(0.7 * time)
+    velocity = 0.8 * np.cos(2.0 * time) + 1.325 * np.cos(5.3 * time) + 0.14 * np.cos(0.7 * time)
+    acceleration = -1.6 * np.sin(2.0 * time) - 7.0225 * np.sin(5.3 * time) - 0.098 * np.sin(0.7 * time)
+    torque = LAW.friction_torque(velocity, TRUE | {"stribeck": 0.0}) + 30.0 * acceleration + 400.0 * np.cos(angle)
+    runs = friction_runs(TRUE, (0.5,))
+    swing = type(runs[0])(runs[0].info, None, time, np.zeros((time.size, 6)), np.zeros((time.size, 6)), None)
+    swing.angle[:, 1], swing.torque[:, 1] = angle, torque + np.random.default_rng(2).normal(size=time.size)
+    reduction = reduce_friction([swing], robot())
+    assert reduction.steady is None
+    assert reduction.motion is not None
+    assert "modelled" in reduction.warnings[0]
+    (joint,) = fit_friction(motion_rows(reduction.motion, robot()), (JOINT_2,)).joints
+    assert joint.values()["coulomb"] == pytest.approx(50.0, rel=0.02)
+    assert joint.values()["viscous"] == pytest.approx(80.0, rel=0.02)
+    assert "no steady velocity" in joint.verdict["stribeck"]
+
+
+def test_rows_of_both_kinds_go_together() -> None:
+    steady = reduce_friction(friction_runs(TRUE), robot()).steady
+    assert steady is not None
+    rows = steady_rows(steady)
+    both = stacked_rows([rows, rows])
+    assert len(both) == 2 * len(rows)
+    assert both.beside.shape[1] == 2 * rows.beside.shape[1]
+    assert not set(both.repeat[: len(rows)]) & set(both.repeat[len(rows) :])
+
+
+def test_no_reading_of_a_joint_of_the_model() -> None:
+    steady = reduce_friction(friction_runs(TRUE, (0.5, 1.0)), robot()).steady
+    assert steady is not None
+    with pytest.raises(ValueError, match="no reading"):
+        fit_friction(steady_rows(steady), (PlacedEffect(LAW, Place("joints", (5,))),))
+
+
+def test_a_run_that_never_reached_its_velocity_is_dropped_with_a_word() -> None:
+    reduction = reduce_friction(friction_runs(TRUE, (0.5, 1.0, 2.0, 5.0)), robot())
+    assert reduction.motion is None
+    assert reduction.steady is not None
+    assert np.abs(reduction.steady.velocity).max() == pytest.approx(2.0, rel=1e-3)
+    assert len(reduction.dropped["5"]) == 6
+    (words,) = reduction.warnings
+    assert "run 5, joint A2: 6 readings dropped" in words
+    assert "never held a velocity" in words
