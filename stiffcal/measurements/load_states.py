@@ -135,8 +135,8 @@ class LoadStates:
     ----------
     runs : R runs.
     run : (n,) index into ``runs``.
-    time : (n,) s on the campaign clock, NaN where not logged.
-    hold : (n,) s for which the load was held, NaN where not known.
+    time : (n,) s on the campaign clock, NaN where not logged; of what is averaged over a hold the middle.
+    hold : (n,) s since the load was reached, NaN where not known; in logs since it was half-way there.
     joints : (n, L) logged joint angles, rad (what the controller shows; the robot file turns them into model angles).
     wrench : (n, 6) N, N·m: force then moment, what the surroundings do to the robot, axes and point as in the setup.
     position : (n, B, 3) m, base axes, of each target; NaN where not seen.

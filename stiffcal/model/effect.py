@@ -141,7 +141,7 @@ class StateOrder:
     ----------
     run : (n,) run number; states of a run are contiguous and in order.
     time : (n,) s, NaN where not logged.
-    hold : (n,) s for which the load was held, NaN where not known.
+    hold : (n,) s since the load was reached, NaN where not known.
     motor : (J, n) model-joint motion of the motors since the run's reference, rad; zero where not logged.
     temperature : (n,) first temperature channel minus its value at the run's reference; NaN where not logged.
     since_reference : (n,) s since the run's reference state.

@@ -149,7 +149,7 @@ def test_raw_logs_and_table_give_the_same_states() -> None:
     assert np.abs(turn).max() < 1e-8
     assert np.nanmedian(raw.wrench_scatter[:, :3]) == pytest.approx(1.5, rel=0.1)
     assert np.nanmedian(raw.position_scatter) == pytest.approx(1e-5, rel=0.1)
-    assert raw.hold[5] == pytest.approx(2.0, abs=0.1)
+    assert raw.hold[5] == pytest.approx(1.0 + 0.5 * 0.8, abs=0.1)
 
 
 @needs_practice

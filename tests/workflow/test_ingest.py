@@ -99,7 +99,7 @@ def test_holds_may_be_given(tmp_path: Path) -> None:
     edit(folder / "campaign.toml", ('id = "pose01"', 'id = "pose01"\nstates = "raw/holds.csv"'))
     (folder / "raw" / "holds.csv").write_text("start,end\n1.945,3.945\n4.745,6.745\n7.545,9.545\n")
     assert ingest_campaign(folder)["runs"][0]["n_states"] == 3
-    assert stored_states(folder).time.tolist() == [1.945, 4.745, 7.545]
+    assert stored_states(folder).time == pytest.approx([2.945, 5.745, 8.545])
 
 
 def test_given_clocks_are_respected(tmp_path: Path) -> None:
