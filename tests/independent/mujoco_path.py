@@ -24,8 +24,14 @@ STEP = 100.0
 AT_REST = 1e-13
 """rad or m: the last step's size at which the robot counts as at rest."""
 
-STOP_SOFTNESS = 1e-4
-"""A stop gives by this share of the spring beside it: MuJoCo's limits are never quite hard (its largest impedance)."""
+IMPEDANCE = 0.9999
+"""MuJoCo's largest: its stops are never quite hard."""
+
+PUSHED_BACK = 0.9
+"""Share of what is beyond a stop that one step takes back; all of it would bounce off, and never come to rest."""
+
+STOP_SOFTNESS = (1.0 - IMPEDANCE) / IMPEDANCE / PUSHED_BACK
+"""By so much of the spring beside it a stop gives."""
 
 FROZEN = 1e12
 """Damping over stiffness × STEP of what must not move while the rest settles."""
@@ -47,10 +53,12 @@ class MujocoPath:
         stiffness = robot.stiffness_of_springs()
         model.opt.timestep = STEP
         model.opt.noslip_iterations, model.opt.noslip_tolerance = 100, 1e-15
-        model.opt.iterations, model.opt.tolerance = 100, 1e-15
+        # solved force by force: the default's costs, squares of accelerations, end in rounding far above rest
+        model.opt.solver = mujoco.mjtSolver.mjSOL_PGS
+        model.opt.iterations, model.opt.tolerance = 100, 0.0
         model.dof_armature[:] = stiffness * STEP**2
-        model.jnt_solref[:] = -1.0 / STEP**2, -1.0 / STEP
-        model.jnt_solimp[:, :2] = 1.0 - STOP_SOFTNESS
+        model.jnt_solref[:] = -PUSHED_BACK / STEP**2, -1.0 / STEP
+        model.jnt_solimp[:, :2] = IMPEDANCE
         self._time = np.where(stiffness > 0.0, np.asarray(model.dof_damping) / np.maximum(stiffness, 1e-300), 0.0)
         self._frozen = np.where(self._time > 0.0, FROZEN * stiffness * STEP, 0.0)
         self._stiffness = stiffness
@@ -92,7 +100,7 @@ class MujocoPath:
         return steps
 
     def _come_to_rest(self, load: Floats, damping: Floats) -> int:
-        for step in range(1, 2000):
+        for step in range(1, 200):
             if self._step(load, damping) < AT_REST:
                 mujoco.mj_kinematics(self.robot.model, self.robot.data)
                 return step

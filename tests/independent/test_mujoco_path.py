@@ -56,7 +56,7 @@ def test_stops_end_a_soft_spring() -> None:
     torque = np.array([0.0, 12.0, 100.0, 20.0, -200.0, 0.0])
     turned = path_of(torque, stopped)
     free = np.clip(torque, -30.0, 30.0)
-    soft = free + STOP_SOFTNESS / (1.0 - STOP_SOFTNESS) * (torque - free)
+    soft = free + STOP_SOFTNESS * (torque - free)
     np.testing.assert_allclose(turned, torque / DRIVE + soft / 3000.0, atol=1e-10)
 
 
