@@ -156,6 +156,8 @@ class Balance:
     displacement : (n, B, 6) from the weight-only state: difference of positions, and rotation vector of R R_refᵀ, base
         axes, m and rad.
     joint_torque : (n, J) whole torque about the joints' axes at rest, N·m.
+    nodes : (n, 2J + 2, 6) every node's own small displacement, from the weight-only state, in the node's axes, m and
+        rad; 2k is the outboard end of link k in beam axes, which the rods on the link see.
     """
 
     target_position: Floats
@@ -164,6 +166,7 @@ class Balance:
     unloaded_rotation: Floats
     displacement: Floats
     joint_torque: Floats
+    nodes: Floats
 
 
 def blocks(run: NDArray[np.int64] | None, n: int, keep_runs: bool) -> Iterator[slice]:
@@ -287,6 +290,7 @@ def solve_balance(
     position, rotation = np.empty((n, n_bodies, 3)), np.empty((n, n_bodies, 3, 3))
     position_0, rotation_0 = np.empty_like(position), np.empty_like(rotation)
     moved, torque = np.empty((n, n_bodies, 6)), np.empty((n, robot.chain.n_joints))
+    nodes = np.empty((n, tool_node(robot.chain) + 1, 6))
     run = None if order is None else order.run
     for block in blocks(run, n, robot.has_memory):
         inputs = Inputs(np.ascontiguousarray(joints[block].T), np.ascontiguousarray(wrench[block].T), setup)
@@ -294,10 +298,11 @@ def solve_balance(
         memory = None if order is None else order.block(block)
         loaded = find_rest(robot, inputs, memory, unloaded.wrench, unloaded.displacement)
         torque[block] = loaded.wrench[1 : 2 * robot.chain.n_joints : 2, RZ].T
+        nodes[block] = np.moveaxis(loaded.displacement - unloaded.displacement, -1, 0)
         moves = displacements(robot, loaded, unloaded)
         for body, target in enumerate(loaded.inputs.setup.targets):
             after, before = loaded.target(target), unloaded.targets[body]
             moved[block, body] = moves[body].T
             position[block, body], rotation[block, body] = after.position.T, np.moveaxis(after.rotation, -1, 0)
             position_0[block, body], rotation_0[block, body] = before.position.T, np.moveaxis(before.rotation, -1, 0)
-    return Balance(position, rotation, position_0, rotation_0, moved, torque)
+    return Balance(position, rotation, position_0, rotation_0, moved, torque, nodes)

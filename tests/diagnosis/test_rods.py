@@ -1,0 +1,52 @@
+"""A bending swing and a tilting bearing look alike at the tool; rods on the swing tell them apart (paper 000)."""
+
+from __future__ import annotations
+
+import pytest
+
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from tests.identification.played import joint_springs, played
+from tests.identification.rodded import (
+    bending_swing,
+    five_rods,
+    six_axes_with_beams,
+    tilting_bearing,
+    with_effect,
+    with_rods,
+)
+from tests.independent.robots import SIX_STIFFNESS
+
+SWING = ("link-beam swing", "link-springs swing")
+TILT = "bearing-tilt j2"
+HIDDEN = {
+    "swing": bending_swing(EI2=4e6, EI3=6e6, GJ=3e6, EA=1.5e9),
+    "bearing": tilting_bearing(x=1.2e-7, y=1.2e-7),
+}
+
+
+def named(states: LoadStates, model: CompliantRobot) -> set[str]:
+    """Return what diagnose would name, look-alikes among them."""
+    kinds = ("joint-compliance", "bearing-tilt", "link-beam", "link-springs")
+    search = search_missing(states, model, {name: find_effects()[name] for name in kinds})
+    assert not search.unexplained
+    assert len(search.found) == 1
+    found = search.found[0]
+    return {found.candidate.name, *(other.name for other in found.alternatives)}
+
+
+@pytest.mark.parametrize("hidden", HIDDEN.values(), ids=HIDDEN)
+def test_rods_tell_the_swing_from_the_bearing(hidden: PlacedEffect) -> None:
+    chain = six_axes_with_beams()
+    robot = with_effect(joint_springs(chain, SIX_STIFFNESS), hidden)
+    tool_alone = played(robot, runs=6, noise=Sigma(translation=20e-6, rotation=30e-6), full_pose=False)
+    # from the tool alone: the set that looks alike, whichever of the two it is
+    assert {*SWING, TILT} <= named(tool_alone, joint_springs(chain))
+    told = named(with_rods(tool_alone, robot, five_rods(chain)), joint_springs(chain))
+    if hidden is HIDDEN["swing"]:
+        assert told <= set(SWING)
+    else:
+        assert TILT in told
+        assert not told & set(SWING)
