@@ -18,6 +18,7 @@ SCHEMA = "stiffcal/ingest/1"
 REDUCTION = 2
 STATES = "states"
 CLAMPED = "clamped"
+FRICTION, FREE_MOTION = "friction", "free_motion"
 INGEST = "ingest"
 PROVENANCE = "provenance"
 RECORDINGS = "recordings/"
@@ -61,6 +62,7 @@ def ingest_campaign(
         told = [str(sources)] if sources else []
         changed = "; ".join([*told, *([f"settings: {', '.join(keys)}"] if keys else [])])
     from stiffcal.measurements.clamped_readings import readings_table
+    from stiffcal.measurements.friction_readings import motion_table, steady_table
     from stiffcal.measurements.tables import states_table
     from stiffcal.workflow.reducing import reduce_campaign
 
@@ -70,6 +72,11 @@ def ingest_campaign(
         writing.write_table(STATES, states_table(reduced.states, campaign.chain.joint_names))
         if reduced.beside.clamped_readings is not None:
             writing.write_table(CLAMPED, readings_table(reduced.beside.clamped_readings, campaign.chain.joint_names))
+        friction = reduced.beside.friction
+        if friction is not None and friction.steady is not None:
+            writing.write_table(FRICTION, steady_table(friction.steady, campaign.chain.joint_names))
+        if friction is not None and friction.motion is not None:
+            writing.write_table(FREE_MOTION, motion_table(friction.motion, campaign.chain.joint_names))
         writing.write_document(INGEST, document)
         progress("hashing the sources", None)
         provenance = Provenance.now("ingest", hashes.result(), settings)
@@ -81,7 +88,11 @@ def ingest_campaign(
 
 def _keep_what_others_wrote(writing: Any, tables: tuple[str, ...], documents: tuple[str, ...]) -> None:
     """Carry over history and fits; they say themselves from which states they come."""
-    kept = [name for name in tables if name not in (STATES, CLAMPED) and not name.startswith(RECORDINGS)]
+    kept = [
+        name
+        for name in tables
+        if name not in (STATES, CLAMPED, FRICTION, FREE_MOTION) and not name.startswith(RECORDINGS)
+    ]
     kept += [name for name in documents if name not in (INGEST, PROVENANCE)]
     writing.keep(*dict.fromkeys(kept))
 

@@ -16,9 +16,11 @@ from stiffcal.campaign.manifest import Run, Source
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
 from stiffcal.measurements.clamped_readings import ClampedReadings, stacked_readings
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
 from stiffcal.readers import Wanted
 from stiffcal.reduction.blocks import BlockAverager, Blocks
-from stiffcal.reduction.holds import Holds, given_holds
+from stiffcal.reduction.friction_runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
+from stiffcal.reduction.holds import Dropped, Holds, given_holds
 from stiffcal.reduction.logs import read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
@@ -54,11 +56,14 @@ class Beside:
 
     Attributes
     ----------
-    clamped : the readings of clamped runs, a run each. entries : of the ingest document, one for each such run.
+    clamped : the readings of clamped runs, a run each. friction_runs : the logs of friction runs, a run each.
+    friction : what they hold, once all are read. entries : of the ingest document, one for each such run.
     warnings : what the user ought to know.
     """
 
     clamped: list[ClampedReadings] = field(default_factory=list)
+    friction_runs: list[FrictionRun] = field(default_factory=list)
+    friction: FrictionReduction | None = None
     entries: list[dict[str, Any]] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -69,6 +74,14 @@ class Beside:
     def clamped_readings(self) -> ClampedReadings | None:
         """The readings of all clamped runs, None where there are none."""
         return stacked_readings(self.clamped) if self.clamped else None
+
+    def finish(self, chain: Chain) -> None:
+        """Reduce what needs all runs at once: passes of one joint at one speed, wherever they were logged."""
+        if not self.friction_runs:
+            return
+        self.friction = reduce_friction(self.friction_runs, chain)
+        self.warnings += self.friction.warnings
+        self.entries += [_friction_entry(run.info.name, self.friction) for run in self.friction_runs]
 
 
 @dataclass(frozen=True)
@@ -159,6 +172,9 @@ def gather(
             if run.experiment == "clamped":
                 if len(logs) == len(sources):
                     _read_clamped(run, logs, beside)
+            elif run.experiment == "friction":
+                if len(logs) == len(sources) and not reading.quick:
+                    beside.friction_runs.append(friction_run(run, logs))
             elif reading.quick and logs:
                 parts.append(beginning(run, logs))
             elif len(logs) == len(sources):
@@ -167,6 +183,10 @@ def gather(
                 parts.append(reduced.states)
         except InputError as error:
             reading.fault(error)
+    try:
+        beside.finish(campaign.chain)
+    except InputError as error:
+        reading.fault(error)
     return (stacked(parts) if parts else None), runs
 
 
@@ -183,6 +203,20 @@ def _read_clamped(run: Run, logs: dict[str, Blocks], beside: Beside) -> None:
             "dropped": [],
         }
     )
+
+
+def _friction_entry(name: str, friction: FrictionReduction) -> dict[str, Any]:
+    """Return what the ingest document says of a friction run: readings that are used, strokes that gave none."""
+    steady, motion = friction.steady, friction.motion
+    readings, dropped = 0, summed_up(friction.dropped.get(name, ()))
+    if steady is not None:
+        own = np.array([steady.runs[k].name == name for k in steady.run], dtype=np.bool_)
+        readings += int((own & steady.used).sum())
+        reasons, counts = np.unique(steady.set_aside[own & ~steady.used], return_counts=True)
+        dropped += [{"why": str(why), "readings": int(count)} for why, count in zip(reasons, counts, strict=True)]
+    if motion is not None:
+        readings += int(np.sum([motion.runs[k].name == name for k in motion.run]))
+    return {"id": name, "clock_ahead_s": {}, "n_states": 0, "n_readings": readings, "dropped": dropped}
 
 
 def _within(progress: Progress, start: float, width: float, text: str, fraction: float | None = None) -> None:
@@ -245,9 +279,13 @@ def _document(states: LoadStates, runs: Sequence[ReducedRun]) -> dict[str, Any]:
 
 
 def _dropped(reduced: ReducedRun) -> list[dict[str, Any]]:
+    return summed_up(reduced.dropped)
+
+
+def summed_up(dropped: Sequence[Dropped]) -> list[dict[str, Any]]:
     """Sum up what was dropped of a run's logs, by reason."""
     found: dict[str, list[tuple[float, float]]] = {}
-    for stretch in reduced.dropped:
+    for stretch in dropped:
         found.setdefault(stretch.reason, []).append((stretch.start, stretch.end))
     return [
         {
