@@ -102,7 +102,8 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
         robot = _collect(faults, lambda: load_robot(folder / robot_file, robot_file))
     outline = _collect(faults, lambda: outline_of(robot, folder / robot_file)) if robot is not None else None
     count = len(outline.joint_names) if outline is not None else 6
-    model = _collect(faults, lambda: load_model(folder, count))
+    experiments = {run.experiment for run in manifest.runs} if manifest is not None else set()
+    model = _collect(faults, lambda: load_model(folder, count, experiments))
     if manifest is not None:
         found = manifest_faults(manifest, outline.link_names if outline is not None else None)
         found += file_faults(manifest, folder, must_exist=check_files)

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import tomlkit
 from tomlkit.items import AoT, Comment, Table, Whitespace
 
-from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile, default_model_path, place_names
+from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile, default_model_text, place_names
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import InputError
 
@@ -119,11 +119,20 @@ def _document(folder: Path, n_joints: int) -> tomlkit.TOMLDocument:
     if path.exists():
         validate(read_toml(path, MODEL_FILE), MODEL_FILE, ModelFile)
         return tomlkit.parse(path.read_bytes().decode("utf-8-sig"))
-    document = tomlkit.parse(default_model_path().read_text(encoding="utf-8"))
+    document = tomlkit.parse(default_model_text(_experiments(folder)))
     for entry in document["effects"]:
         if entry.get("joints") == "all":
             entry["joints"] = list(range(1, n_joints + 1))
     return document
+
+
+def _experiments(folder: Path) -> set[str]:
+    """Return the kinds of experiment that the manifest names; none where it cannot be read: others complain of that."""
+    try:
+        runs = read_toml(folder / "campaign.toml", "campaign.toml").get("runs", [])
+    except InputError:
+        return set()
+    return {str(run.get("experiment", "load")) for run in runs if isinstance(run, dict)}
 
 
 def _places(joints: Sequence[int], links: Sequence[str], pairs: Sequence[tuple[int, int]]) -> Places:

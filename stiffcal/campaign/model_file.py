@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+import tomllib
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
@@ -125,12 +126,13 @@ def place_names(
     return names or ("setup",)
 
 
-def load_model(folder: Path, n_joints: int) -> ModelFile:
+def load_model(folder: Path, n_joints: int, experiments: Collection[str] = ()) -> ModelFile:
     """Load a campaign's model file, or the default model where there is none.
 
     Parameters
     ----------
     folder : the campaign folder. n_joints : J, for ``joints = "all"``.
+    experiments : the kinds of experiment of its runs.
 
     Raises
     ------
@@ -139,26 +141,38 @@ def load_model(folder: Path, n_joints: int) -> ModelFile:
     """
     path = folder / MODEL_FILE
     if not path.exists():
-        return default_model(n_joints)
+        return default_model(n_joints, experiments)
     document = read_toml(path, MODEL_FILE)
     return _written_out(validate(document, MODEL_FILE, ModelFile), document, n_joints)
 
 
-def default_model(n_joints: int) -> ModelFile:
+def default_model(n_joints: int, experiments: Collection[str] = ()) -> ModelFile:
     """Return the model of a campaign without a model file.
 
     Examples
     --------
     >>> default_model(7).effects[0].joints
     (1, 2, 3, 4, 5, 6, 7)
+    >>> [effect.type for effect in default_model(6, {"load", "friction"}).effects]
+    ['joint-compliance', 'joint-friction']
     """
-    document = read_toml(default_model_path(), "default_model.toml")
+    document = tomllib.loads(default_model_text(experiments))
     return _written_out(validate(document, "default_model.toml", ModelFile), document, n_joints)
 
 
-def default_model_path() -> Path:
-    """Return where the default model lies in the package."""
-    return Path(__file__).with_name("default_model.toml")
+def default_model_text(experiments: Collection[str] = ()) -> str:
+    """Return the default model as a model file: compliant drives, and for friction runs drives with friction.
+
+    Parameters
+    ----------
+    experiments : the kinds of experiment of the campaign's runs; none of them: load.
+    """
+    here = Path(__file__)
+    friction = here.with_name("default_friction_model.toml").read_text(encoding="utf-8")
+    if set(experiments) == {"friction"}:
+        return friction
+    text = here.with_name("default_model.toml").read_text(encoding="utf-8")
+    return text + "\n" + friction[friction.index("[[effects]]") :] if "friction" in experiments else text
 
 
 def _written_out(model: ModelFile, document: dict[str, Any], n_joints: int) -> ModelFile:
