@@ -1,0 +1,192 @@
+"""What rods on a link can and cannot see, and where one more would help most."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.rods import Design, ShapeError, rod_design, shape_errors
+from stiffcal.measurements.rods import BeamShape, Rods, rods_between
+from stiffcal.mechanics.beam import TORSION, UNKNOWNS
+
+Floats = NDArray[np.float64]
+
+# Uncertainty of a length gauge where none is stated: what the paper's class of gauges reaches.
+USUAL_SIGMA = 1e-6
+# Where a rod may begin and end along the link, as shares of its length.
+PLACES = (0.05, 0.5, 0.95)
+_COMPONENTS = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
+
+
+@dataclass(frozen=True)
+class ExtraRod:
+    """A rod that would help.
+
+    Attributes
+    ----------
+    start, end : (3,) beam frame, m.
+    tells : unknowns that could be carried with it and could not without.
+    gain_before, gain_after : how much of a rod's error the link's end shows at worst.
+    spare : rods beyond the unknowns, with it.
+    """
+
+    start: Floats
+    end: Floats
+    tells: tuple[str, ...]
+    gain_before: float
+    gain_after: float
+    spare: int
+
+
+@dataclass(frozen=True)
+class RodView:
+    """What the rods on one link can and cannot see.
+
+    Attributes
+    ----------
+    link : its name. rods : the rods' names.
+    carried, taken_as_absent, blind : unknowns by name.
+    spare : rods beyond the unknowns: the check.
+    condition, gain : see `stiffcal.experiments.rods.Design`.
+    std : (6,) standard uncertainty of the end's displacement in one state, m and rad; NaN where not seen.
+    sigma : of a rod, m: as stated, else `USUAL_SIGMA`. stated : whether it was.
+    mistakes : what loads that are not carried do to the estimate.
+    advice : rods that would help, the best first.
+    """
+
+    link: str
+    rods: tuple[str, ...]
+    carried: tuple[str, ...]
+    taken_as_absent: tuple[str, ...]
+    blind: tuple[str, ...]
+    spare: int
+    condition: float
+    gain: float
+    std: Floats
+    sigma: float
+    stated: bool
+    mistakes: tuple[ShapeError, ...]
+    advice: tuple[ExtraRod, ...]
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The view in words, for `check`."""
+        return (*_seen(self), *_not_seen(self), *(_advised(rod, self) for rod in self.advice[:1]))
+
+
+def rods_can_see(rods: Rods, shape: BeamShape, outline: Sequence[Floats] | None = None) -> RodView:
+    """Return what rods can and cannot see, and which further rod would help most.
+
+    Parameters
+    ----------
+    rods, shape : the rods and their link.
+    outline : corners (x2, x3) of the section, in order around it, on which a further rod could be fixed; None: the
+        places across the link that rods have already.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.05, y, z] for y in (-0.1, 0.1) for z in (-0.08, 0.08)])
+    >>> view = rods_can_see(rods_between("swing", corners, corners + [0.9, 0.0, 0.0]), BeamShape(1.0))
+    >>> view.blind, view.taken_as_absent, view.spare
+    (('torsion',), ('tip moment 2', 'tip moment 3'), 1)
+    >>> view.advice[0].tells
+    ('torsion',)
+    """
+    design = rod_design(rods, shape)
+    stated = bool(np.isfinite(rods.sigma).all())
+    sigma = rods.sigma if stated else np.full(len(rods.names), USUAL_SIGMA)
+    answer = design.end @ np.linalg.pinv(design.matrix)
+    std = np.sqrt(answer**2 @ sigma**2)
+    std[3] = std[3] if TORSION in design.carried else np.nan
+    return RodView(
+        rods.link, rods.names, design.names, tuple(UNKNOWNS[u] for u in design.left_out),
+        tuple(UNKNOWNS[u] for u in design.blind), design.redundancy, design.condition, design.gain, std,
+        float(np.sqrt(np.mean(sigma**2))), stated, shape_errors(rods, shape, design),
+        _advice(rods, shape, design, outline),
+    )  # fmt: skip
+
+
+def _advice(rods: Rods, shape: BeamShape, design: Design, outline: Sequence[Floats] | None) -> tuple[ExtraRod, ...]:
+    """Try one more rod at every place; the one that tells most comes first, then the one that steadies most."""
+    across = _around(np.asarray(outline) if outline is not None else rods.start[:, 1:])
+    tried: list[ExtraRod] = []
+    for i, here in enumerate(across):
+        # Along the wall, or across one of its sides: never through the hollow.
+        for there in (here, across[(i + 1) % len(across)], across[i - 1]):
+            for a, first in enumerate(PLACES):
+                for last in PLACES[a + 1 :]:
+                    start = np.array([first * shape.length, *here])
+                    end = np.array([last * shape.length, *there])
+                    tried.append(_with_one_more(rods, shape, design, start, end))
+    tried.sort(key=lambda rod: (-len(rod.tells), rod.gain_after))
+    useful = [rod for rod in tried if rod.tells or rod.gain_after < 0.9 * rod.gain_before]
+    return tuple(useful[:3])
+
+
+def _with_one_more(rods: Rods, shape: BeamShape, design: Design, start: Floats, end: Floats) -> ExtraRod:
+    new = rods_between(rods.link, start[None], end[None])
+    more = Rods(
+        rods.link, (*rods.names, "new"), np.vstack([rods.start, new.start]), np.vstack([rods.end, new.end]),
+        np.vstack([rods.warping, new.warping]), np.append(rods.sigma, np.nan),
+    )  # fmt: skip
+    whole = rod_design(more, shape)
+    tells = tuple(name for name in whole.names if name not in design.names)
+    # The same unknowns with one rod more compare; one unknown more is worth its price by what it tells.
+    same = rod_design(more, shape, design.names)
+    return ExtraRod(start, end, tells, design.gain, same.gain, whole.redundancy)
+
+
+def _around(points: Floats) -> Floats:
+    """Return distinct places across the link in order around their middle."""
+    distinct = np.unique(np.round(points, 9), axis=0)
+    middle = distinct.mean(axis=0)
+    return np.asarray(distinct[np.argsort(np.arctan2(distinct[:, 1] - middle[1], distinct[:, 0] - middle[0]))])
+
+
+def _seen(view: RodView) -> tuple[str, ...]:
+    size = f"{1e6 * view.sigma:.2g} µm" + ("" if view.stated else " (assumed)")
+    told = [
+        f"{name} ± {1.96e6 * std:.2g} {'µm' if i < 3 else 'µrad'}"
+        for i, (name, std) in enumerate(zip(_COMPONENTS, view.std, strict=True))
+        if np.isfinite(std)
+    ]
+    check = (
+        f"{view.spare} to spare as a check"
+        if view.spare
+        else "none to spare as a check: only the load can tell a wrong one"
+    )
+    return (
+        f"{len(view.rods)} rods on {view.link} carry {', '.join(view.carried) or 'nothing'}; {check}; "
+        f"condition number {view.condition:.3g}",
+        f"with rods of {size} the end of {view.link} is known to {', '.join(told)} in one state (± 95 %)",
+    )
+
+
+def _not_seen(view: RodView) -> tuple[str, ...]:
+    sentences = []
+    if "torsion" in view.blind:
+        sentences.append(
+            f"no rod on {view.link} sees it twist: all run along the fibre, where an even twist changes no length"
+        )
+    elif "torsion" in view.taken_as_absent:
+        sentences.append(f"the twist of {view.link} is taken as absent: too few rods to tell it from the rest")
+    moments = [error for error in view.mistakes if error.load in view.taken_as_absent and "moment" in error.load]
+    sentences += [
+        f"a {error.load} at the end of {view.link} is taken for a force: the end is then wrong by {100 * error.relative:.0f} % "
+        "of what the moment does"
+        for error in moments
+    ]
+    return tuple(sentences)
+
+
+def _advised(rod: ExtraRod, view: RodView) -> str:
+    places = " to ".join(
+        "[" + ", ".join(f"{1e3 * value:.0f}" for value in point) + "]" for point in (rod.start, rod.end)
+    )
+    if rod.tells:
+        return f"one more rod from {places} mm would tell {', '.join(rod.tells)}"
+    times = rod.gain_before / rod.gain_after
+    return f"one more rod from {places} mm would make the end of {view.link} known {times:.2g} times better"
