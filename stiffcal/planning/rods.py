@@ -29,7 +29,8 @@ class ExtraRod:
     ----------
     start, end : (3,) beam frame, m.
     tells : unknowns that could be carried with it and could not without.
-    gain_before, gain_after : how much of a rod's error the link's end shows at worst.
+    gain_before, gain_after : how much of a rod's error the link's end shows at worst, for the unknowns carried before.
+    gain : the same with all that the rods then carry.
     spare : rods beyond the unknowns, with it.
     """
 
@@ -38,6 +39,7 @@ class ExtraRod:
     tells: tuple[str, ...]
     gain_before: float
     gain_after: float
+    gain: float
     spare: int
 
 
@@ -121,7 +123,7 @@ def _advice(rods: Rods, shape: BeamShape, design: Design, outline: Sequence[Floa
                     start = np.array([first * shape.length, *here])
                     end = np.array([last * shape.length, *there])
                     tried.append(_with_one_more(rods, shape, design, start, end))
-    tried.sort(key=lambda rod: (-len(rod.tells), rod.gain_after))
+    tried.sort(key=lambda rod: (-len(rod.tells), rod.gain if rod.tells else rod.gain_after))
     useful = [rod for rod in tried if rod.tells or rod.gain_after < 0.9 * rod.gain_before]
     return tuple(useful[:3])
 
@@ -136,7 +138,7 @@ def _with_one_more(rods: Rods, shape: BeamShape, design: Design, start: Floats, 
     tells = tuple(name for name in whole.names if name not in design.names)
     # The same unknowns with one rod more compare; one unknown more is worth its price by what it tells.
     same = rod_design(more, shape, design.names)
-    return ExtraRod(start, end, tells, design.gain, same.gain, whole.redundancy)
+    return ExtraRod(start, end, tells, design.gain, same.gain, whole.gain, whole.redundancy)
 
 
 def _around(points: Floats) -> Floats:
@@ -149,20 +151,21 @@ def _around(points: Floats) -> Floats:
 def _seen(view: RodView) -> tuple[str, ...]:
     size = f"{1e6 * view.sigma:.2g} µm" + ("" if view.stated else " (assumed)")
     told = [
-        f"{name} ± {1.96e6 * std:.2g} {'µm' if i < 3 else 'µrad'}"
+        f"{name} ± {_two_digits(1.96e6 * std)} {'µm' if i < 3 else 'µrad'}"
         for i, (name, std) in enumerate(zip(_COMPONENTS, view.std, strict=True))
         if np.isfinite(std)
     ]
-    check = (
-        f"{view.spare} to spare as a check"
-        if view.spare
-        else "none to spare as a check: only the load can tell a wrong one"
-    )
+    check = f"{view.spare} to spare as a check" if view.spare else "none to spare: only the load can tell a wrong one"
+    carried = ", ".join(view.carried) or "nothing"
+    known = ", ".join(told)
     return (
-        f"{len(view.rods)} rods on {view.link} carry {', '.join(view.carried) or 'nothing'}; {check}; "
-        f"condition number {view.condition:.3g}",
-        f"with rods of {size} the end of {view.link} is known to {', '.join(told)} in one state (± 95 %)",
+        f"{len(view.rods)} rods on {view.link} carry {carried}; {check}; condition number {view.condition:.3g}",
+        f"with rods of {size} the end of {view.link} is known to {known} in one state (± 95 %)",
     )
+
+
+def _two_digits(value: float) -> str:
+    return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
 
 
 def _not_seen(view: RodView) -> tuple[str, ...]:
@@ -175,8 +178,8 @@ def _not_seen(view: RodView) -> tuple[str, ...]:
         sentences.append(f"the twist of {view.link} is taken as absent: too few rods to tell it from the rest")
     moments = [error for error in view.mistakes if error.load in view.taken_as_absent and "moment" in error.load]
     sentences += [
-        f"a {error.load} at the end of {view.link} is taken for a force: the end is then wrong by {100 * error.relative:.0f} % "
-        "of what the moment does"
+        f"a {error.load} at the end of {view.link} is taken for a force: the end is then wrong by "
+        f"{100 * error.relative:.0f} % of what the moment does"
         for error in moments
     ]
     return tuple(sentences)
