@@ -123,9 +123,15 @@ def _advice(rods: Rods, shape: BeamShape, design: Design, outline: Sequence[Floa
                     start = np.array([first * shape.length, *here])
                     end = np.array([last * shape.length, *there])
                     tried.append(_with_one_more(rods, shape, design, start, end))
-    tried.sort(key=lambda rod: (-len(rod.tells), rod.gain if rod.tells else rod.gain_after))
+    tried.sort(key=_worth)
     useful = [rod for rod in tried if rod.tells or rod.gain_after < 0.9 * rod.gain_before]
     return tuple(useful[:3])
+
+
+def _worth(rod: ExtraRod) -> tuple[int, list[int], float]:
+    """Sort by how much a rod tells, in the order in which rods are spent, then by how well."""
+    tells = [UNKNOWNS.index(name) for name in rod.tells]
+    return -len(tells), tells, rod.gain if tells else rod.gain_after
 
 
 def _with_one_more(rods: Rods, shape: BeamShape, design: Design, start: Floats, end: Floats) -> ExtraRod:
