@@ -9,7 +9,7 @@ import typer
 from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
-from stiffcal.cli.tables import show_parameters
+from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.wording import deviation, significant
 
 if TYPE_CHECKING:
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 def identify(
     folder: Folder = HERE,
     loss: Annotated[str, typer.Option(help="linear (least squares) or huber (outliers count less).")] = "linear",
+    dual_quaternions: Annotated[
+        bool, typer.Option("--dual-quaternions", help="Joint springs in paper 003's form too, beside the matrix form.")
+    ] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
@@ -34,7 +37,7 @@ def identify(
         from stiffcal.workflow.steps import Means
 
         means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = identify_campaign(folder, means, loss=loss)
+        document = identify_campaign(folder, means, loss=loss, dual_quaternions=dual_quaternions)
         answer.give(document, show_fit, command_line("validate", folder, store=store))
     return OK
 
@@ -55,6 +58,25 @@ def show_fit(console: Console, document: Document) -> None:
         console.print(f"cannot be told: {ambiguity_in_words(ambiguity)}")
     if document.get("expected_error"):
         console.print(document["expected_error"])
+    if document.get("dual_quaternions"):
+        _show_dual_quaternions(console, document["dual_quaternions"])
+
+
+def _show_dual_quaternions(console: Console, both: Document) -> None:
+    """Draw the two forms side by side, and the paper's unweighted estimate apart."""
+
+    def stiffness(compliance: float | None) -> str:
+        return significant(1.0 / compliance) if compliance else "–"
+
+    table = plain_table("stiffness, N·m/rad", "matrices>", "dual quaternions>", "unweighted, m>", "unweighted, mm>")
+    for one in both["parameters"]:
+        keys = ("matrix", "dual_quaternion", "unweighted_in_metres", "unweighted_in_millimetres")
+        table.add_row(one["name"], *(stiffness(one[key]) for key in keys))
+    console.print(table)
+    console.print(
+        f"both forms agree to {both['largest_relative_difference']:.1g} (relative); unweighted: 003, eq. 35 as "
+        "printed, which counts lengths in m or mm and pure numbers alike"
+    )
 
 
 def ambiguity_in_words(ambiguity: Document) -> str:

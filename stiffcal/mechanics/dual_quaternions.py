@@ -27,9 +27,15 @@ _SERIES_BELOW = 1e-2
 
 def quaternion_product(a: Floats, b: Floats) -> Floats:
     """Return a ∘ b of quaternions (…, 4), scalar first (003, eq. 7)."""
-    scalar = a[..., :1] * b[..., :1] - np.sum(a[..., 1:] * b[..., 1:], axis=-1, keepdims=True)
-    vector = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
-    return np.concatenate([scalar, vector], axis=-1)
+    w, x, y, z = (a[..., k] for k in range(4))
+    s, t, u, v = (b[..., k] for k in range(4))
+    rows = (
+        w * s - x * t - y * u - z * v,
+        w * t + x * s + y * v - z * u,
+        w * u - x * v + y * s + z * t,
+        w * v + x * u - y * t + z * s,
+    )
+    return np.stack(rows, axis=-1)
 
 
 def dual_product(a: Floats, b: Floats) -> Floats:

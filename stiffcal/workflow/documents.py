@@ -53,6 +53,23 @@ class Rejected(TypedDict):
     why: str
 
 
+class TwoForms(TypedDict):
+    """A compliance in the matrix form and in dual quaternions, rad/(N·m); and by paper 003's unweighted eq. 35."""
+
+    name: str
+    matrix: float
+    dual_quaternion: float
+    unweighted_in_metres: Number
+    unweighted_in_millimetres: Number
+
+
+class DualQuaternions(TypedDict):
+    """Joint springs identified in both forms (``identify --dual-quaternions``)."""
+
+    largest_relative_difference: float
+    parameters: list[TwoForms]
+
+
 class Identify(TypedDict):
     """Answer of ``identify``."""
 
@@ -71,6 +88,7 @@ class Identify(TypedDict):
     rejected: list[Rejected]
     expected_rms: Rms | None
     expected_error: str
+    dual_quaternions: NotRequired[DualQuaternions]
 
 
 class Part(TypedDict):

@@ -29,7 +29,9 @@ LOSSES = ("linear", "huber")
 NO_HISTORY: Document = {"schema": "stiffcal/history/1", "warnings": [], "fits": []}
 
 
-def identify_campaign(folder: Path, means: Means | None = None, loss: str = "linear") -> Document:
+def identify_campaign(
+    folder: Path, means: Means | None = None, loss: str = "linear", dual_quaternions: bool = False
+) -> Document:
     """Fit model.toml to the campaign's load states.
 
     Parameters
@@ -37,6 +39,7 @@ def identify_campaign(folder: Path, means: Means | None = None, loss: str = "lin
     folder : the campaign folder.
     means : store, progress and so on.
     loss : "linear" (least squares) or "huber" (outliers count less).
+    dual_quaternions : identify joint compliances in paper 003's form too, and say how the two agree.
 
     Returns
     -------
@@ -54,8 +57,25 @@ def identify_campaign(folder: Path, means: Means | None = None, loss: str = "lin
     current = current_fit(data, loss)
     if current is not None:
         means.say(f"nothing has changed since fit {current['fit_id']}")
+    if current is not None and (not dual_quaternions or "dual_quaternions" in current):
         return current
-    return store_fit(data, fit_now(data, loss, means), loss)
+    fit = fit_now(data, loss, means)
+    document = current or store_fit(data, fit, loss)
+    return _with_dual_quaternions(data, fit, document) if dual_quaternions else document
+
+
+def _with_dual_quaternions(data: Ingested, fit: Fit, document: Document) -> Document:
+    """Add paper 003's form to a fit's document, in the store too.
+
+    Raises
+    ------
+    InputError : the model holds more than joint springs.
+    """
+    from stiffcal.identification.dual_form import identify_in_two_forms, two_forms_document
+
+    document = {**document, "dual_quaternions": two_forms_document(identify_in_two_forms(fit))}
+    data.store.commit({}, {IDENTIFY: document}, command="identify")
+    return document
 
 
 def fitted(data: Ingested, means: Means) -> Document:

@@ -1,0 +1,289 @@
+"""Joint compliances identified in dual quaternions (Li et al. 2019, paper 003, eq. 30 to 35), beside the matrix form.
+
+y = A x, with y the change of the target's eight components and A the columns ∂q̂/∂θⱼ τⱼ. Eight components are six
+displacements seen through the exact linear map L of `stiffcal.mechanics.dual_quaternions`; a weight of the six goes
+over as Pᵀ W P. With it the two forms are one estimate to rounding, at any orientation. The paper leaves the weight out,
+and counts metres and pure numbers alike (eq. 35): that is another estimate, which changes with the unit of length, and
+is given apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import InputError
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.noise import Noise, whiten
+from stiffcal.identification.observation import Observations, evaluate, free_columns, lever_of
+from stiffcal.identification.rows import ROTATION, TRANSLATION
+from stiffcal.mechanics.dual_balance import dual_rest, joint_torques, reading_as_load, weights_of
+from stiffcal.mechanics.dual_quaternions import (
+    attached_duals,
+    displacement_from_change,
+    displacement_map,
+    displacement_of_duals,
+    dual_chain,
+    dual_jacobian,
+)
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import RZ, Inputs, joint_node
+from stiffcal.model.equilibrium import displacements, find_rest, rest_under_weight
+
+Floats = NDArray[np.float64]
+
+NEEDS = "joint-compliance"
+# Steps contract a thousandfold and more: after one of this relative size the next is rounding, and is still taken.
+SETTLED = 1e-8
+MAX_STEPS = 25
+# rad: the balance in the matrix form, as far as it goes.
+TIGHT = 1e-15
+
+
+@dataclass(frozen=True)
+class TwoForms:
+    """One campaign identified in both forms.
+
+    Attributes
+    ----------
+    names : p full parameter names: the compliances that the fit tells.
+    matrix, dual : (p,) rad/(N·m), each form carried on until its steps are rounding, with the same weights.
+    unweighted : (p,) by eq. 35 as printed, lengths in metres; unweighted_mm : lengths in millimetres. NaN where
+        orientation is not measured everywhere.
+    difference : largest relative difference between matrix and dual form.
+    """
+
+    names: tuple[str, ...]
+    matrix: Floats
+    dual: Floats
+    unweighted: Floats
+    unweighted_mm: Floats
+    difference: float
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What both forms work on: observations, weights, which joints' compliances are free and what the others are."""
+
+    data: Observations
+    robot: CompliantRobot
+    joints: tuple[int, ...]
+    start: Floats
+    factor: Floats  # (n, m, m) whitening
+
+    def compliances(self, free: Floats) -> Floats:
+        """Return (J,) all compliances."""
+        whole = self.start.copy()
+        whole[list(self.joints)] = free
+        return whole
+
+
+def identify_in_two_forms(fit: Fit) -> TwoForms:
+    """Identify joint compliances again, from a fit's observations, in matrices and in dual quaternions.
+
+    Parameters
+    ----------
+    fit : of joint compliances alone, to the deformed robot.
+
+    Raises
+    ------
+    InputError : the model holds other effects, or the papers' linear balance.
+    """
+    task = _task(fit)
+    start = task.start[list(task.joints)]
+    matrix = _carried_on(_matrix_rows, task, start)
+    dual = _carried_on(_dual_rows, task, start)
+    names = tuple(f"joint-compliance.j{joint + 1}.c" for joint in task.joints)
+    metres, millimetres = (_unweighted(task, dual, scale) for scale in (1.0, 1e3))
+    difference = float(np.max(np.abs(dual / matrix - 1.0), initial=0.0))
+    return TwoForms(names, matrix, dual, metres, millimetres, difference)
+
+
+def two_forms_document(two: TwoForms) -> dict[str, Any]:
+    """Return both forms as the `identify` document holds them: compliances, rad/(N·m); null where not told."""
+
+    def number(value: float) -> float | None:
+        return float(value) if np.isfinite(value) else None
+
+    return {
+        "largest_relative_difference": two.difference,
+        "parameters": [
+            {
+                "name": name,
+                "matrix": float(two.matrix[k]),
+                "dual_quaternion": float(two.dual[k]),
+                "unweighted_in_metres": number(two.unweighted[k]),
+                "unweighted_in_millimetres": number(two.unweighted_mm[k]),
+            }
+            for k, name in enumerate(two.names)
+        ],
+    }
+
+
+def _task(fit: Fit) -> _Task:
+    robot, data = fit.robot, fit.data
+    others = sorted({one.effect.name for one in robot.placed} - {NEEDS})
+    if others:
+        reason = f"paper 003 knows joint springs alone, and the model holds {', '.join(others)}"
+        raise InputError.at("model.toml", "effects", reason, "take the others out to see this form")
+    if not robot.deformed:
+        reason = 'the dual-quaternion form balances the deformed robot, and the model says "first-order"'
+        raise InputError.at("model.toml", "balance", reason, 'write balance = "deformed"')
+    if len(data.rows_of(TRANSLATION, ROTATION)) < len(data.measured) or not len(data.measured):
+        reason = "the dual-quaternion form takes poses, and other displacements are measured too"
+        raise InputError.at("campaign.toml", "sources", reason, "take gauges and rods out to see this form")
+    start = np.zeros(robot.chain.n_joints)
+    joints = []
+    for one in robot.placed:
+        joint = one.place.joints[0] - 1
+        start[joint] = one.amplitude("c")
+        if one.parameter_name("c") in fit.free_names and start[joint] > 0.0:
+            joints.append(joint)
+    noise = fit.noise or Noise(*_sizes(fit), 0.0, 0.0, "none", 0.0)
+    sensitivity = None
+    if noise.force or noise.moment:
+        blocks = list(evaluate(robot, data, free_columns(robot), with_sensitivity=True))
+        sensitivity = np.concatenate([block.sensitivity for block in blocks if block.sensitivity is not None], axis=2)
+    whitening = whiten(noise, data, sensitivity)
+    m = len(data.measured)
+    if whitening.lower is None:
+        factor = np.zeros((data.n_states, m, m))
+        factor[:, range(m), range(m)] = whitening.scale.T
+    else:
+        factor = np.moveaxis(whitening.lower, -1, 0)
+    return _Task(data, robot, tuple(joints), start, factor)
+
+
+def _sizes(fit: Fit) -> tuple[float, float]:
+    """Return the residuals' size of translation and rotation, where the noise is not known."""
+    sizes = []
+    for kind in (False, True):
+        values = fit.residual[fit.data.rotational == kind]
+        sizes.append(float(np.sqrt(np.mean(values**2))) if values.size and values.any() else 1.0)
+    return sizes[0], sizes[1]
+
+
+def _carried_on(rows: Callable[[_Task, Floats], tuple[Floats, Floats]], task: _Task, start: Floats) -> Floats:
+    """Return the compliances (p,) after Gauss–Newton steps down to rounding."""
+    value, settled = start.copy(), False
+    for _ in range(MAX_STEPS):
+        columns, missing = rows(task, value)
+        scale = np.sqrt(np.sum(columns**2, axis=0))
+        step = np.linalg.lstsq(columns / scale, missing, rcond=None)[0] / scale
+        value = value + step
+        if settled:
+            break
+        settled = bool(np.max(np.abs(step) / np.abs(value), initial=0.0) < SETTLED)
+    return value
+
+
+def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats, Floats]:
+    """Take each run's free offset out of whitened rows (n, r, p + 1); return columns (n r, p) and what is missing.
+
+    Parameters
+    ----------
+    rows : columns and, last, the residual.
+    offsets : (n, r, k) how a unit of the run's k offset components shows.
+    """
+    if task.data.free_offset:
+        rows = rows.copy()
+        for run in np.unique(task.data.run):
+            mine = task.data.run == run
+            shown = offsets[mine].reshape(-1, offsets.shape[2])
+            seen = shown[:, np.any(shown != 0.0, axis=0)]
+            basis = np.linalg.qr(seen)[0]
+            flat = rows[mine].reshape(len(shown), -1)
+            rows[mine] = (flat - basis @ (basis.T @ flat)).reshape(rows[mine].shape)
+    flat = rows.reshape(-1, rows.shape[2])
+    return flat[:, :-1], flat[:, -1]
+
+
+def _matrix_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
+    """Return whitened columns (n m, p) and residuals (n m,) by matrices: Jacobian columns times torques."""
+    data = task.data
+    whole = task.compliances(value)
+    robot = task.robot.with_values(
+        {one.parameter_name("c"): float(whole[one.place.joints[0] - 1]) for one in task.robot.placed}
+    )
+    inputs = Inputs(data.angles, data.wrench, data.setup)
+    unloaded = rest_under_weight(robot, inputs, TIGHT)
+    loaded = find_rest(robot, inputs, data.order, unloaded.wrench, unloaded.displacement, TIGHT)
+    moved = np.stack(displacements(robot, loaded, unloaded))[data.body, data.component]
+    missing = np.where(data.seen, data.measured - moved, 0.0)
+    drives = robot.chain.drive_axes
+    nodes = [joint_node(k + 1) for k in range(robot.chain.n_joints)]
+    torque = drives.T @ (loaded.wrench[nodes, RZ] - unloaded.wrench[nodes, RZ])
+    lever = np.stack([lever_of(loaded, data, node, RZ) for node in nodes])
+    columns = np.einsum("jmn,jd->dmn", lever, drives)[list(task.joints)] * torque[list(task.joints), None, :]
+    stack = np.moveaxis(np.concatenate([np.where(data.seen, columns, 0.0), missing[None]]), (1, 2), (2, 0))
+    rows = np.einsum("nab,npb->nap", task.factor, stack)
+    return _without_offsets(task, rows, task.factor)
+
+
+def _dual_parts(task: _Task, value: Floats) -> tuple[list[Floats], list[Floats], list[Floats], list[Floats]]:
+    """Return by target q̂ loaded (n, 8), q̂ unloaded, slopes (n, 8, J) by the drives; and, once, torques (n, J)."""
+    data, chain = task.data, task.robot.chain
+    drives = chain.drive_axes
+    compliance = drives @ np.diag(task.compliances(value)) @ drives.T
+    angles = np.ascontiguousarray(data.angles.T)
+    loads = weights_of(chain, data.setup, data.n_states)
+    loads.append(reading_as_load(data.setup, np.ascontiguousarray(data.wrench.T)))
+    loaded = dual_chain(chain, dual_rest(chain, compliance, angles, loads))
+    # States of one pose share the rest under weight alone.
+    poses, pose = np.unique(angles, axis=0, return_inverse=True)
+    bare = weights_of(chain, data.setup, len(poses))
+    unloaded = dual_chain(chain, dual_rest(chain, compliance, poses, bare) if bare else poses)
+    torque = (joint_torques(loaded, loads) - joint_torques(unloaded, bare)[pose]) @ drives
+    targets = data.setup.targets
+    return (
+        [attached_duals(loaded, target) for target in targets],
+        [attached_duals(unloaded, target)[pose] for target in targets],
+        [dual_jacobian(loaded, target) @ drives for target in targets],
+        [torque],
+    )
+
+
+def _dual_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
+    """Return whitened columns (n m, p) and residuals (n m,) by dual quaternions: y and A of eq. 31 to 33, weighted."""
+    data = task.data
+    after, before, slopes, (torque,) = _dual_parts(task, value)
+    rows: list[Floats] = []
+    for b, (loaded, unloaded, slope) in enumerate(zip(after, before, slopes, strict=True)):
+        mine = data.body == b
+        there, back = displacement_map(loaded), displacement_from_change(loaded)
+        missing = np.zeros((data.n_states, 6))
+        missing[:, data.component[mine]] = (
+            data.measured[mine].T - displacement_of_duals(loaded, unloaded)[:, data.component[mine]]
+        )
+        eight = np.concatenate(
+            [slope[:, :, list(task.joints)] * torque[:, None, list(task.joints)], there @ missing[:, :, None]], axis=2
+        )
+        rows.append((back @ eight)[:, data.component[mine]])
+    stack = np.concatenate(rows, axis=1) * data.seen.T[:, :, None]
+    return _without_offsets(task, task.factor @ stack, task.factor)
+
+
+def _unweighted(task: _Task, value: Floats, per_metre: float) -> Floats:
+    """Return the compliances (p,) by eq. 35 as printed: (AᵀA)⁻¹ Aᵀ y, eight components alike, no free offsets.
+
+    Parameters
+    ----------
+    value : the compliances that A is made with: it holds the torques on the deformed robot.
+    per_metre : the unit of length: 1 for metres, 1000 for millimetres.
+    """
+    data = task.data
+    whole = np.zeros(len(task.joints))
+    if not data.seen.all() or len(data.measured) != 6 * len(data.setup.targets):
+        return np.full_like(whole, np.nan)
+    after, _, slopes, (torque,) = _dual_parts(task, value)
+    left, right = [], []
+    for b, (loaded, slope) in enumerate(zip(after, slopes, strict=True)):
+        size = np.repeat([1.0, per_metre], 4)[None, :, None]
+        left.append(slope[:, :, list(task.joints)] * torque[:, None, list(task.joints)] * size)
+        right.append(displacement_map(loaded) @ data.measured[data.body == b].T[:, :, None] * size)
+    columns = np.concatenate(left, axis=1).reshape(-1, len(task.joints))
+    return np.asarray(np.linalg.lstsq(columns, np.concatenate(right, axis=1).reshape(-1), rcond=None)[0])

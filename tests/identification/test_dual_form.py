@@ -1,0 +1,116 @@
+"""Paper 003's identification in dual quaternions: with the weight carried over it is the matrix form, to rounding."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.identification.dual_form import TwoForms, identify_in_two_forms, two_forms_document
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import identify_parameters
+from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.model.equilibrium import solve_balance
+from tests.identification.played import joint_springs, played
+from tests.independent.robots import SIX_STIFFNESS, six_axes
+
+NOISE = Sigma(translation=15e-6, rotation=2e-5, force=0.5, moment=0.1)
+ROUNDING = 1e-9
+
+
+def fitted(chain: Chain, states: LoadStates) -> Fit:
+    return identify_parameters(states, joint_springs(chain))
+
+
+def noisy(chain: Chain, full_pose: bool = True, seed: int = 1) -> LoadStates:
+    return played(
+        joint_springs(chain, SIX_STIFFNESS), runs=4, noise=NOISE, full_pose=full_pose, seed=seed, load_scatter=0.02
+    )
+
+
+@cache
+def plain() -> TwoForms:
+    """Return both forms of an ordinary campaign."""
+    chain = six_axes()
+    return identify_in_two_forms(fitted(chain, noisy(chain)))
+
+
+def stretched_wrist() -> LoadStates:
+    """Return states with joint 5 at zero in half of the poses: axes 4 and 6 in line, the wrist's singular pose."""
+    chain = six_axes()
+    states = noisy(chain)
+    joints = states.joints.copy()
+    joints[states.run % 2 == 0, 4] = 0.0
+    robot = joint_springs(chain, SIX_STIFFNESS)
+    balance = solve_balance(robot, chain.model_angles(joints), states.wrench, states.setup)
+    rng = np.random.default_rng(3)
+    position = balance.target_position + 15e-6 * rng.normal(size=balance.target_position.shape)
+    turn = rotation_from_vector(2e-5 * rng.normal(size=(len(joints), 1, 3)))
+    return replace(states, joints=joints, position=position, rotation=turn @ balance.target_rotation)
+
+
+def pitched_up() -> tuple[Chain, LoadStates]:
+    """Return a robot whose base is turned so that, in base axes, tools point along ±z: singular for roll–pitch–yaw."""
+    chain = six_axes()
+    turned = chain.fixed.copy()
+    turned[0, :3, :3] = rotation_from_rpy(np.array([0.3, np.pi / 2, -0.4])) @ turned[0, :3, :3]
+    chain = replace(chain, fixed=turned)
+    return chain, noisy(chain)
+
+
+@pytest.mark.parametrize("case", ["six joints", "position only", "stretched wrist", "pitch of 90 degrees"])
+def test_the_two_forms_agree(case: str) -> None:
+    chain = six_axes()
+    if case == "pitch of 90 degrees":
+        chain, states = pitched_up()
+    else:
+        states = stretched_wrist() if case == "stretched wrist" else noisy(chain, full_pose=case != "position only")
+    fit = fitted(chain, states)
+    two = identify_in_two_forms(fit)
+    assert two.names == fit.free_names
+    assert two.difference < ROUNDING
+    # and the fit itself, which stops at a thousandth of a standard uncertainty
+    for name, value in zip(two.names, two.dual, strict=True):
+        found = fit.parameter(name)
+        assert found.value is not None
+        assert found.std is not None
+        assert abs(found.value - value) < 2e-3 * found.std
+
+
+def test_unweighted_is_another_estimate() -> None:
+    two = plain()
+    away = np.abs(two.unweighted / two.dual - 1.0)
+    # it changes with the unit of length, and neither choice is the weighted one
+    assert away.max() > 1e-4
+    assert np.abs(two.unweighted_mm / two.unweighted - 1.0).max() > 1e-4
+    # but it estimates the same springs
+    assert np.allclose(1.0 / two.unweighted, SIX_STIFFNESS, rtol=0.15)
+    assert np.allclose(1.0 / two.unweighted_mm, SIX_STIFFNESS, rtol=0.15)
+    document = two_forms_document(two)
+    assert [one["dual_quaternion"] for one in document["parameters"]] == two.dual.tolist()
+
+
+def test_unweighted_needs_orientation() -> None:
+    chain = six_axes()
+    two = identify_in_two_forms(fitted(chain, noisy(chain, full_pose=False)))
+    assert np.isnan(two.unweighted).all()
+    assert two_forms_document(two)["parameters"][0]["unweighted_in_metres"] is None
+
+
+def test_other_effects_are_refused() -> None:
+    chain = six_axes()
+    robot = joint_springs(chain)
+    tilt = PlacedEffect(find_effects()["bearing-tilt"], Place("joints", (2,)))
+    fit = identify_parameters(noisy(chain), replace(robot, placed=(*robot.placed, tilt)))
+    with pytest.raises(InputError, match="bearing-tilt"):
+        identify_in_two_forms(fit)
+    with pytest.raises(InputError, match="first-order"):
+        identify_in_two_forms(identify_parameters(noisy(chain), replace(robot, deformed=False)))
