@@ -122,7 +122,7 @@ class Judgement:
         return self.possible and self.fall > LEAST_FALL and self.errors > STANDARD_ERRORS and self.p_value < FAMILY_P
 
 
-def _fall(before: Floats, after: Floats, moved: Floats, dof: int) -> tuple[float, float]:
+def fall_of(before: Floats, after: Floats, moved: Floats, dof: int) -> tuple[float, float]:
     """Return the fall of the rms and its size in standard errors over poses.
 
     Parameters
@@ -184,7 +184,7 @@ def fitted_values(trial: Trial) -> dict[str, float]:
 
 def judge(scan: Scan, trial: Trial) -> Judgement:
     """Judge a candidate by its own unseen errors."""
-    fall, errors = _fall(scan.base.unseen, trial.score.unseen, trial.score.moved, scan.dof)
+    fall, errors = fall_of(scan.base.unseen, trial.score.unseen, trial.score.moved, scan.dof)
     return Judgement(fall, errors, family_p(scan, trial), possible_values(trial))
 
 
@@ -202,7 +202,7 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
         return own
     before, after = np.diagonal(scan.base.nested).copy(), chosen_in_every_fold(scan)
     moved = np.bincount(scan.groups, weights=leader.score.moved).astype(np.float64)
-    fall, errors = _fall(before, after, moved, scan.dof)
+    fall, errors = fall_of(before, after, moved, scan.dof)
     if scan.fit.noise is not None:
         # What is left is held against the noise (`lack_of_fit`): a wrong name leaves something, and is withheld.
         errors = own.errors
@@ -212,7 +212,7 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
 def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
     """Return whether a candidate cannot be told from the best: within two standard errors over poses.
 
-    Standard errors as in `_fall`: what one foretells in other poses than the other, against what then was seen.
+    Standard errors as in `fall_of`: what one foretells in other poses than the other, against what then was seen.
     """
     if trial is best:
         return True
@@ -221,7 +221,7 @@ def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
     if gap <= LOOK_ALIKE_SHARE:
         return True
     moved = (foretold(scan, trial) - foretold(scan, best)) ** 2
-    _, errors = _fall(score.unseen, other.unseen, np.array([moved[fold].sum() for fold in scan.folds]), scan.dof)
+    _, errors = fall_of(score.unseen, other.unseen, np.array([moved[fold].sum() for fold in scan.folds]), scan.dof)
     return errors <= LOOK_ALIKE_ERRORS
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.diagnosis.candidates import Candidate, variants
-from stiffcal.diagnosis.scoring import Score, score_variants
+from stiffcal.diagnosis.scoring import Score, fold_products, score_variants
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
 from stiffcal.diagnosis.thresholds import CHOICE_FOLDS, RESAMPLINGS
 from stiffcal.identification.fit import Fit
@@ -67,6 +67,7 @@ class Scan:
     space : whitened rows.
     columns : (p, m, n) of the base model's free parameters, about the fit.
     residual : (m, n) measured minus predicted, offsets not taken out.
+    bounds : (p,) lower and upper, how far the base model's parameters can go.
     """
 
     fit: Fit
@@ -81,6 +82,7 @@ class Scan:
     space: Projection
     columns: Floats
     residual: Floats
+    bounds: tuple[Floats, Floats]
 
 
 def weights_of(fit: Fit) -> Whitening:
@@ -207,8 +209,18 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     dof = int(np.count_nonzero(data.seen)) - (len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0)
     return Scan(
         fit, ground.base, tuple(trials), tuple(folds), fold, ground.groups, dof, len(columns), max(n_tried, 1), space,
-        own, residual,
+        own, residual, (ground.low, ground.high),
     )  # fmt: skip
+
+
+def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
+    """Score several candidates as one, each at the shape that was best alone."""
+    signatures = [trial.signature for trial in trials]
+    left = scan.residual - sum(one.fixed for one in signatures)
+    rows = scan.space.rows(np.concatenate([scan.columns, *(one.columns for one in signatures), left[None]]))
+    bounds = [scan.bounds, *(_bounds(one) for one in signatures)]
+    low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
+    return score_variants([fold_products(rows, list(scan.folds))], low, high, scan.groups, scan.base)
 
 
 def _tried(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integers) -> Trial | None:

@@ -25,6 +25,7 @@ from stiffcal.diagnosis.judge import (
     leaders,
     possible_values,
 )
+from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_EFFECTS
 from stiffcal.errors import Progress, no_progress
@@ -186,7 +187,12 @@ def search_missing(
     while len(chosen) < MOST_EFFECTS:
         best = _supported(scan)
         if best is None:
-            break
+            together = _pair(bench, scan, progress) if len(chosen) + 2 <= MOST_EFFECTS else None
+            if together is None:
+                break
+            more, scan = together
+            chosen.extend(more)
+            continue
         progress(f"adding {best.candidate.name}", 0.2 + 0.1 * len(chosen))
         chosen.append(best.candidate)
         scan = bench.look(with_trial(scan.fit.robot, best))
@@ -203,6 +209,25 @@ def _supported(scan: Scan) -> Trial | None:
     if not near or not judge_choice(scan, near[0]).supported:
         return None
     return near[0]
+
+
+def _pair(bench: Workbench, scan: Scan, progress: Progress) -> tuple[list[Candidate], Scan] | None:
+    """Return two effects that explain together what none explains alone, and the look beside both; None without.
+
+    They must explain all of it: of so many pairs some go a long way with what is none of them.
+    """
+    now = lack_of_fit(scan.fit, scan)
+    if now is None or now.adequate:
+        return None
+    progress("trying pairs", 0.5)
+    pair = best_pair(scan)
+    if pair is None:
+        return None
+    look = bench.look(with_trial(with_trial(scan.fit.robot, pair[0]), pair[1]))
+    then = lack_of_fit(look.fit, look)
+    if then is None or not then.adequate:
+        return None
+    return [trial.candidate for trial in pair], look
 
 
 def _found(scan: Scan, candidate: Candidate) -> Found | None:

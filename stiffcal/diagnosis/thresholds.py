@@ -23,6 +23,10 @@ LOOK_ALIKE_SHARE = 0.005
 LEAST_EXPLAINED = 0.9
 # How many effects are looked for, one after another: three are asked for, one more shows that nothing is left.
 MOST_EFFECTS = 5
+# Of all pairs of candidates, those that lower the fit's squares most are judged in unseen poses; effects with more
+# amplitudes than this take no part: with so many numbers a pair can mimic anything.
+PAIRS_SCORED = 12
+WIDEST_PAIR = 6
 # Resamplings of poses behind `confidence`.
 RESAMPLINGS = 400
 # The choice is repeated in at most this many folds: each holds at least a tenth of the poses.

@@ -13,6 +13,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from stiffcal.measurements.columns import table_of, values_of
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo, Sigma
 from stiffcal.measurements.rods import BeamShape, Rods
 
@@ -41,7 +42,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     n_joints = states.joints.shape[1]
     names = joint_names if len(joint_names) == n_joints else tuple(f"joint{k + 1}" for k in range(n_joints))
     columns: dict[str, Any] = {
-        "run": pa.array([states.runs[k].name for k in states.run], pa.string()),
+        "run": [states.runs[k].name for k in states.run],
         "row": states.row,
         "time_s": states.time,
         "hold_s": states.hold,
@@ -61,8 +62,8 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     columns |= {f"temperature{k + 1}": states.temperature[:, k] for k in range(states.temperature.shape[1])}
     columns["n_readings"] = states.n_readings
     columns |= {_scatter_name(name): states.wrench_scatter[:, k] for k, name in enumerate(_WRENCH)}
-    columns["set_aside"] = pa.array([str(reason) for reason in states.set_aside], pa.string())
-    table = pa.table(columns)
+    columns["set_aside"] = [str(reason) for reason in states.set_aside]
+    table = table_of(columns)
     document = {"schema": SCHEMA, "joints": list(names)} | _setup_document(states)
     return table.replace_schema_metadata({_KEY: json.dumps(document)})
 
@@ -86,7 +87,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
     targets = setup.target_names
 
     def block(names: list[str]) -> Floats:
-        found = [table.column(name).to_numpy() for name in names]
+        found = [values_of(table.column(name)) for name in names]
         return np.stack(found, axis=1).astype(np.float64) if found else np.zeros((table.num_rows, 0))
 
     def of_targets(pattern: str, axes: str) -> Floats:
@@ -97,7 +98,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
     deflection = np.concatenate([of_targets("{}_d{}_m", "xyz"), of_targets("{}_r{}_rad", "xyz")], axis=2)
     return LoadStates(
         runs=runs,
-        run=np.array([number[name] for name in table.column("run").to_pylist()], dtype=np.int64),
+        run=np.array([number[name] for name in values_of(table.column("run"))], dtype=np.int64),
         time=block(["time_s"])[:, 0],
         hold=block(["hold_s"])[:, 0],
         joints=block([f"{name}_rad" for name in document["joints"]]),
@@ -105,13 +106,13 @@ def states_from_table(table: pa.Table) -> LoadStates:
         position=of_targets("{}_{}_m", "xyz"),
         rotation=_rotations(of_targets("{}_q{}", "wxyz")),
         deflection=deflection,
-        reference=np.array(table.column("reference").to_pylist(), dtype=np.bool_),
+        reference=values_of(table.column("reference")),
         temperature=block(temperatures),
-        row=table.column("row").to_numpy().astype(np.int64),
-        n_readings=table.column("n_readings").to_numpy().astype(np.int64),
+        row=values_of(table.column("row")).astype(np.int64),
+        n_readings=values_of(table.column("n_readings")).astype(np.int64),
         wrench_scatter=block([_scatter_name(name) for name in _WRENCH]),
         position_scatter=of_targets("{}_{}_scatter_m", "xyz"),
-        set_aside=np.array(table.column("set_aside").to_pylist(), dtype=np.str_),
+        set_aside=values_of(table.column("set_aside")),
         setup=setup,
         lengths=block([f"{rod}_length_m" for rod in setup.rod_names]),
         displacement=block([f"{gauge.name}_displacement_m" for gauge in setup.gauges]),

@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
+from stiffcal.measurements.columns import values_of
 from stiffcal.readers import (
     Batch,
     Floats,
@@ -25,7 +26,6 @@ from stiffcal.readers import (
     first_not_finite,
     seconds_of_times,
 )
-from stiffcal.store.columns import values_of
 
 BATCH_ROWS = 1 << 16
 NANOSECONDS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}

@@ -22,7 +22,7 @@ Where links cannot be replaced atomically (Windows, some network folders) a file
 name is the switch; ``current`` is then a directory junction, renewed right after it.
 """
 
-from stiffcal.store.columns import column_of, table_of, values_of
+from stiffcal.measurements.columns import column_of, table_of, values_of
 from stiffcal.store.provenance import (
     Provenance,
     SourceChanges,

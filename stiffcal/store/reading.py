@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
-from stiffcal.store.columns import Columns
+from stiffcal.measurements.columns import Columns
 from stiffcal.store.generations import current_folder, file_of, held, read_index
 from stiffcal.store.writing import Writing, begin_writing
 

@@ -17,7 +17,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
-from stiffcal.store.columns import Columns, column_of, table_of
+from stiffcal.measurements.columns import Columns, column_of, table_of
 from stiffcal.store.generations import (
     GENERATIONS,
     INDEX,

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.document import diagnosis_document
+from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.search import Search, Workbench, one_for_two, search_missing, with_trial
 from stiffcal.errors import no_progress
 from stiffcal.identification.identify import Settings, fit_problem
@@ -126,3 +127,18 @@ def test_what_is_not_in_the_catalogue_is_unexplained() -> None:
     document = diagnosis_document(mixed, search)
     assert document["unexplained"] is True
     assert any(one["follows"] == "joint angle" for one in document["structure"])
+
+
+def test_a_pair_that_shows_only_together() -> None:
+    """Joint 6 turned by joint 3 and, the other way, by joint 2: nearly the same signature, the one hides the other."""
+    truth = with_hidden("axis-coupling", Place("pairs", (3, 6)), c=1.1e-5)
+    other = PlacedEffect(find_effects()["axis-coupling"], Place("pairs", (2, 6)), {"c": -6.1e-6})
+    states = played(replace(truth, placed=(*truth.placed, other)), runs=8, noise=NOISE, load_scatter=0.03, seed=11)
+    model = joint_springs(six_axes())
+    first = Workbench(states, fit_problem(states, model), find_effects(), Settings()).look(model)
+    pair = best_pair(first)
+    assert pair is not None
+    assert {one.candidate.name for one in pair} == {"axis-coupling j2-j6", "axis-coupling j3-j6"}
+    search = search_missing(states, model, find_effects())
+    assert {one.candidate.name for one in search.found} == {"axis-coupling j2-j6", "axis-coupling j3-j6"}
+    assert not search.unexplained

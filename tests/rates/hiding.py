@@ -18,7 +18,7 @@ Values = dict[str, float]
 Draw = Callable[[np.random.Generator, PlacedEffect, Linearised], Values | None]
 
 # The issue sizes them at 0.5 to 1.5 times the noise, as they are in life.
-FAINT = ("thermal-drift", "tracker-frame", "wrench-frame", "target-offset")
+FAINT = ("thermal-drift", "tracker-frame", "wrench-frame", "target-offset", "load-point-offset")
 
 
 def _signed(rng: np.random.Generator) -> float:
@@ -122,6 +122,14 @@ def _turned(rng: np.random.Generator, one: PlacedEffect, state: Linearised) -> V
     return {symbol: _signed(rng) for symbol in ("rx", "ry", "rz")}
 
 
+def _load_point(rng: np.random.Generator, one: PlacedEffect, state: Linearised) -> Values | None:
+    return _drift(rng, one, state) if not state.data.setup.moments_measured else None
+
+
+def _compensator(rng: np.random.Generator, one: PlacedEffect, state: Linearised) -> Values | None:
+    return {"rate": 1.0}
+
+
 def _seat(rng: np.random.Generator, one: PlacedEffect, state: Linearised) -> Values | None:
     number = int(rng.choice(state.data.index)) + 1
     return {"state": float(number), "x": _signed(rng), "y": _signed(rng), "z": _signed(rng)}
@@ -146,6 +154,8 @@ INSIDE: Mapping[str, Draw] = {
     "tracker-frame": _turned,
     "wrench-frame": _turned,
     "target-offset": _drift,
+    "load-point-offset": _load_point,
+    "gravity-compensator": _compensator,
 }
 SEAT: Mapping[str, Draw] = {"seat-shift": _seat}
 
@@ -162,6 +172,8 @@ def draw_inside(
     while True:
         name = pool[int(rng.integers(len(pool)))]
         places = catalogue[name].places(state.robot.chain)
+        if not places:
+            continue
         place = places[int(rng.integers(len(places)))]
         values = names[name](rng, PlacedEffect(catalogue[name], place), state)
         if values is not None:

@@ -81,7 +81,8 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
     robot = draw_robot(rng)
     full_pose = bool(rng.uniform() < 0.6)
     truth = joint_springs(robot)
-    plain = _plan(rng, robot, full_pose)
+    force_only = only == "load-point-offset" or bool(rng.uniform() < 0.2)
+    plain = _plan(rng, robot, full_pose, force_only)
     noise = (robot.family.translation * rng.uniform(0.7, 1.4), robot.family.rotation * rng.uniform(0.7, 1.4))
     ruler = Ruler.of(truth, observe(plain, robot.chain), noise)
     hidden, sizes = _hide(kind, rng, ruler, only)
@@ -97,7 +98,8 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
     )
     words = (
         f"{robot.family.name.split()[0]}, {len(states.runs)} poses, {'pose' if full_pose else 'position'}"
-        f"{'' if masses else ', masses unknown'}{', bumped' if bumped else ''}"
+        f"{', force only' if force_only else ''}"
+        f"{', compensator' if robot.chain.compensator else ''}{'' if masses else ', masses unknown'}{', bumped' if bumped else ''}"
     )
     return Hidden(kind, set_bumped_aside(states), model, whole, hidden, sizes, noise, words, bumped)
 
@@ -209,7 +211,7 @@ def _several(rng: np.random.Generator, ruler: Ruler) -> tuple[tuple[PlacedEffect
             return tuple(placed), tuple(sizes)
 
 
-def _plan(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool) -> LoadStates:
+def _plan(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, force_only: bool) -> LoadStates:
     """Return the loads, and no readings yet."""
     poses, family = int(rng.integers(8, 15)), robot.family
     directions = int(rng.integers(2, 5))
@@ -218,8 +220,8 @@ def _plan(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool) -> LoadS
         np.array(family.centre) + np.array(family.spread) * rng.uniform(-1.0, 1.0, (poses, len(family.rows)))
     )
     wrench = np.zeros((poses, per_run, 6))
-    setup = draw_setup(rng, robot.chain)
     point = np.array([0.02, 0.0, rng.uniform(0.1, 0.16)])
+    setup = draw_setup(rng, robot.chain, point, force_only)
     for pose in range(poses):
         axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         if directions == 4:
@@ -230,7 +232,8 @@ def _plan(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool) -> LoadS
             * (1.0 + 0.03 * rng.normal(size=(directions, per_run // directions)))
         )
         wrench[pose, 1:, :3] = (level[:, :, None] * axes[:directions, None]).reshape(-1, 3)
-        wrench[pose, :, 3:] = np.cross(point, wrench[pose, :, :3])
+        if not force_only:
+            wrench[pose, :, 3:] = np.cross(point, wrench[pose, :, :3])
     n = poses * per_run
     run = np.repeat(np.arange(poses), per_run)
     return LoadStates(
@@ -277,7 +280,7 @@ def _measure(
         seen = rotation_from_vector(noise[1] * rng.normal(size=(n, 3))) @ rotation_from_vector(moved[:, 3:]) @ start
         rotation = seen[:, None]
     force = 1.5e-3 * robot.family.force
-    sensor = np.repeat([force, 0.15 * force], 3) * rng.normal(size=(n, 6))
+    sensor = np.repeat([force, 0.15 * force * plan.setup.moments_measured], 3) * rng.normal(size=(n, 6))
     return replace(plan, wrench=plan.wrench + sensor, position=position[:, None], rotation=rotation)
 
 

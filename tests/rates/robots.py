@@ -112,16 +112,32 @@ def draw_robot(rng: np.random.Generator) -> DrawnRobot:
         "schema": "stiffcal/robot/1", "name": family.name, "convention": "modified-dh", "joints": joints,
         "flange": {"xyz_m": [0.0, 0.0, flange]},
     }  # fmt: skip
+    if len(family.rows) == 6 and rng.uniform() < 0.25:
+        # from behind and below joint 2 to a third up its link, as on heavy robots
+        arm, drop = float(family.rows[2][0]) * rng.uniform(0.25, 0.4), rng.uniform(-0.3, -0.15)
+        robot["gravity_compensator"] = {
+            "joint": 2, "anchor_m": [rng.uniform(-0.5, -0.3), 0.0, drop], "arm_m": [arm, rng.uniform(-0.1, 0.1), 0.0],
+            "rate_N_m": 1e5, "preload_N": rng.uniform(1e3, 8e3),
+        }  # fmt: skip
     chain = chain_of(RobotFile.model_validate(robot), Path())
     return DrawnRobot(chain, family.stiffness * np.exp(0.25 * rng.normal(size=len(joints))), family)
 
 
-def draw_setup(rng: np.random.Generator, chain: Chain) -> MeasurementSetup:
-    """Return a force sensor turned about the flange's axis and a target beside it."""
+def draw_setup(rng: np.random.Generator, chain: Chain, point: Floats, force_only: bool) -> MeasurementSetup:
+    """Return a force sensor turned about the flange's axis and a target beside it.
+
+    Parameters
+    ----------
+    point : (3,) where the force acts, in the sensor's frame, m.
+    force_only : the sensor reads no moments; the manifest then says where the force acts.
+    """
     flange = chain.n_joints + 1
     sensor = Attachment(flange, _placed((0.0, 0.0, 0.06), rng.uniform(-1.0, 1.0)))
     target = Attachment(flange, _placed((0.06, *rng.uniform(-0.06, 0.06, 1), rng.uniform(0.08, 0.15)), 0.0))
-    return MeasurementSetup(sensor, sensor, (target,), ("target",), True, np.eye(4))
+    acts = np.eye(4)
+    acts[:3, 3] = point
+    place = Attachment(flange, sensor.transform @ acts) if force_only else sensor
+    return MeasurementSetup(sensor, place, (target,), ("target",), not force_only, np.eye(4))
 
 
 def _placed(position: tuple[float, ...], turn: float) -> Floats:

@@ -22,6 +22,7 @@ import pyarrow as pa
 import pyarrow.csv as arrow_csv
 
 from stiffcal.errors import InputError
+from stiffcal.measurements.columns import values_of
 from stiffcal.readers import (
     Batch,
     Floats,
@@ -34,7 +35,6 @@ from stiffcal.readers import (
 from stiffcal.readers.csv.faults import GAP_WORDS, check_last_line, find_fault
 from stiffcal.readers.csv.layout import Layout, open_log
 from stiffcal.readers.csv.lines import LogText
-from stiffcal.store.columns import values_of
 
 # Large enough that the parser's cost per block vanishes, small enough for flat memory.
 BLOCK = 1 << 22

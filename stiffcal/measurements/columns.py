@@ -1,4 +1,4 @@
-"""Columns for the store, from numpy arrays and words.
+"""Table columns from numpy arrays and words, and back.
 
 Why not ``pyarrow.array``: it imports pandas to see whether it was given a frame, a fifth of a second on every start.
 """

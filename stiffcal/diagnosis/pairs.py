@@ -1,0 +1,91 @@
+"""Pairs of effects that show only together.
+
+Two effects whose signatures are much alike, at work with opposite signs, leave the small difference of two large
+displacements: either of them alone explains next to nothing of it, both together all (physics, section 5.5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from stiffcal.diagnosis.judge import f_tail, fall_of, possible_values
+from stiffcal.diagnosis.scan import Scan, Trial, score_together
+from stiffcal.diagnosis.thresholds import FAMILY_P, LEAST_FALL, PAIRS_SCORED, STANDARD_ERRORS, WIDEST_PAIR
+from stiffcal.identification.least_squares import triangular
+from stiffcal.model.effect import Sort
+
+
+def best_pair(scan: Scan) -> tuple[Trial, Trial] | None:
+    """Return the two candidates that together lower the unseen error most, None where no two are supported.
+
+    Every pair is weighed by how far it lowers the fit's squares, the best of them then in unseen poses, within bounds.
+    """
+    trials = [
+        trial
+        for trial in scan.trials
+        if 0 < len(trial.signature.symbols) <= WIDEST_PAIR and not trial.signature.fixed.any()
+    ]
+    weighed = sorted(_weighed(scan, trials), reverse=True)
+    best, least = None, np.inf
+    for _, one, other in weighed[:PAIRS_SCORED]:
+        pair = _scored(scan, trials[one], trials[other])
+        unseen = float(np.sum(pair[0].score.unseen))
+        if unseen < least and all(map(possible_values, pair)) and _supported(scan, pair, len(weighed)):
+            best, least = pair, unseen
+    return best
+
+
+def _scored(scan: Scan, one: Trial, other: Trial) -> tuple[Trial, Trial]:
+    """Return two trials with the score of both together, each with its own share of the solution."""
+    score = score_together(scan, (one, other))
+    count = len(other.signature.symbols)
+    first = replace(score, solution=score.solution[: len(score.solution) - count])
+    return replace(one, score=first), replace(other, score=score)
+
+
+def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
+    """Return whether two effects together are supported, all pairs of all shapes counted as tried."""
+    score = pair[1].score
+    fall, errors = fall_of(scan.base.unseen, score.unseen, score.moved, scan.dof)
+    count = len(score.solution) - scan.n_columns
+    count += sum(spec.sort is Sort.SHAPE for trial in pair for spec in trial.candidate.effect.parameters)
+    rest = float(scan.dof - scan.n_columns - count)
+    if rest <= 0.0:
+        return False
+    known = np.inf if scan.fit.noise is None else scan.fit.noise.dof
+    drop = max(scan.base.fitted - score.fitted, 0.0) / max(1.0, score.fitted / rest) / count
+    tried = n_pairs * pair[0].n_variants * pair[1].n_variants
+    p_value = tried * f_tail(drop, count, min(rest, known))
+    return fall > LEAST_FALL and errors > STANDARD_ERRORS and p_value < FAMILY_P
+
+
+def _weighed(scan: Scan, trials: list[Trial]) -> list[tuple[float, int, int]]:
+    """Return (fall of the fit's squares less two per parameter, one, other) of all pairs, without bounds."""
+    stack = np.concatenate([scan.columns, *(trial.signature.columns for trial in trials), scan.residual[None]])
+    rows = scan.space.rows(stack)
+    size = np.sqrt(np.sum(rows**2, axis=1))
+    # The triangle's lower right corner is what the base model leaves of everything else.
+    left = triangular((rows / np.where(size > 0.0, size, 1.0)[:, None]).T)[scan.n_columns :, scan.n_columns :]
+    inner = left.T @ left
+    ends = np.cumsum([0, *(len(trial.signature.symbols) for trial in trials)])
+    places = [np.arange(first, last) for first, last in pairwise(ends)]
+    found = []
+    for one, other in combinations(range(len(trials)), 2):
+        if _together(trials[one], trials[other]):
+            own = np.concatenate([places[one], places[other]])
+            normal = inner[np.ix_(own, own)] + 1e-9 * np.eye(len(own))
+            drop = float(inner[own, -1] @ np.linalg.solve(normal, inner[own, -1])) * float(size[-1] ** 2)
+            found.append((drop - 2.0 * len(own), one, other))
+    return found
+
+
+def _together(one: Trial, other: Trial) -> bool:
+    """Return whether two effects can stand in one model."""
+    a, b = one.candidate, other.candidate
+    known = (*a.effect.includes, *a.effect.excludes)
+    return not (
+        a.place == b.place and (b.effect.name in known or a.effect.name in (*b.effect.includes, *b.effect.excludes))
+    )
