@@ -99,7 +99,8 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
     words = (
         f"{robot.family.name.split()[0]}, {len(states.runs)} poses, {'pose' if full_pose else 'position'}"
         f"{', force only' if force_only else ''}"
-        f"{', compensator' if robot.chain.compensator else ''}{'' if masses else ', masses unknown'}{', bumped' if bumped else ''}"
+        f"{', compensator' if robot.chain.compensator else ''}{'' if masses else ', masses unknown'}"
+        f"{', bumped' if bumped else ''}"
     )
     return Hidden(kind, set_bumped_aside(states), model, whole, hidden, sizes, noise, words, bumped)
 
