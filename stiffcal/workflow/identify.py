@@ -64,7 +64,7 @@ def identify_campaign(
     return _with_dual_quaternions(data, fit, document) if dual_quaternions else document
 
 
-def _with_dual_quaternions(data: Ingested, fit: Fit, document: Document) -> Document:
+def _with_dual_quaternions(data: Ingested, fit: Fit | None, document: Document) -> Document:
     """Add paper 003's form to a fit's document, in the store too.
 
     Raises
@@ -73,6 +73,9 @@ def _with_dual_quaternions(data: Ingested, fit: Fit, document: Document) -> Docu
     """
     from stiffcal.identification.dual_form import identify_in_two_forms, two_forms_document
 
+    if fit is None:
+        reason = "the campaign holds no load states to identify springs from"
+        raise InputError.at("command line", "--dual-quaternions", reason, "leave it out")
     document = {**document, "dual_quaternions": two_forms_document(identify_in_two_forms(fit))}
     data.store.commit({}, {IDENTIFY: document}, command="identify")
     return document
@@ -101,8 +104,8 @@ def current_fit(data: Ingested, loss: str) -> Document | None:
     return stored
 
 
-def fit_now(data: Ingested, loss: str, means: Means) -> Fit:
-    """Fit, without looking at the store.
+def fit_now(data: Ingested, loss: str, means: Means) -> Fit | None:
+    """Fit the load states, without looking at the store; None where the campaign holds other experiments alone.
 
     Raises
     ------
@@ -112,6 +115,8 @@ def fit_now(data: Ingested, loss: str, means: Means) -> Fit:
     from stiffcal.model.assembly import fixed_parameters
 
     campaign = data.campaign
+    if len(data.states) == 0 and data.beside:
+        return None
     robot = placed_robot(campaign)
     if not robot.placed:
         raise InputError.at(
@@ -125,15 +130,27 @@ def fit_now(data: Ingested, loss: str, means: Means) -> Fit:
     return identify_parameters(data.states, robot, settings, means.progress)
 
 
-def store_fit(data: Ingested, fit: Fit, loss: str) -> Document:
-    """Write a fit into the store, append it to the history, and return its document."""
+def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
+    """Write a fit into the store, with what other experiments tell, append it to the history, return its document.
+
+    Parameters
+    ----------
+    fit : of the load states; None where there are none.
+    """
     from stiffcal.identification.document import fit_document
+    from stiffcal.workflow.experiments import document_of_parts, experiment_parts, with_parts
     from stiffcal.workflow.state_tables import observed_table
 
     history = stored_document(data.store, HISTORY) or dict(NO_HISTORY)
     identifier = str(1 + max((int(entry["id"]) for entry in history["fits"]), default=0))
-    document = fit_document(fit, data.states)
-    document |= {"loss": loss, "fit_id": identifier, "key": key_of_fit(data, loss), **_expectation(data, fit)}
+    parts = experiment_parts(data)
+    tables = {name: table for part in parts for name, table in part.tables.items()}
+    if fit is None:
+        document = document_of_parts(data.campaign.model.balance, parts)
+    else:
+        document = with_parts(fit_document(fit, data.states) | _expectation(data, fit), parts)
+        tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
+    document |= {"loss": loss, "fit_id": identifier, "key": key_of_fit(data, loss)}
     entry = {
         "id": identifier,
         "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
@@ -146,8 +163,7 @@ def store_fit(data: Ingested, fit: Fit, loss: str) -> Document:
         "model_text": model_text(data.campaign),
     }
     history["fits"] = [*history["fits"], entry]
-    table = observed_table(data.states, fit.data, fit.predicted, fit.residual)
-    data.store.commit({FIT_STATES: table}, {IDENTIFY: document, HISTORY: history}, command="identify")
+    data.store.commit(tables, {IDENTIFY: document, HISTORY: history}, command="identify")
     return document
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -22,12 +22,13 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.composite import CompliantRobot, PlacedEffect
     from stiffcal.store import Store
 
 Document: TypeAlias = dict[str, Any]
 
 STATES, FIT_STATES, UNSEEN_STATES = "states", "fit", "unseen"
+BESIDE = ("clamped", "friction", "free_motion")
 IDENTIFY, VALIDATE, HISTORY, INGEST, LOAD_PATHS = "identify", "validate", "history", "ingest", "load_paths"
 
 
@@ -64,13 +65,15 @@ class Ingested:
     campaign : the folder's three files.
     store : the opened store.
     table : the states as they lie in the store.
-    states : the same as arrays.
+    states : the same as arrays; none where the campaign holds other experiments alone.
+    beside : tables of what other experiments measured ("clamped", "friction", "free_motion"), as far as there are any.
     """
 
     campaign: Campaign
     store: Store
     table: pa.Table
     states: LoadStates
+    beside: dict[str, pa.Table] = field(default_factory=dict)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -112,7 +115,8 @@ def ingested(folder: Path, means: Means) -> Ingested:
     except ValueError as error:
         mend = "delete the store and run ingest again (its history goes too)"
         raise InputError.at(store.shown, STATES, str(error), mend) from error
-    return Ingested(campaign, store, table, states)
+    beside = {name: store.read_table(name) for name in BESIDE if name in store.tables}
+    return Ingested(campaign, store, table, states, beside)
 
 
 def announce(step: str, reason: str, folder: Path, means: Means) -> None:
@@ -157,7 +161,8 @@ def key_of_fit(data: Ingested, loss: str) -> str:
     campaign = data.campaign
     documents = [campaign.model.model_dump(mode="json"), campaign.robot.model_dump(mode="json")]
     plugins = [hashlib.sha256(file.read_bytes()).hexdigest() for file in plugin_files(campaign)]
-    return key_of(key_of_table(data.table), documents, plugins, loss)
+    beside = {name: key_of_table(table) for name, table in data.beside.items()}
+    return key_of(key_of_table(data.table), documents, plugins, loss, *([beside] if beside else []))
 
 
 def plugin_files(campaign: Campaign) -> list[Path]:
@@ -168,10 +173,23 @@ def plugin_files(campaign: Campaign) -> list[Path]:
 def placed_robot(campaign: Campaign) -> CompliantRobot:
     """Return the campaign's robot with the effects of its model file, valued where that gives values.
 
+    Effects that show in motion alone are left out: no load state and no prediction at rest knows them.
+
     Raises
     ------
     InputError : the model file names an effect, a place or a parameter that does not exist.
     """
+    robot = _whole_robot(campaign)
+    return replace(robot, placed=tuple(one for one in robot.placed if not one.effect.in_motion))
+
+
+def moving_effects(campaign: Campaign) -> tuple[PlacedEffect, ...]:
+    """Return the effects of the model file that show in motion alone (friction of the drives), by joint."""
+    found = [one for one in _whole_robot(campaign).placed if one.effect.in_motion]
+    return tuple(sorted(found, key=lambda one: one.place.joints))
+
+
+def _whole_robot(campaign: Campaign) -> CompliantRobot:
     from stiffcal.model.assembly import compliant_robot
     from stiffcal.model.catalogue import find_effects
 

@@ -107,16 +107,23 @@ def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | 
     """
     from stiffcal.validation.document import validation_document
     from stiffcal.validation.validate import validate_fit
+    from stiffcal.workflow.experiments import experiments_judged, judged_with, judgement_of_parts
     from stiffcal.workflow.state_tables import observed_table
 
     fit = fit or fit_now(data, str(identified["loss"]), means)
     means.progress("leaving poses out", None)
-    validation = validate_fit(data.states, fit)
-    document = validation_document(data.states, validation)
+    parts = experiments_judged(data)
+    tables = {name: table for part in parts for name, table in part.tables.items()}
+    if fit is None:
+        document = judgement_of_parts(parts)
+    else:
+        validation = validate_fit(data.states, fit)
+        document = judged_with(validation_document(data.states, validation), parts)
+        unseen = validation.unseen
+        predicted = unseen.displacement - unseen.residual
+        tables[UNSEEN_STATES] = observed_table(data.states, unseen.data, predicted, unseen.residual)
     document |= {"fit_id": identified["fit_id"], "key": _key(identified)}
     document |= judgement(data, identified, document, means)
-    unseen = validation.unseen
-    table = observed_table(data.states, unseen.data, unseen.displacement - unseen.residual, unseen.residual)
     history = stored_document(data.store, HISTORY)
     documents = {VALIDATE: document}
     if history is not None:
@@ -125,7 +132,7 @@ def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | 
             for entry in history["fits"]
         ]
         documents[HISTORY] = history | {"fits": entries}
-    data.store.commit({UNSEEN_STATES: table}, documents, command="validate")
+    data.store.commit(tables, documents, command="validate")
     return document
 
 
@@ -148,7 +155,11 @@ def _judge_other(data: Ingested, other: Path, means: Means, thresholds: Threshol
     if model_document(robot) != stored["model"]:
         reason = "its model.toml has changed since the last fit"
         raise InputError.at(str(other), "model.toml", reason, f"run stiffcal identify {other}")
-    fit = replace(fit_now(data, "linear", means), robot=robot)
+    own = fit_now(data, "linear", means)
+    if own is None:
+        reason = "this campaign holds no load states that a model could be held against"
+        raise InputError.at(str(data.campaign.folder), "runs", reason, "name a campaign with load runs")
+    fit = replace(own, robot=robot)
     validation = validate_fit(data.states, fit, residuals_of_model(data.states, fit))
     document = validation_document(data.states, validation)
     document |= judgement(data, stored, document, means, thresholds)

@@ -1,0 +1,96 @@
+"""Friction at speeds, or in pieces of motion, that the fit has not seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.friction import fit_friction
+from stiffcal.experiments.friction_rows import FrictionRows, together
+from stiffcal.model.composite import PlacedEffect
+
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+
+# Two unknowns of a straight line and one to spare.
+LEAST_PIECES = 3
+
+
+@dataclass(frozen=True)
+class UnseenFriction:
+    """Residuals of rows that a fit has not seen.
+
+    Attributes
+    ----------
+    scheme : how it was done, in words; "none" where too few speeds were measured.
+    residual : (k,) N·m, NaN where a row could not be left out.
+    """
+
+    scheme: str
+    residual: Floats
+
+
+def unseen_friction(
+    rows: FrictionRows, placed: tuple[PlacedEffect, ...], fixed: frozenset[str], holdout: Booleans
+) -> UnseenFriction:
+    """Leave each speed, or each second of other motion, out in turn; rows held out see the fit of all others.
+
+    A speed's own weight is estimated on itself, and the degree of freedom counted; in other motion weight and inertia
+    come from the rest.
+
+    Parameters
+    ----------
+    rows : equations, those held out among them. holdout : (k,) True for those.
+    placed, fixed : as for the fit.
+    """
+    residual = np.full(len(rows), np.nan)
+    for part in together(rows):
+        seen = np.flatnonzero(part & ~holdout)
+        pieces = np.unique(rows.piece[seen])
+        if pieces.size >= LEAST_PIECES:
+            for piece in pieces:
+                out = seen[rows.piece[seen] == piece]
+                residual[out] = _left_out(rows, np.setdiff1d(seen, out), out, placed, fixed)
+        kept_out = np.flatnonzero(part & holdout)
+        for piece in np.unique(rows.piece[kept_out]):
+            if seen.size:
+                out = kept_out[rows.piece[kept_out] == piece]
+                residual[out] = _left_out(rows, seen, out, placed, fixed)
+    if not np.isfinite(residual).any():
+        return UnseenFriction("none", residual)
+    kinds = ["each speed"] if rows.steady.any() else []
+    kinds += ["each second of motion"] if not rows.steady.all() else []
+    return UnseenFriction(f"{' and '.join(kinds)} left out in turn", residual)
+
+
+def _left_out(
+    rows: FrictionRows,
+    seen: NDArray[np.int64],
+    out: NDArray[np.int64],
+    placed: tuple[PlacedEffect, ...],
+    fixed: frozenset[str],
+) -> Floats:
+    joints = set(rows.joint[seen].tolist())
+    effects = tuple(one for one in placed if one.place.joints[0] in joints)
+    kept = np.zeros(len(rows), dtype=np.bool_)
+    kept[seen] = True
+    fit = fit_friction(rows.select(kept), effects, fixed)
+    friction = np.full(out.size, np.nan)
+    values = {one.joint: one.values() for one in fit.joints}
+    for one in effects:
+        joint = one.place.joints[0]
+        own = rows.joint[out] == joint
+        shape = one.shape() | {symbol: values[joint][symbol] for symbol in one.shape() if symbol in values[joint]}
+        columns = one.effect.torque_columns(rows.velocity[out][own], shape)
+        friction[own] = sum(values[joint].get(symbol, 0.0) * column for symbol, column in columns.items())
+    left = np.asarray(rows.torque[out] - friction)
+    steady = rows.steady[out]
+    if steady.any():
+        n = int(steady.sum())
+        left[steady] = (left[steady] - left[steady].mean()) * (np.sqrt(n / (n - 1.0)) if n > 1 else np.nan)
+    if not steady.all():
+        felt = np.any(rows.beside[kept] != 0.0, axis=0)
+        left[~steady] -= rows.beside[np.ix_(out[~steady], felt)] @ fit.unknowns
+    return left
