@@ -69,6 +69,17 @@ class Samples:
             return position, rotation
         return position + self.misplaced[:3], np.asarray(rotation_from_vector(self.misplaced[3:]) @ rotation)
 
+    def stand(self, frame: str) -> tuple[Floats, Floats]:
+        """Return the same of the frame that an instrument looks from: beside the robot it stands on the ground.
+
+        What makes the target wander, or the robot's base give, leaves the tracker where it is: else none would show.
+        """
+        attached = self.frames[frame]
+        if attached.body != 0:
+            return self.place(frame)
+        n = self.time.size
+        return np.tile(attached.transform[:3, 3], (n, 1)), np.tile(attached.transform[:3, :3], (n, 1, 1))
+
     def since_reference(self, frame: str) -> Floats:
         """Return (n, 6) displacement since the run's first hold: position, rotation vector of R R_refᵀ; base axes."""
         start = self.played.unloaded[frame]
@@ -127,7 +138,7 @@ def true_reading(signal: Signal, samples: Samples, place: str) -> Reading:
     if isinstance(signal, Joints):
         return _joints(signal, samples, place)
     if isinstance(signal, Deflection):
-        axes = samples.place(signal.axes)[1]
+        axes = samples.stand(signal.axes)[1]
         moved = samples.since_reference(signal.body).reshape(size, 2, 3)
         turned = np.einsum("nji,nkj->nki", axes, moved).reshape(size, 6)
         if signal.rotation is None:
@@ -135,7 +146,7 @@ def true_reading(signal: Signal, samples: Samples, place: str) -> Reading:
         return Reading(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), turned)
     if isinstance(signal, Displacement):
         along = np.array(signal.direction) / np.sqrt(np.sum(np.square(signal.direction)))
-        direction = samples.place(signal.axes)[1] @ along
+        direction = samples.stand(signal.axes)[1] @ along
         moved = samples.since_reference(signal.body)[:, :3]
         return Reading(Channels(("translation_m",)), np.sum(direction * moved, axis=1)[:, None])
     if isinstance(signal, Temperature):
@@ -155,7 +166,7 @@ def _wrench(signal: Wrench, samples: Samples) -> Reading:
     """Force and moment as the sensor's axes and origin see them, both moved along with the robot."""
     played = samples.played
     load = played.act.program.wrench_at(samples.path)
-    axes = samples.place(signal.axes_frame or "base")[1]
+    axes = samples.stand(signal.axes_frame or "base")[1]
     point = samples.place(signal.point_frame or played.act.loads.point)[0]
     acts_at = samples.place(played.act.loads.point)[0]
     moment = load[:, 3:] + np.cross(acts_at - point, load[:, :3])
@@ -176,7 +187,7 @@ def _pose(signal: Pose, samples: Samples, place: str) -> Reading:
         raise InputError.at(
             "campaign.toml", place, "markers cannot be simulated", "write position and orientation columns"
         )
-    origin, axes = samples.place(signal.frame)
+    origin, axes = samples.stand(signal.frame)
     position, rotation = samples.place(signal.body or "target")
     seen = np.einsum("nji,nj->ni", axes, position - origin)
     if signal.orientation is None:
