@@ -335,8 +335,8 @@ def _warnings(data: Ingested, fit: FrictionFit) -> list[str]:
             words.append(f"joint {name}: the drive pushes against its motion; check the sign of torque or gear_ratio")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
         words.append(
-            f"friction: residuals are {math.sqrt(fit.reduced_chi2):.2g} times the scatter between repeats: the curve has "
-            "a shape that the law lacks, and the stated uncertainties cover the scatter only"
+            f"friction: residuals are {math.sqrt(fit.reduced_chi2):.2g} times the scatter between repeats: the curve "
+            "has a shape that the law lacks, and the stated uncertainties cover the scatter only"
         )
     if fit.scaled:
         words.append(
