@@ -1,0 +1,181 @@
+"""Links that carry rods, in a campaign: how each has moved, what it carried, and its share of the tool's deflection.
+
+This needs a model only to turn the load into what the link's end carries, and for that a rigid robot is nearly as good
+as a fitted one: levers change by well under a percent. Nothing of the joints' stiffness goes into what the rods say.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.link_compliance import LinkCompliance, carried_to_target, regress_compliance
+from stiffcal.experiments.rod_faults import RodFault, find_rod_faults
+from stiffcal.experiments.rods import LinkEstimate, estimate_link
+from stiffcal.identification.observation import rests
+from stiffcal.identification.readings import Observations
+from stiffcal.identification.rows import GAUGE, LENGTH, TRANSLATION
+from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import link_node
+from stiffcal.model.equilibrium import blocks
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class MeasuredLink:
+    """A link with rods, in n states in which all its rods were read.
+
+    Attributes
+    ----------
+    link : its name. index : (n,) the states' places among the observations. run : (n,) their runs.
+    estimate : how its outboard end moved since the run's reference, beam axes.
+    wrench : (n, 6) what its end carried beyond weight, beam axes, N and N·m.
+    at_tool : (n, 6) what that displacement moves the first target by, base axes, m and rad; a twist that the rods do
+        not see counts as none.
+    share : of the measured deflection, which part runs along it; NaN where no deflection was measured.
+    compliance : regressed on the wrench.
+    faults : rods that cannot be right.
+    """
+
+    link: str
+    index: Integers
+    run: Integers
+    estimate: LinkEstimate
+    wrench: Floats
+    at_tool: Floats
+    share: float
+    compliance: LinkCompliance
+    faults: tuple[RodFault, ...]
+
+
+def measure_links(data: Observations, robot: CompliantRobot, sigma: float | None = None) -> tuple[MeasuredLink, ...]:
+    """Measure every link that carries rods.
+
+    Parameters
+    ----------
+    data : the observations.
+    robot : the chain, with whatever effects are known; none will do.
+    sigma : standard uncertainty of a rod's reading in one state, m, as repeats tell it; None: as the manifest states.
+        The reference reading's own is not in it: it is the same for all states of a run.
+    """
+    found = []
+    wrenches = _node_wrenches(data, robot) if data.layout.rods else np.zeros((0, 6, 0))
+    for number, (rods, shape) in enumerate(zip(data.setup.rods, data.setup.beams, strict=True)):
+        own = np.flatnonzero((data.layout.kind == LENGTH) & (data.layout.body == number))
+        if not len(own):
+            continue
+        read = rods.pick(data.layout.component[own])
+        if sigma is not None and sigma > 0.0:
+            read = replace(read, sigma=np.full(len(own), sigma))
+        node = link_node(robot.chain.beams[rods.link].joint)
+        found.append(_measured(data, robot, read, shape, own, wrenches[node].T))
+    return tuple(found)
+
+
+def _measured(
+    data: Observations, robot: CompliantRobot, rods: Rods, shape: BeamShape, rows: Integers, wrench: Floats
+) -> MeasuredLink:
+    index = np.flatnonzero(data.seen[rows].all(axis=0))
+    lengths, run, carried = data.measured[np.ix_(rows, index)].T, data.run[index], wrench[index]
+    estimate = estimate_link(rods, shape, lengths)
+    angles = np.ascontiguousarray(data.angles[:, index].T)
+    targets = [carried_to_target(robot.chain, angles, rods.link, estimate.untwisted, t) for t in data.setup.targets]
+    time = data.order.time[index]
+    return MeasuredLink(
+        link=rods.link,
+        index=index,
+        run=run,
+        estimate=estimate,
+        wrench=carried,
+        at_tool=targets[0] if targets else np.full((len(index), 6), np.nan),
+        share=_share(data, index, targets),
+        compliance=regress_compliance(estimate, carried, run),
+        faults=find_rod_faults(rods, shape, lengths, carried, time, run),
+    )
+
+
+def _node_wrenches(data: Observations, robot: CompliantRobot) -> Floats:
+    """Return (2J + 2, 6, n) what the load alone makes the nodes carry, node axes."""
+    wrench = np.empty((2 * robot.chain.n_joints + 2, 6, data.n_states))
+    for part in blocks(data.run, data.n_states, keep_runs=True):
+        loaded, unloaded = rests(robot, data.part(part))
+        wrench[:, :, part] = loaded.wrench - unloaded.wrench
+    return wrench
+
+
+def _share(data: Observations, index: Integers, targets: list[Floats]) -> float:
+    """Return the link's share of what was measured of the targets' deflection, along that deflection.
+
+    Both are counted within a run from its own mean, so that the reference reading's noise does not matter.
+    """
+    rows = np.flatnonzero((data.layout.kind == TRANSLATION) | (data.layout.kind == GAUGE))
+    if not targets or not len(rows):
+        return np.nan
+    some = data.part(index)
+    part = some.layout.of_targets(np.moveaxis(np.stack(targets), 1, -1))[rows]
+    seen, whole = some.seen[rows], some.measured[rows]
+    along = beside = 0.0
+    for run in np.unique(some.run):
+        for row in range(len(rows)):
+            members = (some.run == run) & seen[row]
+            if members.any():
+                moved = whole[row, members] - whole[row, members].mean()
+                along += float(moved @ part[row, members])
+                beside += float(moved @ moved)
+    return along / beside if beside > 0.0 else np.nan
+
+
+def links_document(links: tuple[MeasuredLink, ...]) -> list[dict[str, Any]]:
+    """Return what `identify` says of links with rods: SI, beam axes, null where not known."""
+    return [_link_document(link) for link in links]
+
+
+def _link_document(link: MeasuredLink) -> dict[str, Any]:
+    estimate, compliance = link.estimate, link.compliance
+    return {
+        "link": link.link,
+        "rods": list(estimate.rods.names),
+        "n_states": len(link.index),
+        "carried": list(estimate.carried),
+        "spare": estimate.redundancy,
+        "condition": _number(estimate.condition),
+        "sigma": _number(float(np.sqrt(np.mean(estimate.sigma**2)))),
+        "sigma_source": estimate.sigma_source,
+        "displacement_std": _numbers(np.sqrt(np.diag(estimate.covariance))),
+        "share_of_tool": _number(link.share),
+        "torsion": {
+            "identifiable": estimate.torsion.identifiable,
+            "bound": estimate.torsion.bound,
+            "why": estimate.torsion.why,
+        },
+        "compliance": [_numbers(row) for row in compliance.matrix],
+        "compliance_std": [_numbers(row) for row in compliance.std],
+        "compliance_interval": [[_numbers(row) for row in end] for end in compliance.interval],
+        "reduced_chi2": _number(compliance.reduced_chi2),
+        "not_identifiable": list(compliance.not_identifiable),
+        "not_carried": [{"load": error.load, "relative_error": error.relative} for error in estimate.shape_errors],
+        "faults": [
+            {
+                "kind": fault.kind,
+                "rods": list(fault.rods),
+                "size_m": fault.size,
+                "alternatives": list(fault.alternatives),
+                "why": fault.sentence,
+            }
+            for fault in link.faults
+        ],
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _numbers(values: Floats) -> list[float | None]:
+    return [_number(float(value)) for value in values]

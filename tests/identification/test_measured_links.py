@@ -1,0 +1,95 @@
+"""Links with rods in a campaign: their part of the tool's deflection, their compliance, their faults."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stiffcal.identification.measured_links import links_document, measure_links
+from stiffcal.identification.readings import observe
+from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.mechanics.beam import beam_compliance
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import link_node
+from stiffcal.model.equilibrium import solve_balance
+from tests.identification.played import joint_springs, played
+from tests.identification.rodded import bending_swing, five_rods, six_axes_with_beams, with_effect, with_rods
+from tests.independent.robots import SIX_STIFFNESS
+
+SWING = {"EI2": 4e6, "EI3": 6e6, "GJ": 3e6, "EA": 1.5e9}
+NOISE = Sigma(translation=10e-6, rotation=20e-6)
+
+
+@pytest.fixture(scope="module")
+def robot() -> CompliantRobot:
+    return with_effect(joint_springs(six_axes_with_beams(), SIX_STIFFNESS), bending_swing(**SWING))
+
+
+@pytest.fixture(scope="module")
+def states(robot: CompliantRobot) -> LoadStates:
+    return with_rods(played(robot, runs=5, noise=NOISE), robot, five_rods(robot.chain))
+
+
+def test_the_swings_part_of_the_tool(robot: CompliantRobot, states: LoadStates) -> None:
+    rigid = CompliantRobot(robot.chain, ())
+    (link,) = measure_links(observe(states, robot.chain), rigid)
+    assert link.link == "swing"
+    assert link.faults == ()
+    joints = robot.chain.model_angles(states.joints)
+    alone = with_effect(rigid, bending_swing(**SWING))
+    moved = solve_balance(alone, joints, states.wrench, states.setup)
+    node = link_node(robot.chain.beams["swing"].joint)
+    seen = link.estimate.known
+    # the reference reading's noise stands in all states of a run
+    since = moved.nodes[:, node] - moved.nodes[np.searchsorted(states.run, states.run), node]
+    off = (link.estimate.displacement - since)[:, seen] / np.sqrt(np.diag(link.estimate.covariance))[seen]
+    assert np.sqrt(np.mean(off**2)) == pytest.approx(np.sqrt(2.0), rel=0.25)
+    # what the rods leave out, the twist, is some of the tool's deflection too
+    whole = solve_balance(robot, joints, states.wrench, states.setup).displacement[:, 0, :3]
+    part = moved.displacement[:, 0, :3]
+    mean = np.stack([part[states.run == r].mean(axis=0) for r in range(5)])[states.run]
+    centre = np.stack([whole[states.run == r].mean(axis=0) for r in range(5)])[states.run]
+    share = np.sum((part - mean) * (whole - centre)) / np.sum((whole - centre) ** 2)
+    assert link.share == pytest.approx(share, abs=0.03)
+
+
+def test_the_compliance_is_the_beams(robot: CompliantRobot, states: LoadStates) -> None:
+    (link,) = measure_links(observe(states, robot.chain), robot)
+    beam = robot.chain.beams["swing"]
+    truth = beam_compliance(beam.shape, (SWING["EI2"], SWING["EI3"]), SWING["GJ"], SWING["EA"])
+    told = np.isfinite(link.compliance.matrix)
+    assert told.sum() == 25
+    low, high = link.compliance.interval
+    assert np.mean(((low <= truth) & (truth <= high))[told]) > 0.85
+    assert link.compliance.reduced_chi2 == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_rigid_robot_tells_the_load_nearly_as_well(robot: CompliantRobot, states: LoadStates) -> None:
+    data = observe(states, robot.chain)
+    (soft,), (rigid,) = measure_links(data, robot), measure_links(data, CompliantRobot(robot.chain, ()))
+    scale = np.abs(soft.wrench).max(axis=0)
+    np.testing.assert_allclose(rigid.wrench / scale, soft.wrench / scale, atol=0.01)
+
+
+def test_a_swapped_rod_is_named(robot: CompliantRobot, states: LoadStates) -> None:
+    lengths = states.lengths.copy()
+    lengths[:, 2] *= -1.0
+    (link,) = measure_links(observe(replace(states, lengths=lengths), robot.chain), robot)
+    assert [(fault.kind, fault.rods) for fault in link.faults] == [("swapped-sign", ("ids3",))]
+
+
+def test_the_document_is_json(robot: CompliantRobot, states: LoadStates) -> None:
+    links = measure_links(observe(states, robot.chain), robot, sigma=1e-6)
+    (document,) = links_document(links)
+    json.dumps(document, allow_nan=False)
+    assert document["compliance"][3] == [None] * 6
+    assert document["torsion"]["identifiable"] is False
+    assert document["torsion"]["bound"] > 0.0
+    assert document["compliance"][1][1] > 0.0
+
+
+def test_no_rods_no_links(robot: CompliantRobot) -> None:
+    assert measure_links(observe(played(robot, runs=2, noise=NOISE), robot.chain), robot) == ()
