@@ -1,0 +1,293 @@
+"""Many campaigns in one go: each its own verdict, what has not changed is left alone, nobody stops the others."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stiffcal.cli.app import main
+from stiffcal.errors import InputError, Progress
+from stiffcal.report.content import ReportContent
+from stiffcal.store import Store
+from stiffcal.workflow import batch_processes
+from stiffcal.workflow.batch import Wishes, batch_campaigns, cores, find_campaigns
+from stiffcal.workflow.batch_processes import WorkerProcess
+from stiffcal.workflow.batch_summary import junit_text, markdown_text
+from stiffcal.workflow.batch_task import run_task, task_of
+from tests.workflow.small_campaign import write_small_campaign
+
+Document = dict[str, Any]
+PLUGIN = """
+import os, signal, time
+from stiffcal.model.effect import DocumentedEffect, Kind
+class Own(DocumentedEffect):
+    name = "own"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+    summary = fingerprint = how_to_check = "of no consequence"
+from pathlib import Path
+HERE = Path(__file__).parent
+print("a plugin's own words, which are no outcome")
+(HERE / "threads").write_text(os.environ["OPENBLAS_NUM_THREADS"])
+(HERE / "pids").open("a").write(f"{os.getpid()}\\n")
+"""
+KILLED = "os.kill(os.getpid(), signal.SIGKILL)\n"
+
+
+def with_plugin(folder: Path, *lines: str) -> Path:
+    """Give a campaign a plugin, which runs when its model is looked at."""
+    manifest = folder / "campaign.toml"
+    manifest.write_text('plugins = ["own.py"]\n' + manifest.read_text(encoding="utf-8"), encoding="utf-8")
+    (folder / "own.py").write_text(PLUGIN + "".join(lines), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def cells(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three campaigns, of which one is wrong, and a folder that is none; all computed once."""
+    cells = tmp_path_factory.mktemp("cells") / "cells"
+    for seed, name in enumerate(("a", "b")):
+        run_task(task_of(write_small_campaign(cells / name, seed=seed, poses=2), name, report=False))
+    shutil.copytree(cells / "a", cells / "broken")
+    (cells / "broken" / "robot.toml").write_text("name =", encoding="utf-8")
+    (cells / "notes").mkdir()
+    return cells
+
+
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run tasks here, where they need not be started for a second each; most is not about processes."""
+
+    def run(tasks: Sequence[Document], jobs: int, finished: Callable[[Document], None]) -> None:
+        for task in tasks:
+            finished(json.loads(json.dumps(run_task(task))))
+
+    monkeypatch.setattr(batch_processes, "run_on_this_machine", run)
+
+
+@pytest.fixture
+def unprinted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the pages away: ten seconds each time, and `tests/report` reads them."""
+
+    def touch(content: ReportContent, output: Path, progress: Progress) -> None:
+        output.write_bytes(b"%PDF")
+
+    monkeypatch.setattr("stiffcal.report.building.build_report", touch)
+
+
+@pytest.fixture
+def copied(cells: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(cells, tmp_path / "cells", symlinks=True))
+
+
+def by_name(document: Document) -> dict[str, Document]:
+    return {one["campaign"].split("/")[-1]: one for one in document["campaigns"]}
+
+
+def done(outcome: Document) -> list[str]:
+    return [name for name, step in outcome["steps"].items() if step["done"]]
+
+
+def test_campaigns_are_found_once_and_in_order(cells: Path, tmp_path: Path) -> None:
+    shutil.copytree(cells / "a", tmp_path / "x" / "deep" / "a" / "inside")
+    shutil.copytree(cells / "a", tmp_path / "y" / "a")
+    shutil.copytree(cells / "a", tmp_path / "y" / "a" / "store" / "not-looked-at")
+    found, absent = find_campaigns([tmp_path / "y", cells / "b", tmp_path, cells / ".." / "cells" / "b"])
+    assert [label for _, label in found] == ["y/a", "b", f"{tmp_path.name}/x/deep/a/inside"]
+    assert not absent
+    found, absent = find_campaigns([cells / "notes", cells / "b"])
+    assert [one["error"]["reason"] for one in absent] == ["there is no campaign.toml in it"]
+    with pytest.raises(InputError, match="no such folder; name a campaign folder"):
+        find_campaigns([tmp_path / "nowhere"])
+
+
+def test_campaigns_of_one_label_are_told_apart(cells: Path, tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        shutil.copytree(cells / "a", tmp_path / name / "a")
+    found, _ = find_campaigns([tmp_path / "one" / "a", tmp_path / "two" / "a"])
+    labels = [label for _, label in found]
+    assert len(set(labels)) == 2
+    assert labels[0].endswith("one/a")
+
+
+def test_one_broken_campaign_does_not_stop_the_others(copied: Path) -> None:
+    for name in ("a", "b"):
+        shutil.rmtree(copied / name / "store")
+    heard: list[tuple[int, int]] = []
+    wishes = Wishes(jobs=2, report=False, finished=lambda _, done, of: heard.append((done, of)))
+    document = batch_campaigns([copied], wishes)
+    states = {name: one["state"] for name, one in by_name(document).items()}
+    assert states == {"a": "held", "b": "held", "broken": "broken"}
+    assert document["passed"] is False
+    assert document["counts"] == {"campaigns": 3, "held": 2, "not_held": 0, "broken": 1, "unchanged": 0}
+    assert heard == [(1, 3), (2, 3), (3, 3)]
+    outcome = by_name(document)["broken"]
+    assert (outcome["failed_at"], outcome["error"]["file"]) == ("ingest", "robot.toml")
+    assert done(by_name(document)["a"]) == ["ingest", "identify", "validate"]
+    memory = document["peak_memory_bytes"]
+    assert memory is None or 50e6 < memory < 400e6
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_unchanged_campaigns_are_not_computed_again(copied: Path) -> None:
+    generation = Store(copied / "a" / "store").generation
+    model = copied / "b" / "model.toml"
+    model.write_text(model.read_text(encoding="utf-8").replace("[1, 2, 3, 4, 5, 6]", "[1, 2, 3, 4, 5]"), "utf-8")
+    found = by_name(batch_campaigns([copied], Wishes(jobs=1, report=False)))
+    assert done(found["a"]) == []
+    assert Store(copied / "a" / "store").generation == generation
+    assert done(found["b"]) == ["identify", "validate"]
+    assert found["b"]["steps"]["identify"]["why"] == "the model or the load states have changed"
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_thresholds_of_a_file(copied: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "thresholds.toml"
+    shutil.rmtree(copied / "broken")
+    text = 'schema = "stiffcal/thresholds/1"\n[validate]\nmax_rms_m = 1e-4\n'
+    file.write_text(text, "utf-8")
+    words = ["batch", str(copied), "--thresholds", str(file), "--no-report", "--json"]
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    assert end.value.code == 0
+    file.write_text(text + "[campaigns.b.validate]\nmin_stiffness = { A6 = 1e6 }\n[campaigns.c.validate]\n", "utf-8")
+    capsys.readouterr()
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    assert end.value.code == 1
+    document = json.loads(capsys.readouterr().out)
+    assert [one["state"] for one in document["campaigns"]] == ["held", "not held"]
+    assert document["warnings"] == ["the thresholds of c are of no campaign here"]
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_the_summary_names_what_does_not_hold(copied: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    manifest = copied / "b" / "campaign.toml"
+    limits = "\n[thresholds]\nmax_rms_m = 1e-6\nmax_relative = 0.9\n"
+    manifest.write_text(manifest.read_text(encoding="utf-8") + limits, encoding="utf-8")
+    junit, markdown = tmp_path / "junit.xml", tmp_path / "summary.md"
+    with pytest.raises(SystemExit) as end:
+        main(["batch", str(copied), "--no-report", "--junit", str(junit), "--markdown", str(markdown)])
+    assert end.value.code == 1
+    told = capsys.readouterr()
+    assert "cells/b: NOT held: rms in unseen poses" in told.out
+    assert "cells/broken: broken: " in told.out
+    assert told.out.rstrip().splitlines()[-1] == f"next: stiffcal check {copied / 'broken'}"
+    assert "3 campaigns: 1 held, 1 not held, 1 broken" in told.out
+    root = ElementTree.parse(junit).getroot()
+    assert (root.get("tests"), root.get("failures"), root.get("errors"), root.get("skipped")) == ("12", "1", "1", "3")
+    (failed,) = root.iter("failure")
+    assert failed.get("message", "no message") in told.out
+    text = markdown.read_text(encoding="utf-8")
+    assert text.startswith("## stiffcal: not all campaigns hold\n")
+    rows = [line.split(" | ")[1] for line in text.splitlines() if line.startswith("| cells/")]
+    assert rows == ["done", "**NOT held**", "**broken**"]
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_summaries_bear_any_text(cells: Path) -> None:
+    document = batch_campaigns([cells / "a"], Wishes(jobs=1, report=False))
+    outcome = document["campaigns"][0]
+    outcome["campaign"] = "a\x00|b <script> & `c`\n_d_"
+    outcome["checks"] = [{"threshold": "max_rms_m", "where": "", "held": False, "says": "\x1b[1m]]> \ud800"}]
+    outcome["failed"] = ["\x1b[1m]]> \ud800"]
+    suite = ElementTree.fromstring(junit_text(document))[0]
+    assert suite.get("name") == "a\ufffd|b <script> & `c`\n_d_"
+    row = markdown_text(document).splitlines()[-1]
+    assert row.startswith("| a\x00\\|b &lt;script> &amp; \\`c\\` \\_d\\_ | ")
+    assert "- **" in markdown_text(document)
+
+
+@pytest.mark.usefixtures("in_this_process", "unprinted")
+def test_stores_and_reports_elsewhere(tmp_path: Path) -> None:
+    write_small_campaign(tmp_path / "fresh", poses=2)
+    wishes = Wishes(jobs=1, store=str(tmp_path / "stores"), reports=tmp_path / "pdf")
+    (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes)["campaigns"]
+    assert outcome["report"] == str(tmp_path / "pdf" / "fresh.pdf")
+    assert Path(outcome["report"]).read_bytes().startswith(b"%PDF")
+    assert not (tmp_path / "fresh" / "store").exists()
+    assert "fit" in Store(tmp_path / "stores" / "fresh").tables
+    (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes)["campaigns"]
+    assert done(outcome) == []
+    with Path(outcome["report"]).open("ab") as file:
+        file.write(b"scribbled on")
+    (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes)["campaigns"]
+    assert done(outcome) == ["report"]
+
+
+def test_a_killed_process_costs_a_retry(copied: Path) -> None:
+    once = f"if not (HERE / 'killed').exists():\n    (HERE / 'killed').touch()\n    {KILLED}"
+    with_plugin(copied / "a", once)
+    with_plugin(copied / "broken", KILLED)
+    shutil.copy(copied / "a" / "robot.toml", copied / "broken" / "robot.toml")
+    found = by_name(batch_campaigns([copied], Wishes(jobs=2, report=False)))
+    assert {name: one["state"] for name, one in found.items()} == {"a": "held", "b": "held", "broken": "lost"}
+    assert found["broken"]["error"]["reason"].startswith("its process was ended by signal 9: ")
+    assert (copied / "a" / "killed").exists()
+    assert (copied / "a" / "threads").read_text() == "1"
+
+
+@pytest.mark.parametrize(("large", "processes"), [(1 << 30, 1), (1, 3)])
+def test_a_process_that_has_grown_is_replaced(
+    cells: Path, monkeypatch: pytest.MonkeyPatch, large: int, processes: int
+) -> None:
+    started: list[WorkerProcess] = []
+
+    def start() -> WorkerProcess:
+        started.append(WorkerProcess())
+        return started[-1]
+
+    monkeypatch.setattr(batch_processes, "LARGE_BYTES", large)
+    monkeypatch.setattr(batch_processes, "WorkerProcess", start)
+    batch_campaigns([cells], Wishes(jobs=1, report=False))
+    assert len(started) == processes
+    assert not any(alive(worker.pid) for worker in started)
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_as_many_processes_as_cores(cells: Path) -> None:
+    assert batch_campaigns([cells], Wishes(report=False))["workers"] == {"kind": "processes", "count": min(cores(), 3)}
+
+
+def alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    # A process that has ended and whose parent has not asked yet counts as ended.
+    status = Path(f"/proc/{pid}/stat")
+    return not status.exists() or status.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are another matter there")
+def test_ctrl_c_ends_all_processes_and_the_next_call_goes_on(copied: Path) -> None:
+    waiting = with_plugin(copied / "b", "if not (HERE / 'go').exists():\n    time.sleep(60)\n")
+    shutil.rmtree(copied / "broken")
+    command = [sys.executable, "-m", "stiffcal", "batch", str(copied), "--no-report"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, process_group=0) as process:
+        end = time.monotonic() + 60
+        while not (waiting / "pids").exists() and time.monotonic() < end:
+            time.sleep(0.05)
+        assert process.stderr is not None
+        assert process.stderr.readline().startswith("1 of 2: cells/a: done")
+        os.killpg(process.pid, signal.SIGINT)
+        _, error = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "1 of 2 campaigns are done; the same call goes on with the rest" in error
+    assert "Traceback" not in error
+    assert not any(alive(int(pid)) for pid in (waiting / "pids").read_text().split())
+    (waiting / "go").touch()
+    found = by_name(batch_campaigns([copied], Wishes(jobs=1, report=False)))
+    assert {one["state"] for one in found.values()} == {"held"}
+    assert (done(found["a"]), done(found["b"])) == ([], ["identify", "validate"])
