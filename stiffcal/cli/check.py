@@ -60,6 +60,9 @@ def show_check(console: Console, document: Document) -> None:
         words += f", {length(kinematics['worst_m'])} (worst)" if kinematics.get("worst_m") is not None else ""
         console.print(words + (f", {angle(turned)} turned" if turned is not None else ""))
     _show_joints(console, document.get("joints", []))
+    for view in document.get("rods", []):
+        for sentence in view["says"]:
+            console.print(sentence, soft_wrap=True)
     if document["ready"]:
         console.print("ready")
         return

@@ -8,6 +8,7 @@ import typer
 
 from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.endings import OK
+from stiffcal.cli.links import show_links
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.wording import deviation, significant
@@ -52,6 +53,8 @@ def show_fit(console: Console, document: Document) -> None:
     console.print(
         f"reduced χ² {significant(document['reduced_chi2'])}, condition number {significant(document['condition'])}"
     )
+    if document.get("links"):
+        show_links(console, document["links"])
     if document.get("rejected"):
         console.print(f"{len(document['rejected'])} states set aside before the fit (bumped or excluded)")
     for ambiguity in document["not_identifiable"]:

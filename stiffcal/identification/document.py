@@ -8,6 +8,7 @@ from typing import Any
 
 from stiffcal.identification.fit import Ambiguity, Fit, Parameter
 from stiffcal.identification.identify import fit_rms
+from stiffcal.identification.measured_links import MeasuredLink, links_document, measure_links
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 
@@ -76,9 +77,10 @@ def fit_document(fit: Fit, states: LoadStates) -> dict[str, Any]:
     ]
     noise = fit.noise
     correlation = _correlation(fit)
+    links = measured_links(fit)
     return {
         "schema": SCHEMA,
-        "warnings": fit_warnings(fit),
+        "warnings": fit_warnings(fit) + [fault.sentence for link in links for fault in link.faults],
         "model": model_document(fit.robot),
         "parameters": [parameter_document(one) for one in fit.parameters],
         "n_states": fit.data.n_seen,
@@ -106,7 +108,13 @@ def fit_document(fit: Fit, states: LoadStates) -> dict[str, Any]:
         "covariance": fit.covariance.tolist(),
         "correlation": correlation,
         "iterations": fit.iterations,
-    }
+    } | ({"links": links_document(links)} if links else {})
+
+
+def measured_links(fit: Fit) -> tuple[MeasuredLink, ...]:
+    """Return what the rods of a fitted campaign say of their links."""
+    sigma = None if fit.noise is None else fit.noise.length
+    return measure_links(fit.data, fit.robot, sigma) if fit.data.layout.rods else ()
 
 
 def _correlation(fit: Fit) -> list[dict[str, Any]]:

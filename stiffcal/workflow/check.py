@@ -7,6 +7,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
+from stiffcal.workflow.rod_views import rod_views
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -66,6 +67,8 @@ def check_campaign(
             states = states if quick else set_bumped_aside(states)
             document |= _states(campaign, states, reduced)
             document["warnings"] = watches.remarks() + warnings + [w for part in reduced for w in part.warnings]
+            if states.setup.rods:
+                document["rods"] = rod_views(campaign, states.setup)
             if registration is not None:
                 document["registration"] = registration.as_document()
             if not quick or any(source.is_states for source in campaign.manifest.sources.values()):

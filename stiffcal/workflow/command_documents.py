@@ -7,6 +7,7 @@ from typing import Any, Literal, NotRequired
 from typing_extensions import TypedDict
 
 from stiffcal.workflow.document_types import Model, Number
+from stiffcal.workflow.link_documents import RodView
 
 
 class Init(TypedDict):
@@ -73,6 +74,7 @@ class Check(TypedDict):
     ready: bool
     missing: list[str]
     joints: NotRequired[list[JointSeen]]
+    rods: NotRequired[list[RodView]]
 
 
 class Edit(TypedDict):

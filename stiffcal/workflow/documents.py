@@ -18,6 +18,7 @@ from stiffcal.workflow.batch_documents import Batch
 from stiffcal.workflow.command_documents import Check, Edit, Effects, Init, Plot, Report, Run, Simulate, StatesExport
 from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
 from stiffcal.workflow.document_types import Fault, Matrix, Model, Number, Rms, Threshold, Where
+from stiffcal.workflow.link_documents import MeasuredLink
 
 
 class Parameter(TypedDict):
@@ -88,6 +89,7 @@ class Identify(TypedDict):
     rejected: list[Rejected]
     expected_rms: Rms | None
     expected_error: str
+    links: NotRequired[list[MeasuredLink]]
     dual_quaternions: NotRequired[DualQuaternions]
 
 

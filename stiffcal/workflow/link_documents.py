@@ -1,0 +1,68 @@
+"""What `identify` and `check` say of links with rods, typed."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from typing_extensions import TypedDict
+
+from stiffcal.workflow.document_types import Number
+
+
+class LinkTorsion(TypedDict):
+    """Whether the rods tell the link's twist; else a twist (rad) that they would have shown."""
+
+    identifiable: bool
+    bound: Number
+    why: str
+
+
+class RodFault(TypedDict):
+    """A rod that cannot be right."""
+
+    kind: Literal["loose", "swapped-sign", "exchanged", "drifting", "unexplained"]
+    rods: list[str]
+    size_m: float
+    alternatives: list[str]
+    why: str
+
+
+class NotCarried(TypedDict):
+    """A load that the rods' shape cannot carry, and what it does to the estimate of the link's end."""
+
+    load: str
+    relative_error: float
+
+
+class MeasuredLink(TypedDict):
+    """A link with rods: displacement of its end per wrench there, beam axes, m and rad per N and N·m."""
+
+    link: str
+    rods: list[str]
+    n_states: int
+    carried: list[str]
+    spare: int
+    condition: Number
+    sigma: Number
+    sigma_source: Literal["stated", "residuals", "none"]
+    displacement_std: list[Number]
+    share_of_tool: Number
+    torsion: LinkTorsion
+    compliance: list[list[Number]]
+    compliance_std: list[list[Number]]
+    compliance_interval: list[list[list[Number]]]
+    reduced_chi2: Number
+    not_identifiable: list[str]
+    not_carried: list[NotCarried]
+    faults: list[RodFault]
+
+
+class RodView(TypedDict):
+    """What the rods on a link can and cannot see; ``says`` in words, with the rod that would help most."""
+
+    link: str
+    rods: list[str]
+    carried: list[str]
+    blind: list[str]
+    spare: int
+    says: list[str]
