@@ -139,6 +139,22 @@ def correct_joints(
     )
 
 
+def errors_of(
+    robot: CompliantRobot, commanded: Floats, told: Floats, wrench: Floats, setup: MeasurementSetup, wish: Wish
+) -> Floats:
+    """Return (n, 6) the pose errors of a robot that is told other joint targets, found by whatever model.
+
+    Parameters
+    ----------
+    robot : that is to answer; another than the one the targets were made for, perhaps.
+    commanded : (n, L) logged angles that say what is wanted, rad.
+    told : (n, L) what the controller is told.
+    wrench, setup, wish : as in `correct_joints`.
+    """
+    problem = _Problem(robot, commanded, wrench, setup, wish)
+    return problem.error_at(told, np.arange(len(told)))
+
+
 def pose_error(position: Floats, rotation: Floats, goal: PoseGoal) -> Floats:
     """Return (n, 6) reached minus wanted: positions, m, and the rotation vector of R R_wantedᵀ, rad; base axes."""
     turn = rotation @ np.swapaxes(goal.rotation, 1, 2)
@@ -175,7 +191,7 @@ class _Problem:
         at = pose_error(balance.unloaded_position[:, 0], balance.unloaded_rotation[:, 0], goal)
         return at + balance.displacement[:, 0]
 
-    def _error_at(self, joints: Floats, part: Integers) -> Floats:
+    def error_at(self, joints: Floats, part: Integers) -> Floats:
         """Return (m, 6) the pose errors of some states at their joint targets (m, L) out of all (n, L)."""
         if self.order is None:
             return self._error(self._balance(joints[part], part), part)
@@ -219,7 +235,7 @@ class _Problem:
         part : numbers of the states.
         whole : (n,) True where the orientation is to be reached too.
         """
-        self.error[part] = self._error_at(self.joints, part)
+        self.error[part] = self.error_at(self.joints, part)
         for _ in range(_MAX_STEPS):
             before = self.joints[part]
             wanted = self._step(part, whole)
@@ -232,7 +248,7 @@ class _Problem:
             self.too_far[part] |= far
             wanted[far] = before[far]
             self.joints[part] = wanted
-            self.error[part] = self._error_at(self.joints, part)
+            self.error[part] = self.error_at(self.joints, part)
             moving = (np.abs(wanted - before).max(axis=1) > _STOP) | newly.any(axis=1)
             part = part[moving & ~far]
             if not part.size:

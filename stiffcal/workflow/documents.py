@@ -156,7 +156,7 @@ class History(TypedDict):
 
 
 class PredictedState(TypedDict):
-    """Deflection (m, rad) and stiffness at the target, base axes."""
+    """Deflection (m, rad) and stiffness at the target, base axes; ``linear_…`` without complementary stiffness."""
 
     joints: list[float]
     wrench: list[float]
@@ -164,6 +164,8 @@ class PredictedState(TypedDict):
     covariance: Matrix
     cartesian_compliance: Matrix
     cartesian_stiffness: Matrix | None
+    linear_compliance: Matrix
+    linear_stiffness: Matrix | None
 
 
 class Predict(TypedDict):
@@ -174,6 +176,50 @@ class Predict(TypedDict):
     values_from: str
     target: str
     states: list[PredictedState]
+
+
+class CorrectedPose(TypedDict):
+    """One pose of a path: joints (rad), wrench, deflection and pose errors (m, rad, base axes).
+
+    ``residual_std``: what the model's own uncertainty leaves of the error; ``held``: joints that a limit stopped.
+    """
+
+    line: int
+    joints: list[float]
+    corrected: list[float]
+    wrench: list[float]
+    deflection: list[float]
+    error_before: list[float]
+    error_after: list[float]
+    residual_std: list[float]
+    reached: bool
+    held: str
+
+
+class Judged(TypedDict):
+    """What another campaign's robot makes of the corrected targets; ``gone``: the share of the error."""
+
+    by: str
+    rms_before: Rms
+    rms_after: Rms
+    gone: Number
+
+
+class Compensate(TypedDict):
+    """Answer of ``compensate``; ``residual_95`` m, null where the values were given and not fitted."""
+
+    schema: Literal["stiffcal/compensate/1"]
+    warnings: list[str]
+    values_from: str
+    target: str
+    rms_before: Rms
+    rms_after: Rms
+    residual_95: Number
+    largest_correction: list[float]
+    rows: list[CorrectedPose]
+    judged: NotRequired[Judged]
+    file: NotRequired[str]
+    picture: NotRequired[str]
 
 
 class Clock(TypedDict):
@@ -214,6 +260,7 @@ DOCUMENTS: dict[str, Any] = {
     "validate": Validate,
     "history": History,
     "predict": Predict,
+    "compensate": Compensate,
     "ingest": Ingest,
     "diagnose": Diagnose,
     "improve": Improve,

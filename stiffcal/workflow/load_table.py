@@ -1,10 +1,10 @@
-"""Tables of poses and loads that a person writes: joints by name, Fx … Tz, a unit in brackets where it is another."""
+"""Tables that a person writes: joints by name, Fx … Tz, positions and more, a unit in brackets where it is another."""
 
 from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +18,17 @@ Floats = NDArray[np.float64]
 
 AXES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _HEADER = re.compile(r"^\s*(?P<name>[^\[\]]+?)\s*(?:\[\s*(?P<unit>[^\]]+?)\s*\])?\s*$")
+
+
+POSITION = ("X", "Y", "Z")
+QUATERNION, ANGLES = ("qw", "qx", "qy", "qz"), ("roll", "pitch", "yaw")
+# quantity and unit of the columns that are known by name; joints are added by theirs
+QUANTITIES: dict[str, tuple[str, str]] = (
+    {name: ("force", "N") if name.startswith("F") else ("moment", "N*m") for name in AXES}
+    | dict.fromkeys(POSITION, ("position", "mm"))
+    | dict.fromkeys(ANGLES, ("angle", "deg"))
+    | {"t": ("time", "s")}
+)
 
 
 @dataclass(frozen=True)
@@ -34,6 +45,36 @@ class LoadTable:
     wrench: Floats
 
 
+@dataclass(frozen=True)
+class WrittenTable:
+    """Any such table, SI.
+
+    Attributes
+    ----------
+    file : as it is called in messages.
+    numbers : column name to (n,).
+    words : column name to n words.
+    lines : (n,) line of each row in the file.
+    """
+
+    file: str
+    numbers: Mapping[str, Floats]
+    words: Mapping[str, tuple[str, ...]]
+    lines: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def has(self, names: Sequence[str]) -> bool:
+        """Tell whether all these columns of numbers stand in the table."""
+        return all(name in self.numbers for name in names)
+
+    def block(self, names: Sequence[str]) -> Floats:
+        """Return (n, k) columns side by side; zero where there is none of that name."""
+        zero = np.zeros(len(self))
+        return np.stack([self.numbers.get(name, zero) for name in names], axis=1)
+
+
 def read_load_table(file: Path, joint_names: Sequence[str], joints_needed: bool) -> LoadTable:
     """Read a CSV of poses and loads: commas or semicolons; degrees, N and N·m unless the header says otherwise.
 
@@ -42,6 +83,28 @@ def read_load_table(file: Path, joint_names: Sequence[str], joints_needed: bool)
     file : the table.
     joint_names : the L joints of the robot.
     joints_needed : raise where a joint has no column; otherwise it stands at zero.
+
+    Raises
+    ------
+    InputError : the file is missing, a column or a cell is wrong.
+    """
+    table = read_table(file, joint_names, (*joint_names, *AXES))
+    lacking = [name for name in joint_names if name not in table.numbers]
+    if joints_needed and lacking:
+        mend = f"the table needs a column for each of {', '.join(joint_names)} (degrees)"
+        raise InputError.at(table.file, "line 1", f"no column {lacking[0]}", mend)
+    return LoadTable(table.block(joint_names), table.block(AXES))
+
+
+def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], words: Sequence[str] = ()) -> WrittenTable:
+    """Read a CSV of named columns; columns that are not asked for are passed over.
+
+    Parameters
+    ----------
+    file : the table: commas, semicolons or tabs between the cells.
+    joint_names : the L joints of the robot, whose columns are in degrees where no unit is said.
+    asked : names of columns of numbers: joints, and names of `QUANTITIES` and `QUATERNION`.
+    words : names of columns of words.
 
     Raises
     ------
@@ -60,39 +123,34 @@ def read_load_table(file: Path, joint_names: Sequence[str], joints_needed: bool)
         raise InputError.at(shown, "line 1", "the table is empty", "write a header and at least one row")
     delimiter = ";" if ";" in lines[0] else "\t" if "\t" in lines[0] else ","
     header, *rows = list(csv.reader(lines, delimiter=delimiter))
-    columns = [_column(word, joint_names, shown) for word in header]
-    found = {name for name, _ in columns}
-    lacking = [name for name in joint_names if name not in found]
-    if joints_needed and lacking:
-        mend = f"the table needs a column for each of {', '.join(joint_names)} (degrees)"
-        raise InputError.at(shown, "line 1", f"no column {lacking[0]}", mend)
-    joints, wrench = np.zeros((len(rows), len(joint_names))), np.zeros((len(rows), 6))
+    columns = [_column(word, joint_names, (*asked, *words), shown) for word in header]
+    at = np.array([number for number, _ in numbered[1:]], dtype=np.int64)
+    numbers = {name: np.zeros(len(rows)) for name, _ in columns if name in asked}
+    texts: dict[str, list[str]] = {name: [] for name, _ in columns if name in words}
     for number, row in enumerate(rows):
-        line = numbered[number + 1][0]
         if len(row) != len(columns):
             reason = f"{len(row)} cells, the header has {len(columns)}"
-            raise InputError.at(shown, f"line {line}", reason, "complete the line")
+            raise InputError.at(shown, f"line {at[number]}", reason, "complete the line")
         for (name, factor), cell in zip(columns, row, strict=True):
-            if name in joint_names:
-                joints[number, joint_names.index(name)] = factor * _number(cell, shown, line, name, delimiter)
-            elif name in AXES:
-                wrench[number, AXES.index(name)] = factor * _number(cell, shown, line, name, delimiter)
-    return LoadTable(joints, wrench)
+            if name in numbers:
+                numbers[name][number] = factor * _number(cell, shown, int(at[number]), name, delimiter)
+            elif name in texts:
+                texts[name].append(cell.strip())
+    return WrittenTable(shown, numbers, {name: tuple(cells) for name, cells in texts.items()}, at)
 
 
-def _column(word: str, joint_names: Sequence[str], shown: str) -> tuple[str, float]:
+def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], shown: str) -> tuple[str, float]:
     """Return a column's name and the factor to SI; 1 for a column that is not asked for."""
     match = _HEADER.match(word)
     name, named_unit = (match["name"], match["unit"]) if match else (word.strip(), None)
-    if name in joint_names:
-        quantity, default = "angle", "deg"
-    elif name in AXES:
-        quantity, default = ("force", "N") if name.startswith("F") else ("moment", "N*m")
-    else:
-        plain = {_plain(known): known for known in (*joint_names, *AXES)}
+    if name not in asked:
+        plain = {_plain(known): known for known in asked}
         if _plain(name) in plain:  # a load or an angle that would silently be taken as zero
             reason = f"no column is called {name} here"
             raise InputError.at(shown, "line 1", reason, f"did you mean {plain[_plain(name)]}?")
+        return name, 1.0
+    quantity, default = ("angle", "deg") if name in joint_names else QUANTITIES.get(name, ("", ""))
+    if not quantity:
         return name, 1.0
     try:
         return name, unit(named_unit or default, quantity).factor

@@ -12,23 +12,18 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import InputError
-from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.load_table import AXES, LoadTable, read_load_table
 from stiffcal.workflow.steps import (
     LOAD_PATHS,
     Document,
     Means,
-    free_names,
-    ingested,
     open_store,
-    placed_robot,
     stored_document,
 )
+from stiffcal.workflow.valued import ValuedCampaign, valued_campaign
 
 if TYPE_CHECKING:
     from stiffcal.compensation.prediction import Prediction
-    from stiffcal.measurements.load_states import MeasurementSetup
-    from stiffcal.model.composite import CompliantRobot
 
 Floats = NDArray[np.float64]
 
@@ -49,16 +44,6 @@ class LoadPathWish:
     pose: str | None = None
     points: int = 20
     note: str = ""
-
-
-@dataclass(frozen=True)
-class _Valued:
-    """A robot with values, and how well they are known."""
-
-    robot: CompliantRobot
-    setup: MeasurementSetup
-    covariance: dict[str, dict[str, float]]
-    source: str
 
 
 def predict_campaign(
@@ -98,7 +83,7 @@ def predict_campaign(
         )
     campaign = load_campaign(Path(folder), check_files=False)
     loads, corners = _wanted(campaign, poses, load_path)
-    valued = _valued(campaign, means)
+    valued = valued_campaign(campaign, means)
     means.progress("predicting", None)
     try:
         found = predict_states(
@@ -171,34 +156,10 @@ def _numbers(text: str, option: str) -> list[float]:
         raise InputError.at("command line", option, f"{text!r} holds something that is no number", mend) from None
 
 
-def _valued(campaign: Campaign, means: Means) -> _Valued:
-    """Return the fitted robot; where there are no logs, the robot as its model file values it."""
-    from stiffcal.campaign.frames import measurement_setup, resolve_frames
-    from stiffcal.identification.document import values_of
-    from stiffcal.workflow.ingest import source_files
-
-    robot = placed_robot(campaign)
-    missing, _ = free_names(campaign, robot)
-    measured = all((campaign.folder / file).exists() for file in source_files(campaign))
-    if not measured:
-        if missing:
-            reason = f"nothing is measured here, and {missing[0]} has no value"
-            raise InputError.at("model.toml", "parameters", reason, "give it a value, or put the logs in place")
-        chain = campaign.chain
-        setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
-        return _Valued(robot, setup, {}, "model.toml")
-    data = ingested(campaign.folder, means)
-    identified = fitted(data, means)
-    names, matrix = identified["free_parameters"], identified["covariance"]
-    covariance = {a: {b: float(matrix[i][j]) for j, b in enumerate(names)} for i, a in enumerate(names)}
-    valued = robot.with_values(values_of(identified))
-    return _Valued(valued, data.states.setup, covariance, f"fit {identified['fit_id']}")
-
-
-def _document(loads: LoadTable, found: Prediction, valued: _Valued) -> Document:
+def _document(loads: LoadTable, found: Prediction, valued: ValuedCampaign) -> Document:
     states = []
     for place in range(len(loads.joints)):
-        stiffness = found.cartesian_stiffness[place]
+        stiffness, linear = found.cartesian_stiffness[place], found.linear_stiffness[place]
         states.append(
             {
                 "joints": loads.joints[place].tolist(),
@@ -207,14 +168,13 @@ def _document(loads: LoadTable, found: Prediction, valued: _Valued) -> Document:
                 "covariance": found.covariance[place].tolist(),
                 "cartesian_compliance": found.cartesian_compliance[place].tolist(),
                 "cartesian_stiffness": None if stiffness is None else stiffness.tolist(),
+                "linear_compliance": found.linear_compliance[place].tolist(),
+                "linear_stiffness": None if linear is None else linear.tolist(),
             }
         )
-    warnings = []
-    if valued.source == "model.toml":
-        warnings.append("the values are those of model.toml, taken as exact: no uncertainty is stated")
     return {
         "schema": "stiffcal/predict/1",
-        "warnings": warnings,
+        "warnings": list(valued.warnings),
         "values_from": valued.source,
         "target": valued.setup.target_names[0],
         "states": states,

@@ -1,0 +1,135 @@
+"""`stiffcal compensate`: corrected joint targets for a path with forces."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.cli.tables import plain_table
+from stiffcal.cli.wording import angle, deviation, length, share
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def compensate(
+    path: Annotated[
+        Path,
+        typer.Option(
+            "--path",
+            metavar="FILE",
+            help="CSV: a column per joint (degrees), or X, Y, Z (mm) with qw … qz or roll, pitch, yaw (degrees); "
+            "beside them Fx … Tz (N, N·m), t (s), segment.",
+            show_default=False,
+        ),
+    ],
+    folder: Folder = HERE,
+    force: Annotated[
+        str | None, typer.Option("--force", metavar="F", help="Fx,Fy,Fz[,Tx,Ty,Tz] all along.", show_default=False)
+    ] = None,
+    segments: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="CSV: segment, Fx … Tz.", show_default=False)
+    ] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="CSV: t, Fx … Tz, a sensor's log on the path's clock.", show_default=False),
+    ] = None,
+    frame: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Frame that the forces are in; else base axes.", show_default=False),
+    ] = None,
+    acts_on: Annotated[Literal["robot", "environment"], typer.Option(help="What the forces act on.")] = "robot",
+    filter_hz: Annotated[
+        float | None, typer.Option("--filter", metavar="HZ", help="Low-pass for a log's noise.", show_default=False)
+    ] = None,
+    tool: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KG,X,Y,Z",
+            help="Take the weight of the tool beyond the sensor out of a log: mass, centre in the flange frame (m).",
+            show_default=False,
+        ),
+    ] = None,
+    zeroed: Annotated[
+        bool, typer.Option("--zeroed/--never-zeroed", help="The sensor read zero in the log's first pose.")
+    ] = True,
+    target: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Frame that follows the path; else the measured one.", show_default=False),
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(metavar="A1,A2,…", help="Joint angles near a spatial path's first pose.", show_default=False),
+    ] = None,
+    position_only: Annotated[bool, typer.Option("--position-only", help="Let the orientation go.")] = False,
+    sag: Annotated[
+        bool | None,
+        typer.Option(
+            "--sag/--no-sag",
+            help="Correct the sag under weight too; left out: for paths in space yes, for joint angles no.",
+            show_default=False,
+        ),
+    ] = None,
+    normal: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z|radial", help="Show the error in this direction.", show_default=False),
+    ] = None,
+    judge: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Another campaign, whose robot tells what is left.", show_default=False),
+    ] = None,
+    output: Output = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="*.svg, *.png, *.pdf: the error along the path.", show_default=False),
+    ] = None,
+    as_json: AsJson = False,
+    no_update: NoUpdate = False,
+    store: StoreAt = None,
+) -> int:
+    """Correct the joint targets of a path with known forces.
+
+    So that the loaded robot goes where it is wanted, within its joint limits; with what the model's own uncertainty
+    leaves of the error.
+
+    Example: stiffcal compensate demo --path path.csv --force 0,150,-300 -o corrected.csv --picture error.svg
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.compensate import CompensateWish, compensate_campaign
+        from stiffcal.workflow.compensation_path import Forces
+        from stiffcal.workflow.steps import Means
+
+        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        forces = Forces(force, segments, log, frame, acts_on, filter_hz, tool, zeroed)
+        wish = CompensateWish(path, forces, target, start, not position_only, sag, normal, judge)
+        document = compensate_campaign(folder, wish, means, output=output, picture=picture)
+        answer.give(document, show_compensation, command_line("export", folder, "-o", "robot.urdf", store=store))
+    return OK
+
+
+def show_compensation(console: Console, document: Document) -> None:
+    """Draw the error along the path before and after, and the largest corrections."""
+    rows = document["rows"]
+    console.print(f"{len(rows)} poses of {document['target']}; values from {document['values_from']}")
+    table = plain_table("", "rms error>", "largest>")
+    largest = [max(sum(x * x for x in row[key][:3]) ** 0.5 for row in rows) for key in ("error_before", "error_after")]
+    table.add_row("without compensation", deviation(document["rms_before"]), length(largest[0]))
+    table.add_row("with, by the model itself", deviation(document["rms_after"]), length(largest[1]))
+    judged = document.get("judged")
+    if judged:
+        table.add_row(f"without, by {judged['by']}", deviation(judged["rms_before"]), "")
+        table.add_row(f"with, by {judged['by']}", deviation(judged["rms_after"]), "")
+    console.print(table)
+    if document["residual_95"] is not None:
+        console.print(f"the model's own uncertainty leaves up to {length(document['residual_95'])} (95 %)")
+    if judged and judged["gone"] is not None:
+        console.print(f"{share(judged['gone'])} of the deflection is gone, by {judged['by']}")
+    console.print("largest correction of a joint " + angle(max(document["largest_correction"])))
+    for key in ("file", "picture"):
+        if document.get(key):
+            console.print(f"wrote {document[key]}", soft_wrap=True)

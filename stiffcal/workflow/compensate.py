@@ -1,0 +1,318 @@
+"""Corrected joint targets for a path with known or logged forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import Fault, InputError, raise_faults
+from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path, shortened
+from stiffcal.workflow.load_table import AXES
+from stiffcal.workflow.plot import PICTURES
+from stiffcal.workflow.steps import Document, Means
+from stiffcal.workflow.valued import ValuedCampaign, valued_campaign
+
+if TYPE_CHECKING:
+    from stiffcal.compensation.targets import Corrected
+    from stiffcal.report.content import PathError
+
+Floats = NDArray[np.float64]
+
+# Two-sided 95 % of a normal distribution.
+_TWO_SIGMA = 1.959964
+
+
+@dataclass(frozen=True)
+class CompensateWish:
+    """What is to be corrected, and how.
+
+    Attributes
+    ----------
+    path : CSV of the path (`read_path`).
+    forces : where the forces come from.
+    target : the frame that is to follow the path; None: the first measured one.
+    start : joint angles near the first pose of a path in space, "A1,A2,…" in degrees.
+    orientation : False where only the position counts.
+    sag : True takes the sag under weight out too: the rigid robot's pose is meant; None: for paths in space.
+    normal : "x,y,z" or "radial": the direction in which the picture shows the error; None: its length.
+    judge : another campaign, whose robot is to tell what the corrected targets leave.
+    """
+
+    path: Path
+    forces: Forces = field(default_factory=Forces)
+    target: str | None = None
+    start: str | None = None
+    orientation: bool = True
+    sag: bool | None = None
+    normal: str | None = None
+    judge: Path | None = None
+
+
+def compensate_campaign(
+    folder: Path,
+    wish: CompensateWish,
+    means: Means | None = None,
+    output: Path | None = None,
+    picture: Path | None = None,
+) -> Document:
+    """Correct the joint targets of a path so that the loaded robot goes where it is wanted.
+
+    Parameters
+    ----------
+    folder : a campaign folder with a fit, with logs to fit, or with a model file that values every parameter.
+    wish : path, forces, and what is to be reached.
+    means : store, progress and so on.
+    output : CSV or Parquet for the corrected joints with the predicted deflection and what the model's uncertainty
+        leaves of it.
+    picture : SVG, PNG or PDF of the error along the path, with and without the correction.
+
+    Returns
+    -------
+    dict
+        The `compensate` document.
+
+    Raises
+    ------
+    InputError : the input is wrong, a load is more than the robot holds, or a pose cannot be had.
+    """
+    from stiffcal.compensation.targets import Wish, correct_joints
+    from stiffcal.model.equilibrium import NoBalanceError
+
+    means = means or Means()
+    _check_outputs(output, picture)
+    campaign = load_campaign(Path(folder), check_files=False)
+    valued = valued_campaign(campaign, means)
+    setup, target = valued.aimed_at(wish.target)
+    path = read_path(valued, setup, wish.path, wish.forces, wish.start)
+    means.progress("correcting", None)
+    goal = _goal(valued, path, wish)
+    solve = Wish(goal, wish.orientation, valued.robot.has_memory, path.time)
+    try:
+        found = correct_joints(valued.robot, path.joints, path.wrench, path.setup, solve, valued.covariance)
+    except NoBalanceError as error:
+        raise InputError.at(str(wish.path), "", f"no balance: {error}", "give smaller loads") from error
+    _check_reached(path, found)
+    judged = None if wish.judge is None else _judge(valued, wish, path, found, means)
+    document = _document(valued, path, found, target, wish, judged)
+    if output is not None:
+        from stiffcal.workflow.export import write_table
+
+        write_table(_table(valued, path, found, judged), output)
+        document["file"] = str(output)
+    if picture is not None:
+        from stiffcal.report.figures.canvas import save_figure
+        from stiffcal.report.figures.path_error import draw_path_error
+
+        save_figure(draw_path_error(_path_error(valued, path, found, wish, judged)), picture)
+        document["picture"] = str(picture)
+    return document
+
+
+def _check_outputs(output: Path | None, picture: Path | None) -> None:
+    if picture is not None and picture.suffix.lower() not in PICTURES:
+        raise InputError.at(str(picture), "", "no picture format", f"end the name in one of {', '.join(PICTURES)}")
+    for file in (output, picture):
+        if file is not None and not file.parent.is_dir():
+            raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
+
+
+def _goal(valued: ValuedCampaign, path: CompensationPath, wish: CompensateWish) -> Any:
+    """Return the wanted poses: as given in space, the rigid robot's, or None: those without the load."""
+    from stiffcal.compensation.targets import PoseGoal
+    from stiffcal.mechanics.kinematics import attached_poses
+
+    sag = path.goal is not None if wish.sag is None else wish.sag
+    if not sag:
+        return None
+    if path.goal is not None:
+        return path.goal
+    chain = valued.campaign.chain
+    return PoseGoal(*attached_poses(chain, chain.model_angles(path.joints), path.setup.targets[0]))
+
+
+def _check_reached(path: CompensationPath, found: Corrected) -> None:
+    """Raise where not even the position can be reached: one fault a line of the table."""
+    faults = []
+    for row in np.flatnonzero(~found.position_reached):
+        left = 1e3 * float(np.linalg.norm(found.after[row, :3]))
+        if found.held[row]:
+            reason = f"{found.held[row]} would have to go beyond the limit: {left:.3g} mm remain"
+        elif found.singular[row]:
+            reason = f"the robot stands beside a singular pose, where {left:.3g} mm cannot be taken back"
+        else:
+            reason = f"the corrected pose is out of reach: {left:.3g} mm remain"
+        mend = "take another pose, or a path farther from the limits"
+        faults.append(Fault(path.table.file, f"line {path.table.lines[row]}", reason, mend))
+    raise_faults(shortened(faults))
+
+
+def _judge(
+    valued: ValuedCampaign, wish: CompensateWish, path: CompensationPath, found: Corrected, means: Means
+) -> tuple[Floats, Floats]:
+    """Return (n, 6) pose errors without and with the correction, by another campaign's robot."""
+    from stiffcal.compensation.targets import Wish, errors_of
+
+    assert wish.judge is not None
+    other = valued_campaign(load_campaign(wish.judge, check_files=False), Means(progress=means.progress, say=means.say))
+    if other.campaign.chain.joint_names != valued.campaign.chain.joint_names:
+        raise InputError.at(str(wish.judge), "", "another robot", "name a campaign of the same robot")
+    goal = _goal(other, path, wish)
+    solve = Wish(goal, wish.orientation, other.robot.has_memory, path.time)
+    told = path.joints, found.joints
+    before, after = (errors_of(other.robot, path.joints, one, path.wrench, path.setup, solve) for one in told)
+    return before, after
+
+
+def left_over(found: Corrected) -> Floats:
+    """Return (n,) the length, m, that the position's error keeps under with 95 %, by the model's own uncertainty."""
+    # The length of a normal vector keeps below 1.96 √trace with 95 % or more: exactly where one direction rules.
+    spread = np.sqrt(np.einsum("nii->n", found.covariance[:, :3, :3]))
+    return np.asarray(_TWO_SIGMA * spread + np.linalg.norm(found.after[:, :3], axis=1))
+
+
+def _rms(vectors: Floats) -> float:
+    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
+
+
+def _document(
+    valued: ValuedCampaign,
+    path: CompensationPath,
+    found: Corrected,
+    target: str,
+    wish: CompensateWish,
+    judged: tuple[Floats, Floats] | None,
+) -> Document:
+    std = np.sqrt(np.einsum("nii->ni", found.covariance))
+    rows = [
+        {
+            "line": int(path.table.lines[k]),
+            "joints": path.joints[k].tolist(),
+            "corrected": found.joints[k].tolist(),
+            "wrench": path.wrench[k].tolist(),
+            "deflection": found.deflection[k].tolist(),
+            "error_before": found.before[k].tolist(),
+            "error_after": found.after[k].tolist(),
+            "residual_std": std[k].tolist(),
+            "reached": bool(found.reached[k]),
+            "held": found.held[k],
+        }
+        for k in range(len(path.table))
+    ]
+    document: Document = {
+        "schema": "stiffcal/compensate/1",
+        "warnings": [*valued.warnings, *_warnings(path, found, wish)],
+        "values_from": valued.source,
+        "target": target,
+        "rms_before": {"translation": _rms(found.before[:, :3]), "rotation": _rms(found.before[:, 3:])},
+        "rms_after": {"translation": _rms(found.after[:, :3]), "rotation": _rms(found.after[:, 3:])},
+        "residual_95": float(left_over(found).max()) if valued.covariance else None,
+        "largest_correction": np.abs(found.joints - path.joints).max(axis=0).tolist(),
+        "rows": rows,
+    }
+    if judged is not None:
+        before, after = judged
+        document["judged"] = {
+            "by": str(wish.judge),
+            "rms_before": {"translation": _rms(before[:, :3]), "rotation": _rms(before[:, 3:])},
+            "rms_after": {"translation": _rms(after[:, :3]), "rotation": _rms(after[:, 3:])},
+            "gone": 1.0 - _rms(after[:, :3]) / _rms(before[:, :3]) if before[:, :3].any() else None,
+        }
+    return document
+
+
+def _warnings(path: CompensationPath, found: Corrected, wish: CompensateWish) -> list[str]:
+    said = []
+    only = found.position_reached & ~found.reached
+    if wish.orientation and only.any():
+        worst = 1e3 * float(np.abs(found.after[only, 3:]).max())
+        lines = ", ".join(str(line) for line in path.table.lines[only][:5]) + (", …" if only.sum() > 5 else "")
+        held = sorted({name for names in found.held for name in names.split(", ") if name})
+        why = f"{', '.join(held)} at its limit" if held else "beside a singular pose"
+        said.append(f"line {lines}: the position is reached, of the orientation up to {worst:.2g} mrad remain ({why})")
+    return said
+
+
+def _table(
+    valued: ValuedCampaign, path: CompensationPath, found: Corrected, judged: tuple[Floats, Floats] | None
+) -> dict[str, Any]:
+    """Return the result as columns: degrees, N, N·m, mm, mrad, each with its unit."""
+    columns: dict[str, Any] = {}
+    if path.time is not None:
+        columns["t [s]"] = path.time
+    if "segment" in path.table.words:
+        columns["segment"] = list(path.table.words["segment"])
+    names = valued.campaign.chain.joint_names
+    columns |= {f"{name} [deg]": np.degrees(found.joints[:, k]) for k, name in enumerate(names)}
+    columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": path.wrench[:, k] for k, axis in enumerate(AXES)}
+    std = np.sqrt(np.einsum("nii->ni", found.covariance))
+    for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
+        unit = "mm" if k < 3 else "mrad"
+        columns[f"{name} [{unit}]"] = 1e3 * found.deflection[:, k]
+        columns[f"{name} residual, standard uncertainty [{unit}]"] = 1e3 * std[:, k]
+    columns["residual, 95 % [mm]"] = 1e3 * left_over(found)
+    columns["reached"] = found.reached.astype(np.int64)
+    if judged is not None:
+        columns["judged before [mm]"] = 1e3 * np.linalg.norm(judged[0][:, :3], axis=1)
+        columns["judged after [mm]"] = 1e3 * np.linalg.norm(judged[1][:, :3], axis=1)
+    return columns
+
+
+def _path_error(
+    valued: ValuedCampaign,
+    path: CompensationPath,
+    found: Corrected,
+    wish: CompensateWish,
+    judged: tuple[Floats, Floats] | None,
+) -> PathError:
+    from stiffcal.mechanics.kinematics import attached_poses
+    from stiffcal.report.content import PathError
+
+    chain = valued.campaign.chain
+    if path.goal is not None:
+        place = path.goal.position
+    else:
+        place, _ = attached_poses(chain, chain.model_angles(path.joints), path.setup.targets[0])
+    before, after = (found.before, found.after) if judged is None else judged
+    direction, words = _direction(wish.normal, place)
+    return PathError(
+        place=place,
+        before=before[:, :3],
+        after=after[:, :3],
+        covariance=found.covariance[:, :3, :3],
+        direction=direction,
+        along=words,
+        judge="the model itself" if wish.judge is None else wish.judge.resolve().name,
+        name=valued.campaign.name,
+    )
+
+
+def _direction(normal: str | None, place: Floats) -> tuple[Floats | None, str]:
+    """Return (n, 3) the unit direction in which the error is shown, and what to call it."""
+    if normal is None:
+        return None, "length of the error"
+    if normal == "radial":
+        outward = place - _centre_of_circle(place)
+        return outward / np.linalg.norm(outward, axis=1, keepdims=True), "radial error, outward positive"
+    numbers = np.array(numbers_of_words(normal, "--normal"))
+    if numbers.shape != (3,) or not numbers.any():
+        mend = 'write "x,y,z" in base axes, or "radial"'
+        raise InputError.at("command line", "--normal", f"{normal!r} is no direction", mend)
+    unit = numbers / np.linalg.norm(numbers)
+    return np.repeat(unit[None], len(place), axis=0), f"error along ({', '.join(f'{u:.3g}' for u in unit)})"
+
+
+def _centre_of_circle(place: Floats) -> Floats:
+    """Return (3,) the centre of the circle that fits points (n, 3) best, by linear least squares in its plane."""
+    middle = place.mean(axis=0)
+    _, size, axes = np.linalg.svd(place - middle, full_matrices=False)
+    if len(place) < 4 or size[1] < 1e-3 * size[0]:
+        raise InputError.at("command line", "--normal", "the path is no circle", 'write "x,y,z" instead of radial')
+    flat = (place - middle) @ axes[:2].T
+    known = np.concatenate([2.0 * flat, np.ones((len(flat), 1))], axis=1)
+    solved = np.linalg.lstsq(known, np.sum(flat**2, axis=1), rcond=None)[0]
+    return np.asarray(middle + solved[:2] @ axes[:2])

@@ -1,0 +1,300 @@
+"""What `compensate` is given: a path as joint angles or poses, and the forces on it.
+
+Forces stand in the path's own table, are one for all, come per segment, or were logged by a sensor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import Fault, InputError, raise_faults
+from stiffcal.workflow.load_table import (
+    ANGLES,
+    AXES,
+    POSITION,
+    QUATERNION,
+    WrittenTable,
+    read_table,
+)
+
+if TYPE_CHECKING:
+    from stiffcal.compensation.targets import PoseGoal
+    from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+    from stiffcal.workflow.valued import ValuedCampaign
+
+Floats = NDArray[np.float64]
+
+_MOST_FAULTS = 10
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Where the forces on a path come from; without any of the first three: the path's own columns Fx … Tz.
+
+    Attributes
+    ----------
+    everywhere : "Fx,Fy,Fz" or "Fx,Fy,Fz,Tx,Ty,Tz", N and N·m, all along the path.
+    segments : CSV with a column ``segment`` and Fx … Tz; the path has a column ``segment`` too.
+    log : CSV with ``t`` and Fx … Tz as a sensor logged them; the path has a column ``t`` on the same clock.
+    frame : frame whose axes the components are in and whose origin moments refer to; None: base axes, about the
+        manifest's load point.
+    acts_on : "environment" where the numbers are what the robot does to its surroundings.
+    filter_hz : cut-off of a low-pass for a log's noise, run forward and backward: no delay.
+    tool : "kg,x,y,z": mass and centre (flange frame, m) of what hangs beyond the sensor, to be taken out of a log.
+    zeroed : True where the sensor was zeroed in the log's first pose, tool and all.
+    """
+
+    everywhere: str | None = None
+    segments: Path | None = None
+    log: Path | None = None
+    frame: str | None = None
+    acts_on: str = "robot"
+    filter_hz: float | None = None
+    tool: str | None = None
+    zeroed: bool = True
+
+
+@dataclass(frozen=True)
+class CompensationPath:
+    """A path with its loads.
+
+    Attributes
+    ----------
+    table : the file as read.
+    joints : (n, L) commanded logged angles, rad.
+    goal : the wanted poses where the path is given in space; None where it is given as joint angles.
+    wrench : (n, 6) on the robot, in the axes and about the point of ``setup``.
+    setup : the set-up with those axes, that point, and the frame that follows the path as its target.
+    time : (n,) s, or None.
+    """
+
+    table: WrittenTable
+    joints: Floats
+    goal: PoseGoal | None
+    wrench: Floats
+    setup: MeasurementSetup
+    time: Floats | None
+
+
+def read_path(
+    valued: ValuedCampaign, setup: MeasurementSetup, file: Path, forces: Forces, start: str | None
+) -> CompensationPath:
+    """Read a path and its forces.
+
+    Parameters
+    ----------
+    valued : the robot.
+    setup : the set-up, aimed at the frame that follows the path.
+    file : CSV: joints by name (degrees), or X, Y, Z (mm) with qw, qx, qy, qz or roll, pitch, yaw (degrees, about the
+        fixed axes x, y, z); without an orientation that of ``start`` is kept. Beside them Fx … Tz, t, segment.
+    forces : where the forces come from.
+    start : joint angles near the first pose, "A1,A2,…" in degrees; None: the middle of the joints' ranges.
+
+    Raises
+    ------
+    InputError : the input is wrong, a pose is out of reach, or a joint beyond its limit.
+    """
+    names = valued.campaign.chain.joint_names
+    table = read_table(file, names, (*names, *POSITION, *QUATERNION, *ANGLES, *AXES, "t"), ("segment",))
+    goal = None
+    if table.has(names):
+        joints = table.block(names)
+        _check_limits(valued, table, joints)
+    elif table.has(POSITION):
+        joints, goal = _from_poses(valued, setup, table, start)
+    else:
+        lacking = next(name for name in names if name not in table.numbers)
+        mend = f"give a column for each of {', '.join(names)} (degrees), or {', '.join(POSITION)} (mm)"
+        raise InputError.at(table.file, "line 1", f"no column {lacking}", mend)
+    time = table.numbers.get("t")
+    if time is not None and np.any(np.diff(time) < 0.0):
+        row = int(np.argmax(np.diff(time) < 0.0)) + 1
+        raise InputError.at(table.file, f"line {table.lines[row]}, column t", "time runs back", "sort the rows by time")
+    setup = _in_frame(valued, setup, forces)
+    wrench = _wrench(valued, setup, table, joints, forces)
+    if forces.acts_on == "environment":
+        wrench = -wrench
+    return CompensationPath(table, joints, goal, wrench, setup, time)
+
+
+def _check_limits(valued: ValuedCampaign, table: WrittenTable, joints: Floats) -> None:
+    chain = valued.campaign.chain
+    beyond = (joints < chain.limits[:, 0]) | (joints > chain.limits[:, 1])
+    faults = []
+    for row, joint in zip(*np.nonzero(beyond), strict=True):
+        low, high = np.degrees(chain.limits[joint])
+        reason = f"{chain.joint_names[joint]} = {np.degrees(joints[row, joint]):.4g}° lies beyond its limits"
+        faults.append(Fault(table.file, f"line {table.lines[row]}", reason, f"keep it within {low:g}° … {high:g}°"))
+    raise_faults(shortened(faults))
+
+
+def shortened(faults: list[Fault]) -> list[Fault]:
+    """Return the first faults of many, the last of them saying how many more there are."""
+    if len(faults) <= _MOST_FAULTS:
+        return faults
+    last = faults[_MOST_FAULTS - 1]
+    more = f"{last.reason} (and {len(faults) - _MOST_FAULTS} more lines)"
+    return [*faults[: _MOST_FAULTS - 1], Fault(last.file, last.place, more, last.mend)]
+
+
+def _from_poses(
+    valued: ValuedCampaign, setup: MeasurementSetup, table: WrittenTable, start: str | None
+) -> tuple[Floats, PoseGoal]:
+    from stiffcal.compensation.inverse import joints_along_path, middle_of_ranges
+    from stiffcal.compensation.targets import PoseGoal
+    from stiffcal.mechanics.kinematics import attached_poses
+    from stiffcal.mechanics.rotations import rotation_from_quaternion, rotation_from_rpy
+
+    chain, target = valued.campaign.chain, setup.targets[0]
+    near = None if start is None else pose_of_words(start, chain.joint_names, "--start")
+    if table.has(QUATERNION):
+        quaternion = table.block(QUATERNION)
+        wrong = np.abs(np.linalg.norm(quaternion, axis=1) - 1.0) > 0.01
+        if wrong.any():
+            line = table.lines[int(np.argmax(wrong))]
+            raise InputError.at(table.file, f"line {line}", "qw, qx, qy, qz is no unit quaternion", "correct the row")
+        rotation = rotation_from_quaternion(quaternion)
+    elif table.has(ANGLES):
+        rotation = rotation_from_rpy(table.block(ANGLES))
+    else:
+        home = middle_of_ranges(chain) if near is None else near
+        _, kept = attached_poses(chain, chain.model_angles(home[None]), target)
+        rotation = np.repeat(kept, len(table), axis=0)
+    goal = PoseGoal(table.block(POSITION), rotation)
+    joints, reached = joints_along_path(chain, target, goal, near)
+    if not reached.all():
+        reason = "the robot does not reach this pose within its joint limits"
+        mend = "move the path, or say with --start from which joint angles it is reached"
+        raise_faults(shortened([Fault(table.file, f"line {k}", reason, mend) for k in table.lines[~reached]]))
+    return joints, goal
+
+
+def pose_of_words(text: str, names: Sequence[str], option: str) -> Floats:
+    """Return (L,) rad from "A1,A2,…" in degrees; raises `InputError`."""
+    angles = numbers_of_words(text, option)
+    if len(angles) != len(names):
+        reason = f"{len(angles)} angles, the robot has {len(names)} joints"
+        raise InputError.at("command line", option, reason, f"give {', '.join(names)} in degrees")
+    return np.radians(angles)
+
+
+def numbers_of_words(text: str, option: str) -> list[float]:
+    """Return the numbers of "1,2.5,…"; raises `InputError`."""
+    try:
+        found = [float(word) for word in text.split(",")]
+    except ValueError:
+        found = [float("nan")]
+    if not np.isfinite(found).all():
+        mend = "write numbers with a point, separated by commas"
+        raise InputError.at("command line", option, f"{text!r} holds something that is no number", mend)
+    return found
+
+
+def _in_frame(valued: ValuedCampaign, setup: MeasurementSetup, forces: Forces) -> MeasurementSetup:
+    """Return the set-up whose wrench axes and point are those that the forces are given in."""
+    from stiffcal.measurements.load_states import Attachment
+
+    if forces.frame is None:
+        return replace(setup, wrench_axes=Attachment(0, np.eye(4)), moments_measured=True)
+    frame: Attachment = valued.frame(forces.frame, "--frame")
+    point = setup.wrench_point if frame.body == 0 else frame
+    return replace(setup, wrench_axes=frame, wrench_point=point, moments_measured=True)
+
+
+def _wrench(
+    valued: ValuedCampaign, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
+) -> Floats:
+    own = any(name in table.numbers for name in AXES)
+    said = [name for name in ("everywhere", "segments", "log") if getattr(forces, name) is not None]
+    if len(said) + own != 1:
+        mend = "give the forces once: columns Fx … Tz of the path, --force, --segments or --log"
+        reason = "no forces are given" if not said and not own else "forces are given more than once"
+        raise InputError.at(table.file if own or not said else "command line", "", reason, mend)
+    if forces.log is None and (forces.filter_hz is not None or forces.tool is not None):
+        option = "--filter" if forces.filter_hz is not None else "--tool"
+        raise InputError.at("command line", option, "only logged forces are filtered and weighed", "give --log FILE")
+    if forces.everywhere is not None:
+        given = numbers_of_words(forces.everywhere, "--force")
+        if len(given) not in (3, 6):
+            mend = "write Fx,Fy,Fz or Fx,Fy,Fz,Tx,Ty,Tz"
+            raise InputError.at("command line", "--force", f"{forces.everywhere!r} is no wrench", mend)
+        return np.repeat(np.array([given + [0.0] * (6 - len(given))]), len(table), axis=0)
+    if forces.segments is not None:
+        return _by_segment(table, forces.segments)
+    if forces.log is not None:
+        return _logged(valued, setup, table, joints, forces)
+    return table.block(AXES)
+
+
+def _by_segment(table: WrittenTable, file: Path) -> Floats:
+    if "segment" not in table.words:
+        raise InputError.at(table.file, "line 1", "no column segment", "say for each row which segment it belongs to")
+    listed = read_table(file, (), AXES, ("segment",))
+    if "segment" not in listed.words or not any(name in listed.numbers for name in AXES):
+        raise InputError.at(listed.file, "line 1", "no columns segment and Fx … Tz", "one row for each segment")
+    names = listed.words["segment"]
+    faults = [
+        Fault(table.file, f"line {line}", f"no force for the segment {word}", f"add it to {listed.file}")
+        for line, word in zip(table.lines, table.words["segment"], strict=True)
+        if word not in names
+    ]
+    doubled = sorted({name for name in names if names.count(name) > 1})
+    if doubled:
+        faults.append(Fault(listed.file, "segment", f"{doubled[0]} stands there twice", "leave one out"))
+    raise_faults(shortened(faults))
+    which = [names.index(word) for word in table.words["segment"]]
+    return listed.block(AXES)[which]
+
+
+def _logged(
+    valued: ValuedCampaign, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
+) -> Floats:
+    """Return the forces of a log at the path's times: filtered, without the tool's weight."""
+    from stiffcal.compensation.filtering import LowPass, without_tool
+
+    assert forces.log is not None
+    log = read_table(forces.log, (), (*AXES, "t"))
+    if "t" not in table.numbers or "t" not in log.numbers:
+        short = table if "t" not in table.numbers else log
+        raise InputError.at(short.file, "line 1", "no column t", "path and log need their times, s, on one clock")
+    moments, at = log.numbers["t"], table.numbers["t"]
+    steps = np.diff(moments)
+    if len(moments) < 2 or np.any(steps <= 0.0):
+        row = int(np.argmax(steps <= 0.0)) + 1 if len(moments) > 1 else 0
+        place = f"line {log.lines[row]}, column t"
+        raise InputError.at(log.file, place, "time does not run on", "sort the rows by time")
+    period = float(np.median(steps))
+    if at[0] < moments[0] - period or at[-1] > moments[-1] + period:
+        reason = f"the path runs from {at[0]:g} s to {at[-1]:g} s, the log from {moments[0]:g} s to {moments[-1]:g} s"
+        raise InputError.at(log.file, "t", reason, "log the whole path, on the path's clock")
+    readings = log.block(AXES)
+    if forces.tool is not None:
+        mass, com = _tool(forces.tool)
+        if setup.wrench_axes.body < valued.campaign.chain.n_joints:
+            mend = "name the sensor's frame with --frame"
+            raise InputError.at("command line", "--tool", "the log is not in axes of a sensor on the flange", mend)
+        logged = np.stack([np.interp(moments, at, joints[:, k]) for k in range(joints.shape[1])], axis=1)
+        chain = valued.campaign.chain
+        sign = -1.0 if forces.acts_on == "environment" else 1.0
+        weighed = without_tool(sign * readings, chain, chain.model_angles(logged), setup, (mass, com), forces.zeroed)
+        readings = sign * weighed
+    if forces.filter_hz is not None:
+        try:
+            readings = LowPass(forces.filter_hz, 1.0 / period).without_delay(readings)
+        except ValueError as error:
+            raise InputError.at("command line", "--filter", str(error), "choose a lower cut-off") from error
+    return np.stack([np.interp(at, moments, readings[:, k]) for k in range(6)], axis=1)
+
+
+def _tool(text: str) -> tuple[float, Floats]:
+    numbers = numbers_of_words(text, "--tool")
+    if len(numbers) != 4 or numbers[0] <= 0.0:
+        mend = "write kg,x,y,z: mass, and centre in the flange frame in m"
+        raise InputError.at("command line", "--tool", f"{text!r} is no mass with a centre", mend)
+    return numbers[0], np.array(numbers[1:])

@@ -1,0 +1,105 @@
+"""A campaign's robot with values, for the commands that use the model: predict, map, compensate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.errors import InputError
+from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.steps import Means, free_names, ingested, placed_robot
+
+if TYPE_CHECKING:
+    from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+    from stiffcal.model.composite import CompliantRobot
+
+
+@dataclass(frozen=True)
+class ValuedCampaign:
+    """A robot with values, and how well they are known.
+
+    Attributes
+    ----------
+    campaign : the folder's three files.
+    robot : chain and effects, every parameter valued.
+    setup : where the instruments sit; estimated frames where they were found.
+    covariance : of the parameters that were fitted, by full names; empty where the values are the model file's.
+    source : where the values are from, in words.
+    """
+
+    campaign: Campaign
+    robot: CompliantRobot
+    setup: MeasurementSetup
+    covariance: dict[str, dict[str, float]]
+    source: str
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of the numbers must know."""
+        said = []
+        if self.source == "model.toml":
+            said.append("the values are those of model.toml, taken as exact: no uncertainty is stated")
+        if not self.campaign.chain.masses_known and self.robot.deformed:
+            said.append("robot.toml gives no masses: the sag under weight is left out")
+        return tuple(said)
+
+    def frame(self, name: str, option: str) -> Attachment:
+        """Return where a frame rides on the robot.
+
+        Raises
+        ------
+        InputError : there is no such frame.
+        """
+        from stiffcal.campaign.frames import resolve_frames
+
+        if name in self.setup.target_names:
+            return self.setup.targets[self.setup.target_names.index(name)]
+        frames = resolve_frames(self.campaign.manifest, self.campaign.chain)
+        if name not in frames:
+            raise InputError.at("command line", option, f"no frame is called {name}", f"frames: {', '.join(frames)}")
+        return frames[name]
+
+    def aimed_at(self, name: str | None, option: str = "--target") -> tuple[MeasurementSetup, str]:
+        """Return the set-up with a frame as its only target, and the frame's name; None: the first measured one.
+
+        Raises
+        ------
+        InputError : there is no such frame, or it does not move with the robot.
+        """
+        if name is None:
+            setup = self.setup
+            return replace(setup, targets=setup.targets[:1], target_names=setup.target_names[:1]), setup.target_names[0]
+        target = self.frame(name, option)
+        if target.body == 0:
+            raise InputError.at("command line", option, f"{name} stands on the ground", "name a frame on the robot")
+        return replace(self.setup, targets=(target,), target_names=(name,)), name
+
+
+def valued_campaign(campaign: Campaign, means: Means) -> ValuedCampaign:
+    """Return the fitted robot; where there are no logs, the robot as its model file values it.
+
+    Raises
+    ------
+    InputError : nothing is measured, and a parameter has no value.
+    """
+    from stiffcal.campaign.frames import measurement_setup, resolve_frames
+    from stiffcal.identification.document import values_of
+    from stiffcal.workflow.ingest import source_files
+
+    robot = placed_robot(campaign)
+    missing, _ = free_names(campaign, robot)
+    measured = all((campaign.folder / file).exists() for file in source_files(campaign))
+    if not measured:
+        if missing:
+            reason = f"nothing is measured here, and {missing[0]} has no value"
+            raise InputError.at("model.toml", "parameters", reason, "give it a value, or put the logs in place")
+        chain = campaign.chain
+        setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
+        return ValuedCampaign(campaign, robot, setup, {}, "model.toml")
+    data = ingested(campaign.folder, means)
+    identified = fitted(data, means)
+    names, matrix = identified["free_parameters"], identified["covariance"]
+    covariance = {a: {b: float(matrix[i][j]) for j, b in enumerate(names)} for i, a in enumerate(names)}
+    valued = robot.with_values(values_of(identified))
+    return ValuedCampaign(campaign, valued, data.states.setup, covariance, f"fit {identified['fit_id']}")
