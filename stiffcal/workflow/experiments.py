@@ -32,6 +32,7 @@ class Part:
     n_runs : runs it rests on. n_readings : readings. reduced_chi2, condition : of its own fit.
     expected : one sentence on what error to expect.
     warnings : in words. tables : to be stored, by name.
+    free : names of the parameters that were estimated. covariance : of these, square.
     """
 
     name: str
@@ -49,6 +50,8 @@ class Part:
     expected: str = ""
     warnings: list[str] = field(default_factory=list)
     tables: dict[str, pa.Table] = field(default_factory=dict)
+    free: list[str] = field(default_factory=list)
+    covariance: list[list[float]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -107,6 +110,10 @@ def with_parts(document: Document, parts: Sequence[Part]) -> Document:
     if merged["noise_source"] == "none":
         merged["noise_source"] = next((part.noise_source for part in parts if part.noise_source != "none"), "none")
     merged["warnings"] = list(dict.fromkeys(merged["warnings"]))
+    merged["free_parameters"], merged["covariance"] = document["free_parameters"], document["covariance"]
+    for part in parts:
+        merged["covariance"] = _beside_each_other(merged["covariance"], part.covariance)
+        merged["free_parameters"] = [*merged["free_parameters"], *part.free]
     return merged | {part.name: part.section for part in parts}
 
 
@@ -129,6 +136,9 @@ def document_of_parts(balance: str, parts: Sequence[Part]) -> Document:
         "condition": max((part.condition for part in parts if part.condition is not None), default=None),
         "not_identifiable": [],
         "rejected": [],
+        "free_parameters": [],
+        "covariance": [],
+        "correlation": [],
         "expected_rms": None,
         "expected_error": "; ".join(part.expected for part in parts if part.expected),
     }
@@ -180,3 +190,9 @@ def _merged(own: Document, others: Sequence[Document]) -> Document:
             present = found.get(measure)
             found[measure] = value if present is None else present if value is None else max(present, value)
     return found
+
+
+def _beside_each_other(one: list[list[float]], other: list[list[float]]) -> list[list[float]]:
+    """Return the block-diagonal matrix of two square ones: separate experiments share no error."""
+    wide = [row + [0.0] * len(other) for row in one]
+    return wide + [[0.0] * len(one) + row for row in other]

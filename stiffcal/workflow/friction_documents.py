@@ -1,0 +1,232 @@
+"""Friction of the drives in words and documents: parameters, gaps, curves, what a reader must know."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.workflow.steps import Document, Ingested
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from stiffcal.experiments.friction import FrictionFit, FrictionParameter, JointFrictionFit
+    from stiffcal.measurements.friction_readings import SteadyReadings
+    from stiffcal.model.composite import PlacedEffect
+
+Floats = NDArray[np.float64]
+
+CURVE_POINTS = 120
+
+
+def effects_held(placed: tuple[PlacedEffect, ...]) -> list[Document]:
+    """Return what the model holds that friction runs tell, as documents write models."""
+    found: dict[str, Document] = {}
+    for one in placed:
+        entry = found.setdefault(one.effect.name, {"type": one.effect.name, "joints": []})
+        entry["joints"].append(one.place.joints[0])
+    return list(found.values())
+
+
+def parameter_entry(one: FrictionParameter) -> Document:
+    """Return one parameter as the ``identify`` document writes it, with a remark on what to know of it."""
+    return {
+        "name": one.name,
+        "effect": one.effect,
+        "where": {"joints": [one.joint]},
+        "value": one.value,
+        "std": one.std,
+        "interval": None if one.interval is None else list(one.interval),
+        "unit": one.spec.unit,
+        "fixed": one.fixed,
+        "identifiable": one.value is not None and (one.std is not None or not one.why),
+        "at_bound": one.at_bound,
+        "poorly_known": bool(one.std is not None and one.value and 1.96 * one.std > 0.6 * abs(one.value)),
+        "remark": one.why,
+    }
+
+
+def unknown_parameters(one: PlacedEffect) -> list[Document]:
+    """Return a joint's parameters, none of them told."""
+    return [
+        {
+            "name": one.parameter_name(spec.symbol),
+            "effect": one.effect.name,
+            "where": one.place.as_where(),
+            "value": None,
+            "std": None,
+            "interval": None,
+            "unit": spec.unit,
+            "fixed": False,
+            "identifiable": False,
+            "at_bound": False,
+            "poorly_known": False,
+            "remark": "",
+        }
+        for spec in one.effect.parameters
+    ]
+
+
+def gaps(
+    data: Ingested, steady: SteadyReadings | None, placed: tuple[PlacedEffect, ...], told: set[int]
+) -> list[Document]:
+    """Name the joints of the model that these runs tell nothing of, and why."""
+    found: list[Document] = []
+    for one in placed:
+        joint = one.place.joints[0]
+        if joint in told:
+            continue
+        name = data.joint_names[joint - 1]
+        own = np.zeros(0, dtype=np.str_) if steady is None else steady.set_aside[steady.joint == joint]
+        reason = f"joint {name} never moved in a friction run"
+        if own.size:
+            reason = f"joint {name}: " + "; ".join(dict.fromkeys(own[own != ""].tolist()))
+        names = [one.parameter_name(spec.symbol) for spec in one.effect.parameters]
+        found.append({"parameters": names, "known": None, "value": None, "std": None, "reason": reason})
+    return found
+
+
+def unseen_gap(one: JointFrictionFit) -> Document:
+    """Name the optional part of the law that a joint does not show, and why."""
+    names = [each.name for each in one.parameters if each.value is None]
+    unseen = [symbol for symbol, seen in one.seen.items() if not seen]
+    reason = f"{' and '.join(unseen)} friction is not seen: " + "; ".join(one.verdict[symbol] for symbol in unseen)
+    return {"parameters": names, "known": None, "value": None, "std": None, "reason": reason}
+
+
+def joint_entry(data: Ingested, fit: FrictionFit, one: JointFrictionFit, placed: tuple[PlacedEffect, ...]) -> Document:
+    """Return what is told of one joint: how it was measured, what is left, its curve with standard uncertainty."""
+    from stiffcal.experiments.friction import friction_curve
+
+    own = fit.rows.joint == one.joint
+    effect = next(each for each in placed if each.place.joints == (one.joint,))
+    low, high = one.lowest, one.highest
+    # half on the slow part, which is drawn on its own
+    speed = np.unique(
+        np.concatenate([np.linspace(low, high, CURVE_POINTS // 2), np.geomspace(low, high, CURVE_POINTS)])
+    )
+    torque, std = friction_curve(one, effect, speed)
+    steady = bool(fit.rows.steady[own].any())
+    return {
+        "joint": one.joint,
+        "name": data.joint_names[one.joint - 1],
+        "method": "steady velocities" if steady else "weight and inertia modelled",
+        "n_readings": one.n_rows,
+        "n_speeds": one.n_speeds if steady else None,
+        "lowest_speed": low,
+        "highest_speed": high,
+        "rms": rms_of(fit.residual[own]),
+        "noise": one.noise,
+        "optional": {symbol: {"seen": seen, "why": one.verdict.get(symbol, "")} for symbol, seen in one.seen.items()},
+        "between_directions": between_directions(data, fit, one.joint),
+        "curve": {"velocity": speed.tolist(), "torque": torque.tolist(), "std": std.tolist()},
+        "covariance": {"symbols": list(one.free), "matrix": one.covariance.tolist()},
+    }
+
+
+def between_directions(data: Ingested, fit: FrictionFit, joint: int) -> Document | None:
+    """Return what both directions share (weight, the torque's zero, friction that differs by direction), N·m."""
+    own = (fit.rows.joint == joint) & fit.rows.steady
+    if not own.any():
+        return None
+    shared = np.array([fit.beside[own & (fit.rows.piece == piece)].mean() for piece in np.unique(fit.rows.piece[own])])
+    axis_is_plumb = joint == 1 and bool(
+        np.linalg.norm(np.cross(data.campaign.chain.fixed[0, :3, 2], data.campaign.chain.gravity)) < 1e-6
+    )
+    return {
+        "mean": float(shared.mean()),
+        "low": float(shared.min()),
+        "high": float(shared.max()),
+        "weight_possible": not axis_is_plumb,
+    }
+
+
+def friction_warnings(data: Ingested, fit: FrictionFit) -> list[str]:
+    """Return what a reader of the numbers must know, in words."""
+    words = []
+    for one in fit.joints:
+        name = data.joint_names[one.joint - 1]
+        shared = between_directions(data, fit, one.joint)
+        own = fit.rows.joint == one.joint
+        if shared is not None and not shared["weight_possible"]:
+            level, noise = abs(shared["mean"]), rms_of(fit.residual[own])
+            if level > 4.0 * noise / math.sqrt(own.sum()) and level > 0.02 * rms_of(fit.friction[own]):
+                words.append(
+                    f"joint {name} carries no weight, yet its drive needs {2.0 * level:.3g} N·m more in one direction "
+                    "than in the other: friction differs by direction, or the torque's zero is off"
+                )
+        for each in one.parameters:
+            if each.fixed and each.why:
+                words.append(f"{each.name}: {each.why}")
+            elif each.at_bound:
+                words.append(f"{each.name} lies on the edge of what is possible")
+        if all((one.values().get(symbol, 0.0) <= 0.0) for symbol in ("coulomb",) if symbol in one.values()):
+            words.append(f"joint {name}: the drive pushes against its motion; check the sign of torque or gear_ratio")
+    if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
+        words.append(
+            f"friction: residuals are {math.sqrt(fit.reduced_chi2):.2g} times the scatter between repeats: the curve "
+            "has a shape that the law lacks, and the stated uncertainties cover the scatter only"
+        )
+    if fit.scaled:
+        words.append(
+            "friction: too few repeats to know the noise; standard uncertainties come from the fit's residuals"
+        )
+    return words
+
+
+def expected_words(fit: FrictionFit) -> str:
+    """Return one sentence on how well friction is told."""
+    relative = rms_of(fit.residual) / max(rms_of(fit.friction), 1e-300)
+    return (
+        f"friction of a drive is told to {rms_of(fit.residual):.3g} N·m rms over the measured speeds, "
+        f"{100.0 * relative:.3g} % of it"
+    )
+
+
+def noise_of_fit(fit: FrictionFit) -> dict[str, float | None]:
+    """Return the scatter of repeats, N·m, over all joints; empty where a joint has too few."""
+    known = [(one.noise, one.n_rows) for one in fit.joints]
+    if not known or any(noise is None for noise, _ in known):
+        return {}
+    squares = sum((noise or 0.0) ** 2 * n for noise, n in known)
+    return {"torque": math.sqrt(squares / sum(n for _, n in known))}
+
+
+def rms_of(values: Floats) -> float:
+    """Return the root of the mean square of (n,) values, 0 where there are none."""
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
+def slice_entry(label: str, residual: Floats) -> dict[str, Any]:
+    """Return the error in a part of the readings, (n,) N·m, as the ``validate`` document writes it."""
+    nothing = {"translation": None, "rotation": None}
+    return {
+        "label": label,
+        "low": None,
+        "high": None,
+        "n": int(residual.size),
+        "rms": nothing | {"torque": rms_of(residual)},
+        "max": nothing | {"torque": float(np.abs(residual).max())},
+    }
+
+
+def fit_table(data: Ingested, fit: FrictionFit) -> pa.Table:
+    """Return every row of the fit: velocity, friction as measured (weight, inertia, zeros taken off), fit, residual."""
+    from stiffcal.store import table_of
+
+    rows = fit.rows
+    return table_of(
+        {
+            "run": rows.run.tolist(),
+            "joint": [data.joint_names[joint - 1] for joint in rows.joint],
+            "steady": rows.steady,
+            "velocity_radps": rows.velocity,
+            "friction_measured_Nm": fit.friction_measured,
+            "friction_Nm": fit.friction,
+            "beside_Nm": fit.beside,
+            "residual_Nm": fit.residual,
+        }
+    )
