@@ -96,7 +96,8 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
     Returns
     -------
     MeasurementSetup
-        Targets in the order of the manifest. Without any wrench the load is none: axes and point are the flange's.
+        Targets from the outermost body inwards, on one body in the order of the manifest: the first is what moves most,
+        the tool. Without any wrench the load is none: axes and point are the flange's.
 
     Raises
     ------
@@ -106,6 +107,7 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
     """
     load = _load(manifest, float(np.linalg.norm(chain.gravity)))
     targets, tracker = _targets(manifest)
+    targets = tuple(sorted(targets, key=lambda name: -frames[name].body))
     tool, links = manifest.tool, rods_of(manifest, chain)
     return MeasurementSetup(
         wrench_axes=frames[load.axes],

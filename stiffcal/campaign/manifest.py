@@ -166,14 +166,15 @@ class Source(Table):
     }  # fmt: skip
 
     def signals(self) -> dict[str, Signal]:
-        """Return the signals that the source holds, by name; those under `poses` as ``poses.NAME``."""
+        """Return the signals that the source holds, by name; those under `poses` as ``poses.NAME``, of body NAME."""
         found: dict[str, Signal] = {}
         for name in SIGNAL_NAMES:
             signal = getattr(self, name)
             if signal is not None:
                 found[name] = signal
             if name == "pose":
-                found.update({f"poses.{body}": pose for body, pose in self.poses.items()})
+                for body, pose in self.poses.items():
+                    found[f"poses.{body}"] = pose if pose.body else pose.model_copy(update={"body": body})
         return found
 
     def body_poses(self) -> dict[str, Pose]:

@@ -68,7 +68,7 @@ def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floa
     # a drive that turns several joints (a parallel rod) carries the torque of each: τ_drive = Mᵀ τ, δ = M δ_drive
     drives = chain.drive_axes
     torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench) @ drives
-    motion = motion_of(states, chain)
+    motion = motion_of(states, chain, every=True)
     columns, seen = (motion.columns(states, chain) @ drives) * torque[:, None, :], motion.seen
     if not states.deflection_given:
         for k in np.unique(states.run):

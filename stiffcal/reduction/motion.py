@@ -1,4 +1,4 @@
-"""What was seen of the first target's motion, whichever instrument saw it: positions, deflections, or gauges."""
+"""What was seen of the targets' motion, whichever instrument saw it: positions, deflections, or gauges."""
 
 from __future__ import annotations
 
@@ -43,12 +43,20 @@ class Motion:
         return np.asarray(np.einsum("nk,nki->ni", moved, self.axes))
 
 
-def motion_of(states: LoadStates, chain: Chain) -> Motion:
-    """Return the first target's translation; where only gauges were read, what they saw along their directions."""
+def motion_of(states: LoadStates, chain: Chain, every: bool = False) -> Motion:
+    """Return the first target's translation; where only gauges were read, what they saw along their directions.
+
+    Parameters
+    ----------
+    every : of all targets, where there are several, and not of the first (the outermost) alone.
+    """
     n = len(states)
     if states.has_poses or not states.setup.gauges:
-        seen = states.deflection[:, 0, :3] if states.deflection_given else states.position[:, 0]
-        return Motion(seen.copy(), np.broadcast_to(np.eye(3), (n, 3, 3)), (0, 0, 0))
+        whole = states.deflection[:, :, :3] if states.deflection_given else states.position
+        count = whole.shape[1] if every else 1
+        seen = whole[:, :count].reshape(n, 3 * count).copy()
+        axes = np.broadcast_to(np.tile(np.eye(3), (count, 1)), (n, 3 * count, 3))
+        return Motion(seen, axes, tuple(np.repeat(np.arange(count), 3).tolist()))
     return Motion(
         states.displacement.copy(), gauge_directions(states, chain), tuple(g.target for g in states.setup.gauges)
     )
