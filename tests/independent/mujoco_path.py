@@ -15,7 +15,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from stiffcal.measurements.load_states import Floats
+from stiffcal.measurements.load_states import Floats, Integers
 from tests.independent.mujoco_robot import MujocoRobot, Settled
 
 STEP = 100.0
@@ -64,7 +64,7 @@ class MujocoPath:
         self._stiffness = stiffness
         mujoco.mj_setConst(model, robot.data)
 
-    def walk(self, joints: Floats, wrench: Floats, run: Floats, time: Floats | None = None) -> Settled:
+    def walk(self, joints: Floats, wrench: Floats, run: Integers, time: Floats | None = None) -> Settled:
         """Lead the robot through all runs.
 
         Parameters

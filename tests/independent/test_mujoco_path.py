@@ -35,7 +35,7 @@ def path_of(torque: Floats, *springs: Spring, time: Floats | None = None, ramp: 
     """Return (n,) how far the weightless pendulum's end has turned about its joint."""
     robot = MujocoRobot(PENDULUM, np.array([DRIVE]), SETUP, springs, weights=False)
     n = len(torque)
-    settled = MujocoPath(robot, ramp).walk(np.zeros((n, 1)), about_the_joint(torque), np.zeros(n), time)
+    settled = MujocoPath(robot, ramp).walk(np.zeros((n, 1)), about_the_joint(torque), np.zeros(n, dtype=np.int64), time)
     place = settled.position[:, 0]
     return np.asarray(np.arctan2(place[:, 2], place[:, 0]))
 
