@@ -92,7 +92,8 @@ class _TorqueOverAngle(CubicStiffness):
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of."""
-        return CubicStiffness().form(symbols) if set(symbols) else self
+        given = set(symbols)
+        return CubicStiffness().form(given) if given else self
 
 
 _TORQUE_OVER_ANGLE_SYMBOLS = frozenset(spec.symbol for spec in _TorqueOverAngle.parameters)

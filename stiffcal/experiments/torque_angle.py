@@ -13,7 +13,7 @@ less than −√(s₀ s₁), which gives every quadratic that stays positive bet
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +81,22 @@ class Law:
         grid, torque = self.grid()
         sign = np.where(up, 1.0, -1.0)
         return np.asarray(np.interp(angle - sign * self.lag, grid, torque) + sign * self.friction)
+
+    def width_correction(self, data: Branches) -> float:
+        """Return by how much a few branches would have the play wider: one Gauss-Newton step, middle and zero free."""
+        step = 1e-3 * max(self.width, 1e-9)
+        force = 1e-3 * max(self.band, 1e-9)
+        base = self.torque_at(data.angle, data.up)
+        moved = [
+            (replace(self, width=self.width + step), step),
+            (replace(self, middle=self.middle + step), step),
+            (replace(self, zero=self.zero + force), force),
+            (replace(self, friction=self.friction + force), force),
+        ]
+        columns = np.stack([(law.torque_at(data.angle, data.up) - base) / size for law, size in moved], axis=1)
+        sizes = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        answer, *_ = np.linalg.lstsq(columns / sizes, data.torque - base, rcond=1e-8)
+        return float(answer[0] / sizes[0])
 
 
 @dataclass(frozen=True)

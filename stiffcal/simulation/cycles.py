@@ -60,7 +60,7 @@ class LoadProgram:
 
     def first_hold(self) -> LoadProgram:
         """Return the first hold alone: the robot is never loaded."""
-        return LoadProgram(*(getattr(self, entry.name)[:1] for entry in fields(self)))
+        return LoadProgram(*(getattr(self, entry.name)[:1] for entry in fields(LoadProgram)))
 
     def hold_at(self, time: Floats) -> Integers:
         """Return (n,) which hold a moment lies in or, during a ramp, comes to."""
@@ -92,6 +92,24 @@ class LoadProgram:
     def wrench_at(self, path: Floats) -> Floats:
         """Return (n, 6) the load at path coordinates, N, N·m, base axes."""
         return interpolate_path(self.wrench, path)
+
+
+@dataclass(frozen=True)
+class WavyProgram(LoadProgram):
+    """A program whose ramps are wavy: friction in the device makes the load lead and lag (paper 000, Fig. 5).
+
+    Attributes
+    ----------
+    waviness : by what share of the step.
+    waves : so often on each ramp.
+    """
+
+    waviness: float
+    waves: int
+
+    def _progress(self, hold: Integers, time: Floats) -> Floats:
+        even = super()._progress(hold, time)
+        return np.asarray(even + self.waviness * np.sin(2.0 * np.pi * self.waves * even))
 
 
 def interpolate_path(per_hold: Floats, path: Floats) -> Floats:
@@ -136,7 +154,7 @@ def load_program(loads: Loads, base_from_axes: Floats, rng: np.random.Generator)
     settle[0] = 0.0
     end = np.cumsum(hold + ramp + settle)
     start = end - hold
-    return LoadProgram(
+    program = LoadProgram(
         wrench=wrench,
         direction=direction,
         sign=sign,
@@ -148,6 +166,10 @@ def load_program(loads: Loads, base_from_axes: Floats, rng: np.random.Generator)
         start=start,
         end=end,
     )
+    if loads.waviness == 0.0:
+        return program
+    own = {entry.name: getattr(program, entry.name) for entry in fields(program)}
+    return WavyProgram(**own, waviness=loads.waviness, waves=loads.waves)
 
 
 def _sequence(loads: Loads) -> tuple[Integers, Integers, Floats, Integers, Integers]:

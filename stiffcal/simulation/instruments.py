@@ -8,12 +8,22 @@ units.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.campaign.signals import Deflection, Displacement, Hold, Joints, Pose, Signal, Temperature, Wrench
+from stiffcal.campaign.signals import (
+    Deflection,
+    Displacement,
+    Hold,
+    Joints,
+    Lengths,
+    Pose,
+    Signal,
+    Temperature,
+    Wrench,
+)
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import (
@@ -21,6 +31,7 @@ from stiffcal.mechanics.rotations import (
     rotation_from_vector,
     vector_from_rotation,
 )
+from stiffcal.simulation.motion import MotionProgram
 from stiffcal.simulation.play import Played
 from stiffcal.simulation.sensors import Channels
 from stiffcal.simulation.settings import TrueRobot
@@ -30,7 +41,7 @@ Floats = NDArray[np.float64]
 # Decimals that text logs are written with: a digit finer than these steps (SI) adds nothing to any instrument.
 _WRITTEN_STEP = {
     "length": 1e-8, "position": 1e-8, "translation": 1e-8, "angle": 1e-8, "rotation": 1e-8, "force": 1e-4,
-    "moment": 1e-4, "torque": 1e-4, "temperature": 1e-3, "time": 1e-6,
+    "moment": 1e-4, "torque": 1e-6, "temperature": 1e-3, "time": 1e-6, "velocity": 1e-8, "current": 1e-6,
 }  # fmt: skip
 _QUATERNION_DECIMALS = 9
 
@@ -47,6 +58,8 @@ class Samples:
     frames : the true frames by name.
     robot : what the robot has beyond its files.
     misplaced : (6,) m and rad, base axes: how far the robot stands from where its kinematics says, all through the run.
+    rods : rod to its link's node, and what it reads of that node's displacement, (6,).
+    gear_ratio : (L,) motor turns per joint turn.
     """
 
     played: Played
@@ -55,6 +68,9 @@ class Samples:
     frames: Mapping[str, Attachment]
     robot: TrueRobot
     misplaced: Floats
+    gear_ratio: Floats
+
+    rods: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
 
     @property
     def hours(self) -> Floats:
@@ -110,7 +126,8 @@ def frames_seen_by(signal: Signal) -> tuple[str, ...]:
     if isinstance(signal, Wrench):
         return tuple(name for name in (signal.axes_frame, signal.point_frame) if name is not None)
     if isinstance(signal, Pose):
-        return (signal.frame, signal.body or "target")
+        lone = tuple(name for name, marker in signal.markers.items() if marker.at_m is None)
+        return (signal.frame, signal.body or "target", *lone)
     if isinstance(signal, Deflection | Displacement):
         return (signal.axes, signal.body)
     return ()
@@ -134,7 +151,7 @@ def true_reading(signal: Signal, samples: Samples, place: str) -> Reading:
     if isinstance(signal, Wrench):
         return _wrench(signal, samples)
     if isinstance(signal, Pose):
-        return _pose(signal, samples, place)
+        return _pose(signal, samples) if signal.position is not None else _markers(signal, samples)
     if isinstance(signal, Joints):
         return _joints(signal, samples, place)
     if isinstance(signal, Deflection):
@@ -149,6 +166,8 @@ def true_reading(signal: Signal, samples: Samples, place: str) -> Reading:
         direction = samples.stand(signal.axes)[1] @ along
         moved = samples.since_reference(signal.body)[:, :3]
         return Reading(Channels(("translation_m",)), np.sum(direction * moved, axis=1)[:, None])
+    if isinstance(signal, Lengths):
+        return _lengths(signal, samples, place)
     if isinstance(signal, Temperature):
         kelvin = 273.15 + samples.robot.temperature_C + samples.robot.warming_K_per_hour * samples.hours
         count = len(signal.columns)
@@ -160,6 +179,21 @@ def true_reading(signal: Signal, samples: Samples, place: str) -> Reading:
     raise InputError.at(
         "campaign.toml", place, "this kind of signal cannot be simulated", "take it out of the folder given to --from"
     )
+
+
+def _lengths(signal: Lengths, samples: Samples, place: str) -> Reading:
+    """Changes of rods since the run's start, of what the displacement of their link's end does to them."""
+    found = []
+    for name in signal.columns:
+        node, row = samples.rods[name]
+        moved = samples.played.node_at(node, samples.path)
+        if moved is None:
+            raise InputError.at(
+                "campaign.toml", place, "the robot that answers does not say how its links bend",
+                "take the rods out, or let stiffcal's own balance answer",
+            )  # fmt: skip
+        found.append(moved @ row)
+    return Reading(Channels(("length_m",) * len(found)), np.stack(found, axis=1))
 
 
 def _wrench(signal: Wrench, samples: Samples) -> Reading:
@@ -181,12 +215,19 @@ def _wrench(signal: Wrench, samples: Samples) -> Reading:
     return Reading(Channels(("force_N",) * 3 + ("moment_Nm",) * 3), sign * np.concatenate([force, turned], axis=1))
 
 
-def _pose(signal: Pose, samples: Samples, place: str) -> Reading:
+def _markers(signal: Pose, samples: Samples) -> Reading:
+    """Places of a body's markers in the instrument's own axes, (n, 3 m), in the manifest's order."""
+    origin, axes = samples.stand(signal.frame)
+    position, rotation = samples.place(signal.body or "target")
+    seen = []
+    for name, marker in signal.markers.items():
+        there = samples.place(name)[0] if marker.at_m is None else position + rotation @ np.array(marker.at_m)
+        seen.append(np.einsum("nji,nj->ni", axes, there - origin))
+    return Reading(Channels(("translation_m",) * (3 * len(seen))), np.concatenate(seen, axis=1))
+
+
+def _pose(signal: Pose, samples: Samples) -> Reading:
     """Place of the body in the instrument's own axes."""
-    if signal.position is None:
-        raise InputError.at(
-            "campaign.toml", place, "markers cannot be simulated", "write position and orientation columns"
-        )
     origin, axes = samples.stand(signal.frame)
     position, rotation = samples.place(signal.body or "target")
     seen = np.einsum("nji,nj->ni", axes, position - origin)
@@ -198,16 +239,43 @@ def _pose(signal: Pose, samples: Samples, place: str) -> Reading:
 
 
 def _joints(signal: Joints, samples: Samples, place: str) -> Reading:
-    """Joint angles as the controller shows them: it holds its motors where they are."""
-    if set(signal.groups()) - {"position", "command"}:
+    """What the controller shows: held motors stand where they are, driven ones where they are driven.
+
+    Motor-side logs carry motor angles, velocities and torques; currents are torques over the torque constant.
+    """
+    program, n = samples.played.act.program, samples.time.size
+    driven = isinstance(program, MotionProgram)
+    if not driven and set(signal.groups()) - {"position", "command"}:
+        reason = "velocities, torques and currents are simulated where a motor is driven (clamped, friction)"
         raise InputError.at(
-            "campaign.toml", place, "only joint positions and commands are simulated", "take the other columns out"
+            "campaign.toml", place, reason, "take these columns out, or give such runs a source of their own"
         )
-    if signal.motor:
-        raise InputError.at("campaign.toml", place, "motor-side angles are not simulated", "write motor = false")
-    angles = np.tile(samples.played.act.joints, len(signal.groups()))
-    value = np.repeat(angles[None, :], samples.time.size, axis=0)
-    return Reading(Channels(("angle_rad",) * angles.size), value)
+    ratio = samples.gear_ratio if signal.motor else np.ones_like(samples.gear_ratio)
+    parts, kinds = [], []
+    for key in signal.groups():
+        if not isinstance(program, MotionProgram):
+            value, kind = np.repeat(samples.played.act.joints[None, :] * ratio, n, axis=0), "angle_rad"
+        elif key in ("position", "command"):
+            value, kind = program.joints_at(samples.path) * ratio, "angle_rad" if key == "position" else "none"
+        elif key == "velocity":
+            value, kind = program.velocity_at(samples.path) * ratio, "velocity_rad_s"
+        else:
+            value, kind = program.torque_at(samples.path) / ratio, "torque_Nm"
+            if key == "current":
+                value, kind = value / _torque_constants(signal, place, value.shape[1]), "current_A"
+        parts.append(value)
+        kinds += [kind] * value.shape[1]
+    return Reading(Channels(tuple(kinds)), np.concatenate(parts, axis=1))
+
+
+def _torque_constants(signal: Joints, place: str, count: int) -> Floats:
+    """Return (L,) N·m per ampere."""
+    if signal.torque_constant is None:
+        raise InputError.at(
+            "campaign.toml", f"{place}.torque_constant", "a simulated motor current needs the motors' torque constant",
+            "add torque_constant = [N*m per ampere, one per joint]",
+        )  # fmt: skip
+    return np.broadcast_to(np.array(signal.torque_constant), (count,))
 
 
 def as_columns(signal: Signal, reading: Reading) -> dict[str, Floats]:

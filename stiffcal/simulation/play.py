@@ -64,6 +64,8 @@ class Played:
     position : frame name to (s, 3), m, base axes.
     turn : frame name to (s, 3), rotation vector of R R_0ᵀ, rad, base axes.
     unloaded : frame name to (4, 4) base_from_frame at the run's start.
+    nodes : (s, 2J + 2, 6) the nodes' own displacements since the run's start, node axes, m and rad; None where the
+        robot that answers does not tell them. Rods on links see these.
     """
 
     act: Act
@@ -71,6 +73,7 @@ class Played:
     position: Mapping[str, Floats]
     turn: Mapping[str, Floats]
     unloaded: Mapping[str, Floats]
+    nodes: Floats | None = None
 
     def position_at(self, frame: str, path: Floats) -> Floats:
         """Return (n, 3) the frame's origin in base axes at path coordinates, m."""
@@ -80,6 +83,10 @@ class Played:
         """Return (n, 3, 3) base_from_frame rotation at path coordinates."""
         turn = rotation_from_vector(self._between(self.turn[frame], path))
         return np.asarray(turn @ self.unloaded[frame][:3, :3])
+
+    def node_at(self, node: int, path: Floats) -> Floats | None:
+        """Return (n, 6) a node's own displacement since the run's start; None where it is not known."""
+        return None if self.nodes is None else self._between(self.nodes[:, node], path)
 
     def _between(self, value: Floats, path: Floats) -> Floats:
         after = np.clip(np.searchsorted(self.node, path, side="left"), 1, self.node.size - 1)
@@ -97,11 +104,13 @@ class Places:
     position : (n, B, 3) m, base axes, of the set-up's targets. rotation : (n, B, 3, 3) base_from_target.
     displacement : (n, B, 6) since the unloaded state of the same run: difference of positions, and rotation vector of
         R R_refᵀ; m and rad, base axes.
+    nodes : (n, 2J + 2, 6) the nodes' own displacements from the unloaded state, node axes; None where not known.
     """
 
     position: Floats
     rotation: Floats
     displacement: Floats
+    nodes: Floats | None = None
 
 
 class Settle(Protocol):
@@ -233,7 +242,7 @@ def _solve(
     places = settle(robot.chain.model_angles(logged), wrench, setup, order)
     shift = _observed_shift(robot, places.displacement, order)
     turned = rotation_from_vector(shift[..., 3:]) @ places.rotation
-    return Places(places.position + shift[..., :3], turned, places.displacement + shift)
+    return Places(places.position + shift[..., :3], turned, places.displacement + shift, places.nodes)
 
 
 def _balanced(robot: CompliantRobot) -> Settle:
@@ -244,7 +253,7 @@ def _balanced(robot: CompliantRobot) -> Settle:
             balance = solve_balance(robot, joints, wrench, setup, order)
         except NoBalanceError as error:
             raise InputError.at(FILE_NAME, "loads", str(error), "lower max_force_N, or stiffen model.toml") from None
-        return Places(balance.target_position, balance.target_rotation, balance.displacement)
+        return Places(balance.target_position, balance.target_rotation, balance.displacement, balance.nodes)
 
     return settle
 
@@ -323,4 +332,7 @@ def _cut(act: Act, nodes: _Nodes, places: Places, part: slice, names: Sequence[s
         position[name] = positions[nodes.solved]
         turn[name] = vector_from_rotation(rotations @ rotations[0].T)[nodes.solved]
         unloaded[name] = start
-    return Played(act, nodes.path, position, turn, unloaded)
+    if places.nodes is None:
+        return Played(act, nodes.path, position, turn, unloaded)
+    own = places.nodes[part]
+    return Played(act, nodes.path, position, turn, unloaded, (own - own[0])[nodes.solved])

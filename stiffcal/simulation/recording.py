@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from enum import IntEnum
 
@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.campaign.manifest import Source, TimeAxis
+from stiffcal.campaign.signals import Pose
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.quantities import unit
 from stiffcal.simulation.instruments import Reading, Samples, as_columns, decimals_of, true_reading
 from stiffcal.simulation.logs import Column
+from stiffcal.simulation.markers import hidden_in_holds, without_hidden
 from stiffcal.simulation.play import Played
 from stiffcal.simulation.sensors import (
     Clock,
@@ -44,6 +46,8 @@ class Stream(IntEnum):
     NOISE = 3
     DRIFT = 4
     MISPLACED = 5
+    ZERO = 6
+    HIDDEN = 7
 
 
 def stream(seed: int, use: Stream, *place: int) -> np.random.Generator:
@@ -61,12 +65,17 @@ class Stage:
     frames : the true frames by name.
     played : the runs.
     seed : of the campaign.
+    rods : rod to its link's node, and what it reads of that node's displacement, (6,).
+    gear_ratio : (L,) motor turns per joint turn.
     """
 
     settings: SimulationSettings
     frames: Mapping[str, Attachment]
     played: tuple[Played, ...]
     seed: int
+    gear_ratio: Floats
+
+    rods: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
 
     def misplaced(self, run: int) -> Floats:
         """Return (6,) how far the robot stands from where its kinematics says, m and rad, base axes."""
@@ -120,8 +129,14 @@ class DeviceLog:
     bumped: tuple[int, ...]
 
 
-def devices_of(stage: Stage, sources: Mapping[str, Source], run: int) -> list[Device]:
-    """Switch on all devices for one run, each at its own moment with its own clock.
+def devices_of(
+    stage: Stage, sources: Mapping[str, Source], run: int, logs_run: Callable[[str], bool] = lambda _: True
+) -> list[Device]:
+    """Switch on the devices for one run, each at its own moment with its own clock.
+
+    Parameters
+    ----------
+    logs_run : whether a source, by its name, logs this run: a device for another direction stands idle.
 
     Raises
     ------
@@ -131,6 +146,8 @@ def devices_of(stage: Stage, sources: Mapping[str, Source], run: int) -> list[De
     devices = []
     played = stage.played[run]
     for number, (name, source) in enumerate(sources.items()):
+        if not logs_run(name):
+            continue
         sensor = stage.settings.sensor(name)
         axis_rate = source.time.rate_hz if source.time is not None else None
         if source.is_states:
@@ -164,7 +181,10 @@ def record(stage: Stage, device: Device) -> DeviceLog:
             kept_rows = np.flatnonzero(program.level > 0.0)
     else:
         time = sample_times(device.sensor, device.clock, device.stops)
-    samples = Samples(played, time, program.path(time), stage.frames, stage.settings.robot, stage.misplaced(device.run))
+    samples = Samples(
+        played, time, program.path(time), stage.frames, stage.settings.robot, stage.misplaced(device.run),
+        stage.gear_ratio, stage.rods,
+    )  # fmt: skip
     columns: dict[str, Column] = {}
     decimals: dict[str, int] = {}
     units: dict[str, str] = {}
@@ -208,7 +228,16 @@ def _disturbed(
         stream(stage.seed, Stream.NOISE, *place),
         stream(stage.seed, Stream.DRIFT, device.number, signal),
     )
-    value = read_out(device.sensor, truth.channels, truth.value, lasting, samples.hours, streams)
+    zero = stream(stage.seed, Stream.ZERO, *place)
+    value = read_out(device.sensor, truth.channels, truth.value, lasting, samples.hours, streams, zero)
+    if device.sensor.starts_anew:
+        angles = np.array([quantity == "angle_rad" for quantity in truth.channels.quantity])
+        value = np.where(angles, (value + np.pi) % (2.0 * np.pi) - np.pi, value)
+    what = list(device.source.signals().values())[signal]
+    if isinstance(what, Pose) and what.markers and device.sensor.hidden:
+        rng = stream(stage.seed, Stream.HIDDEN, *place)
+        hidden = hidden_in_holds(device.sensor.hidden, len(what.markers), len(program), rng)
+        value = without_hidden(value, hidden, program.hold_at(samples.time))
     return replace(truth, value=value), errors.bumped
 
 

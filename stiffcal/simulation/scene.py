@@ -5,22 +5,30 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiffcal.campaign.frames import resolve_frames
+from stiffcal.campaign.gauges import rods_of
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Frame, Manifest
 from stiffcal.campaign.model_file import MODEL_FILE
-from stiffcal.errors import Fault, raise_faults
+from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import link_node
+from stiffcal.simulation.clamped import sweep_program
 from stiffcal.simulation.cycles import load_program
+from stiffcal.simulation.friction import strokes_program
 from stiffcal.simulation.instruments import frames_seen_by
 from stiffcal.simulation.play import Act, ToolWeight
 from stiffcal.simulation.recording import Stream, stream
-from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
+from stiffcal.simulation.settings import FILE_NAME, SimulatedRun, SimulationSettings
+
+Floats = NDArray[np.float64]
 
 
 def valued_robot(campaign: Campaign) -> CompliantRobot:
@@ -85,18 +93,34 @@ def _needed(manifest: Manifest, settings: SimulationSettings, known: Mapping[str
     """Return the frames that matter, each once; unknown load points and axes are faults."""
     faults = []
     names = ["base"]
+    clamped = {run.id for run in manifest.runs if run.experiment == "clamped"}
+    friction = {run.id for run in manifest.runs if run.experiment == "friction"}
     for run in settings.runs:
+        if run.id in friction:
+            continue
         loads = settings.loads_of(run)
-        for key in ("point", "axes"):
-            name = getattr(loads, key)
+        places = [("loads.point", loads.point), ("loads.axes", loads.axes)]
+        if run.id in clamped:
+            places = [("clamped.point", settings.clamping_of(run).point)]
+        for key, name in places:
             if name not in known:
-                place = f'runs "{run.id}": loads.{key}'
+                place = f'runs "{run.id}": {key}'
                 faults.append(Fault(FILE_NAME, place, f'there is no frame "{name}"', "use one of " + ", ".join(known)))
             names.append(name)
     raise_faults(faults)
     for _, _, signal in manifest.signals():
         names += frames_seen_by(signal)
     return list(dict.fromkeys(names))
+
+
+def rods_on_links(campaign: Campaign) -> dict[str, tuple[int, Floats]]:
+    """Return every rod's link node, and what the rod reads of the node's displacement, (6,), m per m and rad."""
+    chain = campaign.chain
+    return {
+        name: (link_node(chain.beams[rods.link].joint), row)
+        for rods, beam in rods_of(campaign.manifest, chain)
+        for name, row in zip(rods.names, rod_matrix(rods, beam), strict=True)
+    }
 
 
 def tool_weight(manifest: Manifest) -> ToolWeight:
@@ -116,21 +140,51 @@ def draw_acts(
         a run is not the manifest's, or its pose has the wrong number of joints or is out of their reach.
     """
     _check_runs(campaign, settings)
-    experiments = {run.id: run.experiment for run in campaign.manifest.runs}
+    listed = {run.id: run for run in campaign.manifest.runs}
     acts: list[Act] = []
     now = 0.0
     for number, run in enumerate(settings.runs):
         loads = settings.loads_of(run)
         joints = np.deg2rad(np.array(run.joints_deg))
+        now += run.pause_before_s if acts else 0.0
+        entry = listed.get(run.id)
+        if entry is not None and entry.experiment == "clamped":
+            acts.append(_clamped_act(settings, run, entry.moved_joint, frames, now))
+            now += acts[-1].program.duration
+            continue
+        if entry is not None and entry.experiment == "friction":
+            program_of_motion = strokes_program(settings.friction_of(run), joints, _driven(run, entry.moved_joint))
+            acts.append(Act(run.id, joints, program_of_motion, loads, Attachment(0, np.eye(4)), now))
+            now += program_of_motion.duration
+            continue
         angles = campaign.chain.model_angles(joints[None, :])
         axes = attached_poses(campaign.chain, angles, frames[loads.axes])[1][0]
         program = load_program(loads, axes, stream(seed, Stream.LOADS, number))
-        if experiments.get(run.id) == "free":
+        if entry is not None and entry.experiment == "free":
             program = program.first_hold()
-        now += run.pause_before_s if acts else 0.0
         acts.append(Act(run.id, joints, program, loads, frames[loads.point], now))
         now += program.duration
     return acts
+
+
+def _clamped_act(
+    settings: SimulationSettings, run: SimulatedRun, moved: int | None, frames: Mapping[str, Attachment], begins: float
+) -> Act:
+    """Return a clamped run; the fixture holds it where its loads would act."""
+    clamping = settings.clamping_of(run)
+    joints = np.deg2rad(np.array(run.joints_deg))
+    loads = settings.loads_of(run).model_copy(update={"point": clamping.point})
+    program = sweep_program(clamping, joints, _driven(run, moved))
+    return Act(run.id, joints, program, loads, frames[clamping.point], begins)
+
+
+def _driven(run: SimulatedRun, moved: int | None) -> int:
+    """Return which joint is driven."""
+    if moved is None:
+        raise InputError.at(
+            "campaign.toml", f'runs "{run.id}"', "which joint is driven is not said", "add moved_joint = 1, say"
+        )
+    return moved
 
 
 def _check_runs(campaign: Campaign, settings: SimulationSettings) -> None:
@@ -138,10 +192,7 @@ def _check_runs(campaign: Campaign, settings: SimulationSettings) -> None:
     faults: list[Fault] = []
     given = {run.id for run in settings.runs}
     for run in campaign.manifest.runs:
-        if run.experiment not in ("load", "free"):
-            reason = f"an experiment of kind {run.experiment} cannot be simulated"
-            faults.append(Fault("campaign.toml", f'runs "{run.id}"', reason, "only load and free can"))
-        elif run.id not in given:
+        if run.id not in given:
             mend = f'add [[runs]] id = "{run.id}" with joints_deg'
             faults.append(Fault(FILE_NAME, "runs", f'the run "{run.id}" of campaign.toml is not here', mend))
     known = {run.id for run in campaign.manifest.runs}

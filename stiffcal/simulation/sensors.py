@@ -14,7 +14,10 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 # What single components of a signal are, so that the amounts of the settings find their columns.
-QUANTITIES = ("force_N", "moment_Nm", "translation_m", "rotation_rad", "angle_rad", "temperature_K")
+QUANTITIES = (
+    "force_N", "moment_Nm", "translation_m", "rotation_rad", "angle_rad", "temperature_K", "velocity_rad_s",
+    "torque_Nm", "current_A",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -132,6 +135,7 @@ def read_out(
     lasting_error: Floats,
     hours: Floats,
     streams: tuple[np.random.Generator, np.random.Generator],
+    zero: np.random.Generator | None = None,
 ) -> Floats:
     """Return (n, c) what an instrument shows.
 
@@ -143,12 +147,15 @@ def read_out(
     lasting_error : (n, c) errors that last for a hold.
     hours : (n,) since the campaign's start, for drift.
     streams : for this log's white noise; for the drift's direction, the same in all runs.
+    zero : for the zero at the run's start, as badly as it is set.
     """
     noise, campaign = streams
     readings = max(sensor.readings_per_hold if sensor.rate_hz is None else 1, 1)
     white = channels.amount(sensor.white) / np.sqrt(readings)
     shown = truth + lasting_error + white * noise.standard_normal(truth.shape)
     shown = shown + hours[:, None] * channels.along_random_direction(sensor.drift_per_hour, campaign)
+    if zero is not None:
+        shown = shown + channels.amount(sensor.zero) * zero.standard_normal(truth.shape[1])
     limit = channels.amount(sensor.saturation)
     shown = np.where(limit > 0.0, np.clip(shown, -limit, limit), shown)
     step = channels.amount(sensor.resolution)

@@ -6,10 +6,11 @@ What the logs look like (files, formats, columns, units) is *not* said here: `ca
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.campaign.typed import Interval, NotNegative, Placement, Positive, Table, WrongValueError
@@ -45,6 +46,10 @@ class Amounts(Table):
     rotation_rad: NotNegative = 0.0
     angle_rad: NotNegative = Field(0.0, description="logged joint angles")
     temperature_K: NotNegative = 0.0
+    length_m: NotNegative = Field(0.0, description="rods on links")
+    velocity_rad_s: NotNegative = Field(0.0, description="logged joint or motor velocities")
+    torque_Nm: NotNegative = Field(0.0, description="logged motor torques, on the side that is logged")
+    current_A: NotNegative = Field(0.0, description="logged motor currents")
 
 
 class Bumps(Table):
@@ -69,10 +74,15 @@ class Sensor(Table):
     white: Amounts = Field(Amounts(), description="standard deviation of single readings within a hold")
     between_holds: Amounts = Field(Amounts(), description="standard deviation, constant within a hold")
     readings_per_hold: int = Field(1, ge=1, description="states tables only: readings averaged into one row")
+    zero: Amounts = Field(
+        Amounts(), description="standard deviation of what is shown at a run's start: a zero set badly"
+    )
     drift_per_hour: Amounts = Field(Amounts(), description="drift, along a direction drawn once per campaign")
     saturation: Amounts = Field(Amounts(), description="readings are cut off at this size per axis; 0: never")
     resolution: Amounts = Field(Amounts(), description="readings come in steps of this size; 0: none")
     bumps: Bumps = Bumps()
+    hidden: float = Field(0.0, ge=0.0, lt=1.0, description="markers: share of the holds in which each is out of sight")
+    starts_anew: bool = Field(False, description="motor angles are logged within one turn, −180° to 180°")
     preamble: list[str] = Field([], description="lines before a text log's column names; as many as skip_rows")
     decimals: dict[str, int] = Field({}, description="decimals written, by column name; else 6 (time 4)")
 
@@ -101,15 +111,66 @@ class Loads(Table):
     ramp_scatter: NotNegative = Field(0.15, description="standard deviation of that time, relative")
     settle_s: NotNegative = Field(0.6, description="after the ramp until the load has settled; eight time constants")
     ramp_points: int = Field(2, ge=0, description="balances solved on each ramp, between its ends")
+    waviness: NotNegative = Field(
+        0.0, description="friction of the device makes the load lead and lag on a ramp, by this share of the step"
+    )
+    waves: int = Field(6, ge=1, description="so often on each ramp")
     hold_points: int = Field(1, ge=1, description="balances solved in each hold; 3 or more for robots that creep")
+
+    @model_validator(mode="after")
+    def _does_not_run_back(self) -> Loads:
+        most = 1.0 / (2.0 * math.pi * self.waves)
+        if self.waviness > most:
+            raise WrongValueError(
+                f"waviness {self.waviness:g} with {self.waves} waves makes the load run back on its ramp",
+                f"with so many waves it is {math.floor(1e3 * most) / 1e3:g} at most",
+            )
+        return self
+
+
+class Clamping(Table):
+    """One clamped run: a motor driven to and fro while the flange is held."""
+
+    point: str = Field("flange", description="the frame that the fixture holds")
+    amplitude_deg: Positive = Field(0.15, description="of the motion to either side, joint angle")
+    middle_deg: float = Field(0.0, description="middle of the motion, from where the robot was clamped")
+    cycles: int = Field(4, ge=1, description="to and fro")
+    both_ways: bool = Field(True, description="false: to one side only, and no way back")
+    period_s: Positive = Field(20.0, description="of one cycle")
+    rest_s: NotNegative = Field(2.0, description="before and after")
+    points: int = Field(160, ge=8, description="balances solved on each half of a cycle")
+    fixture_compliance: list[float] = Field(
+        [0.0] * 6, min_length=6, max_length=6, description="what the fixture really gives, m/N and rad/(N·m), base axes"
+    )
+
+
+class FrictionMotion(Table):
+    """One friction run: a joint driven to and fro in the air about its pose, at one velocity after another."""
+
+    speeds_rad_s: Annotated[list[Positive], Field(min_length=1)] = Field(
+        [0.02, 0.05, 0.1, 0.2, 0.5, 1.0], description="of the joint"
+    )
+    reachable_rad_s: Positive | None = Field(None, description="what the drive can do, whatever is programmed")
+    amplitude_deg: Positive = Field(30.0, description="of the strokes to either side of the pose")
+    longest_s: Positive = Field(12.0, description="slow strokes are cut to this time")
+    acceleration_rad_s2: Positive = 4.0
+    approach_rad_s: Positive = Field(0.5, description="on the way to the first stroke of a speed")
+    cycles: int = Field(2, ge=1, description="to and fro at each speed")
+    both_ways: bool = Field(True, description="false: one stroke at each speed, always the same way")
+    rest_s: Positive = Field(0.4, description="between strokes")
+    rotor_inertia_kgm2: NotNegative = Field(0.0, description="of the drive, at the joint's side")
+    ripple_Nm: NotNegative = Field(0.0, description="of the gear")
+    ripple_per_turn: NotNegative = Field(100.0, description="waves of it on one turn of the joint")
 
 
 class SimulatedRun(Table):
-    """One run: where the robot stands, and what differs from `[loads]`."""
+    """One run: where the robot stands, and what differs from `[loads]`, `[clamped]` or `[friction]`."""
 
     id: str = Field(description="the run's id in campaign.toml")
     joints_deg: Annotated[list[float], Field(min_length=1)] = Field(description="logged joint angles")
     loads: dict[str, Any] = Field({}, description="keys of [loads] that differ in this run")
+    clamped: dict[str, Any] = Field({}, description="keys of [clamped] that differ in this run")
+    friction: dict[str, Any] = Field({}, description="keys of [friction] that differ in this run")
     pause_before_s: NotNegative = Field(300.0, description="time between the run before and this one")
 
 
@@ -131,6 +192,8 @@ class SimulationSettings(Table):
     schema_: Literal["stiffcal/simulate/1"] = Field(alias="schema")
     seed: int = Field(0, ge=0, description="the option --seed overrides it")
     loads: Loads = Loads()
+    clamped: Clamping = Clamping()
+    friction: FrictionMotion = FrictionMotion()
     robot: TrueRobot = TrueRobot()
     frames: dict[str, Placement] = Field({}, description="[frames.NAME]: true places, by the manifest's names")
     sensors: dict[str, Sensor] = Field({}, description="[sensors.NAME], by the manifest's source names")
@@ -139,6 +202,14 @@ class SimulationSettings(Table):
     def loads_of(self, run: SimulatedRun) -> Loads:
         """Return the load cycles of a run: `[loads]` with what the run changes."""
         return Loads.model_validate({**self.loads.model_dump(), **run.loads})
+
+    def friction_of(self, run: SimulatedRun) -> FrictionMotion:
+        """Return the motion of a friction run: `[friction]` with what the run changes."""
+        return FrictionMotion.model_validate({**self.friction.model_dump(), **run.friction})
+
+    def clamping_of(self, run: SimulatedRun) -> Clamping:
+        """Return the motion of a clamped run: `[clamped]` with what the run changes."""
+        return Clamping.model_validate({**self.clamped.model_dump(), **run.clamped})
 
     def sensor(self, source: str) -> Sensor:
         """Return how a source errs; without an entry: not at all."""
@@ -178,11 +249,18 @@ def parse_settings(document: dict[str, Any]) -> SimulationSettings:
         if run.id in seen:
             faults.append(Fault(FILE_NAME, place, "there are two runs of this name", "rename one"))
         seen.add(run.id)
-        try:
-            validate({**document.get("loads", {}), **run.loads}, FILE_NAME, Loads)
-        except InputError as error:
-            faults += [
-                Fault(FILE_NAME, f"{place}: loads.{fault.place}", fault.reason, fault.mend) for fault in error.faults
-            ]
+        kinds: tuple[tuple[str, dict[str, Any], type[Table]], ...] = (
+            ("loads", run.loads, Loads),
+            ("clamped", run.clamped, Clamping),
+            ("friction", run.friction, FrictionMotion),
+        )
+        for key, own, table in kinds:
+            try:
+                validate({**document.get(key, {}), **own}, FILE_NAME, table)
+            except InputError as error:
+                faults += [
+                    Fault(FILE_NAME, f"{place}: {key}.{fault.place}", fault.reason, fault.mend)
+                    for fault in error.faults
+                ]
     raise_faults(faults)
     return settings

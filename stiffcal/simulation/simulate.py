@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +18,17 @@ import numpy as np
 import tomlkit
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.simulation.clamped import play_clamped
+from stiffcal.simulation.friction import StrokesProgram, play_friction
 from stiffcal.simulation.logs import Column, dialect_of, write_log
+from stiffcal.simulation.motion import MotionProgram
 from stiffcal.simulation.play import Settle, play
 from stiffcal.simulation.recording import Device, DeviceLog, Stage, devices_of, record
-from stiffcal.simulation.scene import draw_acts, tool_weight, true_frames, valued_robot
+from stiffcal.simulation.scene import draw_acts, rods_on_links, tool_weight, true_frames, valued_robot
 from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
 from stiffcal.simulation.truth import TRUTH_FILE, truth_document
 
@@ -66,7 +70,10 @@ def simulate_campaign(
     _check_out(out, campaign.folder)
     progress("setting loads", 0.0)
     robot, stage = play_campaign(campaign, settings, drawn, settle)
-    switched_on = [devices_of(stage, campaign.manifest.sources, run) for run in range(len(stage.played))]
+    switched_on = [
+        devices_of(stage, campaign.manifest.sources, run, partial(_logs_run, campaign.manifest, played.act.name))
+        for run, played in enumerate(stage.played)
+    ]
     logs: list[list[DeviceLog]] = []
     for number, devices in enumerate(switched_on):
         progress(f"recording {stage.played[number].act.name}", 0.1 + 0.5 * number / len(switched_on))
@@ -101,8 +108,23 @@ def play_campaign(
             known = ", ".join(campaign.manifest.sources)
             raise InputError.at(FILE_NAME, f"sensors.{name}", "campaign.toml has no such source", f"use one of {known}")
     acts = draw_acts(campaign, settings, frames, seed)
-    played = play(robot, acts, frames, tool_weight(campaign.manifest), settle)
-    return robot, Stage(settings, frames, tuple(played), seed)
+    tool = tool_weight(campaign.manifest)
+    held = [act for act in acts if not isinstance(act.program, MotionProgram)]
+    played = {one.act.name: one for one in play(robot, held, frames, tool, settle)}
+    for act, run in zip(acts, settings.runs, strict=True):
+        if isinstance(act.program, StrokesProgram):
+            played[act.name] = play_friction(robot, act, frames, tool, settings.friction_of(run))
+        elif isinstance(act.program, MotionProgram):
+            fixture = np.diag(settings.clamping_of(run).fixture_compliance)
+            played[act.name] = play_clamped(robot, act, frames, tool, fixture)
+    runs, rods = tuple(played[act.name] for act in acts), rods_on_links(campaign)
+    return robot, Stage(settings, frames, runs, seed, campaign.chain.gear_ratio, rods)
+
+
+def _logs_run(manifest: Manifest, run: str, source: str) -> bool:
+    """Return whether a source logs a run: it has a file of its own, or for this run, or for none that is listed."""
+    runs = [entry for entry in manifest.runs if source in entry.files]
+    return not runs or any(entry.id == run for entry in runs)
 
 
 def _check_out(out: Path, source: Path) -> None:
@@ -129,15 +151,21 @@ def _write_logs(
     for number, (name, source) in enumerate(manifest.sources.items()):
         progress(f"writing {name}", 0.6 + 0.4 * number / len(manifest.sources))
         by_file: dict[str, list[DeviceLog]] = {}
-        for devices, written in zip(switched_on, logs, strict=True):
-            named = manifest.files_of(name, runs.get(devices[number].run_name))
+        mine = [
+            (device, log)
+            for devices, written in zip(switched_on, logs, strict=True)
+            for device, log in zip(devices, written, strict=True)
+            if device.name == name
+        ]
+        for device, log in mine:
+            named = manifest.files_of(name, runs.get(device.run_name))
             if list(named) != [""]:
                 raise InputError.at(
                     MANIFEST_FILE, f"sources.{name}", "a simulated source writes one file", "name one file for it"
                 )
-            by_file.setdefault(named[""], []).append(written[number])
+            by_file.setdefault(named[""], []).append(log)
         for file, parts in by_file.items():
-            _write_file(out / file, file, source, switched_on[0][number], parts)
+            _write_file(out / file, file, source, mine[0][0], parts)
             files.append(file)
     return files
 

@@ -48,7 +48,7 @@ def truth_document(
         "seed": stage.seed,
         "parameters": robot.values(),
         "joint_stiffness": stiffness,
-        "noise": {device.name: _noise(device.sensor) for device in switched_on[0]},
+        "noise": {device.name: _noise(device.sensor) for devices in switched_on for device in devices},
         "frames": {
             name: {"body": attached.body, "body_from_frame": np.round(attached.transform, 12).tolist()}
             for name, attached in stage.frames.items()

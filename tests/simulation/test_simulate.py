@@ -317,7 +317,7 @@ def test_rpy_is_the_inverse_of_its_rotation() -> None:
         ("settings", "rate_hz = 5.0", "", "sensors.controller.rate_hz"),
         ("settings", "[sensors.ft]", "[sensors.fts]", "sensors.fts"),
         ("settings", '"Gerät 2"', '"Gerät 2", ""', "3 lines of preamble, where campaign.toml skips 2"),
-        ("manifest", 'id = "a"', 'id = "a"\nexperiment = "friction"', "friction"),
+        ("manifest", 'id = "a"', 'id = "a"\nexperiment = "friction"', "which joint is driven"),
     ],
 )  # fmt: skip
 def test_faults_are_named(tmp_path: Path, part: str, old: str, new: str, message: str) -> None:

@@ -1,0 +1,331 @@
+"""Clamped runs: one motor driven to and fro while the flange is held, and the wrench with which the fixture answers.
+
+The unknown is the wrench. It is found where the balanced robot's flange, motors turned, stands where the fixture holds
+it: X(q(t), W) = X(q₀, 0) − C_fixture W (physics, section 1). A first answer comes from the drives' laws in first order
+(monotonic, so that Newton's method with halved steps arrives), the exact one from the robot's own finite balance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.mechanics.kinematics import jacobians
+from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import RZ, NodeLoads, StateOrder, joint_node, tool_node
+from stiffcal.model.equilibrium import Balance, NoBalanceError, law_terms, node_displacements, solve_balance
+from stiffcal.simulation.motion import MotionProgram, motion_program
+from stiffcal.simulation.play import Act, Played, ToolWeight
+from stiffcal.simulation.settings import FILE_NAME, Clamping
+
+Floats = NDArray[np.float64]
+
+_BASE = Attachment(0, np.eye(4))
+# A nanometre and a nanoradian: below a thousandth of a newton metre on the stiffest joint.
+SETTLED = 2e-9
+MOST_STEPS = 12
+_SLOPE_STEP = 1e-6  # rad
+_TABLE = 6001
+_CROWDING = 17.0
+# A drive without any give counts with this one, rad/(N·m): a hundred-thousandth of a stiff one's.
+_RIGID = 1e-12
+
+
+def sweep_program(clamping: Clamping, joints: Floats, moved: int) -> MotionProgram:
+    """Return the motion of one clamped run: rest, to and fro, rest.
+
+    Parameters
+    ----------
+    clamping : amplitude, times. joints : (L,) rad, where the robot was clamped. moved : joint from 1.
+
+    Examples
+    --------
+    >>> program = sweep_program(Clamping(amplitude_deg=0.1, cycles=2), np.zeros(6), 3)
+    >>> round(float(np.rad2deg(np.ptp(program.joints[:, 2]))), 6), bool(np.ptp(program.joints[:, 1]) == 0.0)
+    (0.2, True)
+    """
+    quarter = 0.25 * clamping.period_s
+    times, places = [0.0, clamping.rest_s], [0.0, 0.0]
+    middle, amplitude = np.deg2rad(clamping.middle_deg), np.deg2rad(clamping.amplitude_deg)
+    turns = [middle + amplitude * (1 if k % 2 == 0 else -1) for k in range(2 * clamping.cycles + 1)]
+    if not clamping.both_ways:
+        turns = turns[:1]
+    for number, turn in enumerate(turns):
+        times.append(times[-1] + (quarter if number == 0 else 2.0 * quarter))
+        places.append(turn)
+    if clamping.both_ways:
+        times.append(times[-1] + quarter)
+        places.append(0.0)
+    times.append(times[-1] + clamping.rest_s)
+    places.append(places[-1])
+    pieces = [np.array([0.0])]
+    for k in range(1, len(times)):
+        # half a sweep takes the same places as a whole one, so that each is solved once
+        share = abs(places[k] - places[k - 1]) / (2.0 * amplitude)
+        count = max(2, round(clamping.points * share))
+        pieces.append(np.linspace(times[k - 1], times[k], count + 1)[1:])
+    node = np.concatenate(pieces)
+    path = np.repeat(joints[None], node.size, axis=0)
+    path[:, moved - 1] += np.interp(node, times, places)
+    return motion_program(node, path, moved)
+
+
+def play_clamped(
+    robot: CompliantRobot, act: Act, frames: Mapping[str, Attachment], tool: ToolWeight, fixture: Floats
+) -> Played:
+    """Play one clamped run.
+
+    Parameters
+    ----------
+    robot : chain and valued effects. act : its program is a motion; its load point is where the fixture holds.
+    frames : the frames that instruments look at. tool : what hangs on the flange.
+    fixture : (6, 6) compliance of the fixture, m/N and rad/(N·m), base axes.
+
+    Raises
+    ------
+    InputError
+        No wrench is found that holds the flange in place.
+    """
+    program = act.program
+    assert isinstance(program, MotionProgram)
+    # Without a memory the same motor angles meet the same wrench: each place is solved once.
+    some, again = _distinct(program.joints[:, program.moved - 1], robot.has_memory)
+    held = _Held(robot, _nodes_of(program, some), act.load_point, tool, fixture, int(again[0]))
+    wrench, balance = held.solve(act.name)
+    moving = np.gradient(program.joints, program.node, axis=0)
+    drives = robot.chain.drive_axes
+    torque = -(balance.joint_torque @ drives)[again] + _friction(robot, moving)
+    done = replace(program, wrench_at_node=wrench[again], torque=torque)
+    setup = replace(held.setup, targets=tuple(frames.values()), target_names=tuple(frames))
+    model = robot.chain.model_angles(program.joints[some])
+    seen = solve_balance(robot, model, wrench, setup, held.order)
+    position, turn, unloaded = {}, {}, {}
+    for body, name in enumerate(frames):
+        places, rotations = seen.target_position[again, body], seen.target_rotation[again, body]
+        start = np.eye(4)
+        start[:3, :3], start[:3, 3] = rotations[0], places[0]
+        position[name], unloaded[name] = places, start
+        turn[name] = vector_from_rotation(rotations @ rotations[0].T)
+    return Played(replace(act, program=done), program.node, position, turn, unloaded)
+
+
+def _distinct(place: Floats, each: bool) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return which nodes to solve, and which of these each node repeats; all of them where the path matters."""
+    if each:
+        whole = np.arange(place.size)
+        return whole, whole
+    _, some, again = np.unique(np.round(place, 11), return_index=True, return_inverse=True)
+    return some, again
+
+
+def _nodes_of(program: MotionProgram, some: NDArray[np.int64]) -> MotionProgram:
+    """Return the motion at some nodes."""
+    return replace(program, node=program.node[some], joints=program.joints[some])
+
+
+def _friction(robot: CompliantRobot, velocity: Floats) -> Floats:
+    """Return (s, L) torques that the drives need against friction, N·m, at joint velocities, rad/s."""
+    torque = np.zeros_like(velocity)
+    for one in robot.placed:
+        if one.effect.in_motion:
+            k = one.place.joints[0] - 1
+            columns = one.effect.torque_columns(velocity[:, k], one.shape())
+            torque[:, k] += sum(one.amplitude(symbol) * column for symbol, column in columns.items())
+    return torque
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A robot whose flange is held, over the nodes of one motion; ``start`` is the node in which it was clamped."""
+
+    robot: CompliantRobot
+    program: MotionProgram
+    clamp: Attachment
+    tool: ToolWeight
+    fixture: Floats
+    start: int
+
+    @property
+    def setup(self) -> MeasurementSetup:
+        return MeasurementSetup(
+            wrench_axes=_BASE,
+            wrench_point=self.clamp,
+            targets=(self.clamp,),
+            target_names=("clamp",),
+            moments_measured=True,
+            base_from_tracker=np.eye(4),
+            tool_mass=self.tool.mass,
+            tool_com=self.tool.com,
+        )
+
+    @property
+    def order(self) -> StateOrder:
+        """The nodes in order, for laws with a memory."""
+        s, n_joints = self.program.node.size, self.robot.chain.n_joints
+        return StateOrder(
+            run=np.zeros(s, dtype=np.int64),
+            time=self.program.node,
+            hold=np.zeros(s),
+            motor=np.zeros((n_joints, s)),
+            temperature=np.full(s, np.nan),
+            since_reference=self.program.node,
+        )
+
+    def solve(self, name: str) -> tuple[Floats, Balance]:
+        """Return (s, 6) the fixture's wrench, base axes about the clamp, and the balance under it.
+
+        Unknown are the drives' angles, not the wrench: torque over angle is flat in the play and steep on the flanks,
+        and what is solved, δ + J⁺ C J⁺ᵀ τ(δ) + J⁺ (motion) = 0, is the identity and something positive.
+        """
+        chain, setup, order = self.robot.chain, self.setup, self.order
+        model = chain.model_angles(self.program.joints)
+        jacobian = jacobians(chain, model[self.start][None], self.clamp)[0] @ chain.drive_axes
+        inverse = self._inverse(jacobian, name)
+        drives = _Drives(self.robot, model[self.start])
+        none = np.zeros((len(model), 6))
+        rest = self._balance(model, none, setup, order, name)
+        weight = rest.joint_torque @ chain.drive_axes
+        held, turned = rest.target_position[self.start, 0], rest.target_rotation[self.start, 0]
+        coupling = inverse @ (self._beside(model[self.start], drives) + self.fixture) @ inverse.T
+        sagged = drives.angle_of(weight)
+
+        def left_of(load: Floats, balance: Balance) -> Floats:
+            moved = balance.target_position[:, 0] - held
+            turn = vector_from_rotation(balance.target_rotation[:, 0] @ turned.T)
+            return np.asarray((np.concatenate([moved, turn], axis=1) + load @ self.fixture.T) @ inverse.T)
+
+        motion = left_of(none, rest)
+        angle = _first_order(drives, motion, coupling, sagged, weight) + sagged
+        bent = np.zeros_like(weight)  # what the drives carry more because the wrench acts on the deformed chain
+
+        def at(angle: Floats) -> tuple[Floats, Balance, Floats]:
+            wrench = (drives.torque_of(angle) - weight - bent) @ inverse
+            balance = self._balance(model, wrench, setup, order, name)
+            return wrench, balance, left_of(wrench, balance)
+
+        for turn in range(MOST_STEPS):
+            wrench, balance, left = at(angle)
+            if np.abs(left).max() < SETTLED:
+                return wrench, balance
+            carried = balance.joint_torque @ chain.drive_axes
+            if turn < 2:
+                bent = carried - (wrench @ jacobian + weight)
+                angle = drives.angle_of(carried)
+                angle = angle - _newton(coupling, drives.stiffness(angle), left)
+                continue
+            # A wrench softens drives that stand in their play, and turns them against each other: the slope as it is.
+            slopes = np.empty((*angle.shape, angle.shape[1]))
+            for k in range(angle.shape[1]):
+                moved = angle.copy()
+                moved[:, k] += _SLOPE_STEP
+                slopes[:, :, k] = (at(moved)[2] - left) / _SLOPE_STEP
+            angle = angle - np.linalg.solve(slopes, left[:, :, None])[:, :, 0]
+        raise InputError.at(
+            FILE_NAME, f'runs "{name}"', "no wrench is found that holds the flange while the motor turns",
+            "lower clamped.amplitude_deg, or use more points",
+        )  # fmt: skip
+
+    def _inverse(self, jacobian: Floats, name: str) -> Floats:
+        """Return (J, 6) the pseudo-inverse; raises where joints turn the flange alike and nothing tells them apart."""
+        # lengths count by the lever, so that metres and radians weigh alike
+        lever = max(float(np.sqrt(np.mean(np.sum(jacobian[:3] ** 2, axis=0)))), 1e-6)
+        scale = np.array([1.0 / lever] * 3 + [1.0] * 3)
+        scaled = scale[:, None] * jacobian
+        if np.linalg.matrix_rank(scaled, tol=1e-4) < jacobian.shape[1]:
+            raise InputError.at(
+                FILE_NAME, f'runs "{name}": joints_deg', "in this pose joints turn the held flange alike",
+                "choose another pose: what each of them takes up is not determined here",
+            )  # fmt: skip
+        return np.asarray(np.linalg.pinv(scaled) * scale)
+
+    def _balance(self, model: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder, name: str) -> Balance:
+        try:
+            return solve_balance(self.robot, model, wrench, setup, order)
+        except NoBalanceError as error:
+            raise InputError.at(FILE_NAME, f'runs "{name}"', str(error), "lower clamped.amplitude_deg") from None
+
+    def _beside(self, model: Floats, drives: _Drives) -> Floats:
+        """Return (6, 6) the compliance that is not the drives', by unit wrenches."""
+        unit = np.concatenate([np.zeros((1, 6)), np.eye(6)])
+        poses = np.repeat(model[None], 7, axis=0)
+        rigid = replace(self.robot, placed=tuple(one for one in self.robot.placed if not drives.turns(one)))
+        moved = solve_balance(rigid, poses, unit, self.setup).displacement[:, 0]
+        whole = (moved[1:] - moved[0]).T
+        return np.asarray(0.5 * (whole + whole.T))
+
+
+class _Drives:
+    """The drives' laws in one pose, tabled: how far each gives under a torque, play included."""
+
+    def __init__(self, robot: CompliantRobot, angles: Floats) -> None:
+        chain = robot.chain
+        self._inverse = np.linalg.inv(chain.drive_axes)
+        steps = np.sinh(_CROWDING * np.linspace(-1.0, 1.0, _TABLE)) / np.sinh(_CROWDING)
+        self.torque = 1e5 * steps
+        self.angle = np.zeros((chain.n_joints, _TABLE))
+        self._robot, self._angles = robot, angles
+        for joint in range(chain.n_joints):
+            self.angle[joint] = self._give(robot, joint) + _RIGID * self.torque
+
+    def _give(self, robot: CompliantRobot, joint: int) -> Floats:
+        chain = robot.chain
+        wrench = np.zeros((tool_node(chain) + 1, 6, _TABLE))
+        for k, share in enumerate(self._inverse.T[:, joint]):
+            wrench[joint_node(k + 1), RZ] = share * self.torque
+        loads = NodeLoads(wrench, np.repeat(self._angles[:, None], _TABLE, axis=1))
+        small = node_displacements(robot, law_terms(robot, loads), _TABLE)
+        turned = np.stack([small[joint_node(k + 1), RZ] for k in range(chain.n_joints)])
+        return np.asarray(self._inverse[joint] @ turned)
+
+    def turns(self, one: object) -> bool:
+        """Return True where an effect turns a drive under its own torque: it is in the table."""
+        alone = replace(self._robot, placed=tuple(each for each in self._robot.placed if each is one))
+        return any(np.any(self._give(alone, joint)) for joint in range(self._robot.chain.n_joints))
+
+    def angle_of(self, torque: Floats) -> Floats:
+        """Return (s, J) rad under torques (s, J), N·m."""
+        return np.stack([np.interp(torque[:, k], self.torque, row) for k, row in enumerate(self.angle)], axis=1)
+
+    def torque_of(self, angle: Floats) -> Floats:
+        """Return (s, J) N·m at angles (s, J), rad."""
+        return np.stack([np.interp(angle[:, k], row, self.torque) for k, row in enumerate(self.angle)], axis=1)
+
+    def stiffness(self, angle: Floats) -> Floats:
+        """Return (s, J) N·m/rad at angles (s, J), rad."""
+        found = []
+        for k, row in enumerate(self.angle):
+            at = np.clip(np.searchsorted(row, angle[:, k]) - 1, 0, _TABLE - 2)
+            found.append((self.torque[at + 1] - self.torque[at]) / (row[at + 1] - row[at]))
+        return np.stack(found, axis=1)
+
+
+def _newton(coupling: Floats, stiffness: Floats, left: Floats) -> Floats:
+    """Return (s, J) rad by which the drives' angles are too large: (1 + C diag(k))⁻¹ left."""
+    matrix = np.eye(len(coupling)) + coupling[None] * stiffness[:, None, :]
+    return np.asarray(np.linalg.solve(matrix, left[:, :, None])[:, :, 0])
+
+
+def _first_order(drives: _Drives, motion: Floats, coupling: Floats, sagged: Floats, weight: Floats) -> Floats:
+    """Return (s, J) the drives' angles in first order: δ + C (τ(δ) − weight) + motion = 0, by damped Newton steps."""
+    angle, step = -motion, np.ones(len(motion))
+
+    def left_of(at: Floats) -> Floats:
+        return np.asarray(at + (drives.torque_of(at + sagged) - weight) @ coupling.T + motion)
+
+    left = left_of(angle)
+    for _ in range(200):
+        size = np.sqrt(np.sum(left**2, axis=1))
+        if size.max() < SETTLED:
+            break
+        tried = angle - step[:, None] * _newton(coupling, drives.stiffness(angle + sagged), left)
+        other = left_of(tried)
+        better = np.sqrt(np.sum(other**2, axis=1)) < size
+        angle, left = np.where(better[:, None], tried, angle), np.where(better[:, None], other, left)
+        step = np.where(better, np.minimum(2.0 * step, 1.0), 0.5 * step)
+    return angle

@@ -1,0 +1,159 @@
+"""Friction runs: one joint driven to and fro in the air at one velocity after another, and what its drive needs.
+
+The drive carries friction at the velocity of the moment, the weight of everything outboard, the inertia of the moving
+masses and of its own rotor, and the ripple of its gear. Servos are taken as perfect: the joint is where it is driven.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.rigid_body import drive_matrix, rigid_torque
+from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.simulation.motion import MotionProgram, motion_program
+from stiffcal.simulation.play import Act, Played, ToolWeight
+from stiffcal.simulation.settings import FrictionMotion
+
+Floats = NDArray[np.float64]
+
+RAMP_POINTS = 24
+# Weight is straight between nodes this far apart to 10⁻⁵ of itself.
+NODE_RAD = 0.01
+
+
+@dataclass(frozen=True)
+class StrokesProgram(MotionProgram):
+    """Strokes at constant velocities; velocity and acceleration of the moved joint are known at the nodes.
+
+    Attributes
+    ----------
+    speed : (s,) rad/s. acceleration : (s,) rad/s².
+    """
+
+    speed: Floats
+    acceleration: Floats
+
+    def velocity_at(self, path: Floats) -> Floats:
+        """Return (n, L) rad/s at path coordinates."""
+        velocity = np.zeros((path.size, self.joints.shape[1]))
+        velocity[:, self.moved - 1] = np.interp(path, self.node, self.speed)
+        return velocity
+
+
+def strokes_program(motion: FrictionMotion, joints: Floats, moved: int) -> StrokesProgram:
+    """Return the motion of one friction run: rests, and strokes about the pose at one speed after another.
+
+    Parameters
+    ----------
+    motion : speeds, reach, times. joints : (L,) rad, the pose. moved : joint from 1.
+
+    Examples
+    --------
+    >>> program = strokes_program(FrictionMotion(speeds_rad_s=[0.1, 0.5], amplitude_deg=20.0), np.zeros(6), 2)
+    >>> [round(float(each), 3) for each in (program.speed.max(), program.speed.min(), np.ptp(program.joints[:, 0]))]
+    [0.5, -0.5, 0.0]
+    """
+    time, place, speed, acceleration = [np.array([0.0])], [np.zeros(1)], [np.zeros(1)], [np.zeros(1)]
+    for asked in motion.speeds_rad_s:
+        fastest = asked if motion.reachable_rad_s is None else min(asked, motion.reachable_rad_s)
+        length = min(2.0 * np.deg2rad(motion.amplitude_deg), fastest * motion.longest_s)
+        ways = [1.0, -1.0] * motion.cycles if motion.both_ways else [1.0]
+        moves = [
+            (-0.5 * length - float(place[-1][-1]), motion.approach_rad_s),
+            *((way * length, fastest) for way in ways),
+        ]
+        for distance, pace in moves:
+            for part in (_rest(motion.rest_s), _stroke(distance, pace, motion.acceleration_rad_s2)):
+                time.append(time[-1][-1] + part[0])
+                place.append(place[-1][-1] + part[1])
+                speed.append(part[2])
+                acceleration.append(part[3])
+    node = np.concatenate(time)
+    path = np.repeat(joints[None], node.size, axis=0)
+    path[:, moved - 1] += np.concatenate(place)
+    plain = motion_program(node, path, moved)
+    fields = {name: getattr(plain, name) for name in MotionProgram.__dataclass_fields__}
+    return StrokesProgram(**fields, speed=np.concatenate(speed), acceleration=np.concatenate(acceleration))
+
+
+def _rest(seconds: float) -> tuple[Floats, Floats, Floats, Floats]:
+    return np.array([seconds]), np.zeros(1), np.zeros(1), np.zeros(1)
+
+
+def _stroke(distance: float, pace: float, acceleration: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return times, places, speeds and accelerations of one trapezoidal stroke, after its start."""
+    length, way = abs(distance), float(np.sign(distance))
+    if length == 0.0:
+        return _rest(0.0)
+    pace = min(pace, float(np.sqrt(length * acceleration)))
+    ramp = pace / acceleration
+    steady = max(length / pace - ramp, 0.0)
+    up = np.linspace(0.0, ramp, RAMP_POINTS)
+    count = max(2, int(np.ceil(pace * steady / NODE_RAD)))
+    even = ramp + np.linspace(0.0, steady, count)
+    down = ramp + steady + up
+    time = np.concatenate([up, even, down])
+    place = np.concatenate(
+        [0.5 * acceleration * up**2, pace * (even - 0.5 * ramp), length - 0.5 * acceleration * (ramp - up) ** 2]
+    )
+    speed = np.concatenate([acceleration * up, np.full(count, pace), acceleration * (ramp - up)])
+    change = np.concatenate([np.full(up.size, acceleration), np.zeros(count), np.full(up.size, -acceleration)])
+    # two nodes at one moment: where the acceleration jumps, so does the torque
+    time[1:] = np.maximum.accumulate(np.maximum(time[1:], time[:-1] + 1e-9))
+    return time, way * place, way * speed, way * change
+
+
+def play_friction(
+    robot: CompliantRobot, act: Act, frames: Mapping[str, Attachment], tool: ToolWeight, motion: FrictionMotion
+) -> Played:
+    """Play one friction run.
+
+    Parameters
+    ----------
+    robot : chain and valued effects; those that show in motion make the friction.
+    act : its program is of `strokes_program`. frames : what instruments look at. tool : what hangs on the flange.
+    motion : rotor inertia and gear ripple.
+    """
+    program = act.program
+    assert isinstance(program, StrokesProgram)
+    chain, k = robot.chain, program.moved - 1
+    velocity, acceleration = np.zeros_like(program.joints), np.zeros_like(program.joints)
+    velocity[:, k], acceleration[:, k] = program.speed, program.acceleration
+    angles = chain.model_angles(program.joints)
+    moving = (each @ chain.coupling.T for each in (velocity, acceleration))
+    torque = rigid_torque(_with_tool(chain, tool), angles, *moving) @ drive_matrix(chain)
+    torque[:, k] += motion.rotor_inertia_kgm2 * program.acceleration
+    torque[:, k] += motion.ripple_Nm * np.sin(motion.ripple_per_turn * program.joints[:, k])
+    for one in robot.placed:
+        if one.effect.in_motion:
+            j = one.place.joints[0] - 1
+            columns = one.effect.torque_columns(velocity[:, j], one.shape())
+            torque[:, j] += sum(one.amplitude(symbol) * column for symbol, column in columns.items())
+    position, turn, unloaded = {}, {}, {}
+    for name, frame in frames.items():
+        places, rotations = attached_poses(chain, angles, frame)
+        start = np.eye(4)
+        start[:3, :3], start[:3, 3] = rotations[0], places[0]
+        position[name], unloaded[name] = places, start
+        turn[name] = vector_from_rotation(rotations @ rotations[0].T)
+    return Played(replace(act, program=replace(program, torque=torque)), program.node, position, turn, unloaded)
+
+
+def _with_tool(chain: Chain, tool: ToolWeight) -> Chain:
+    """Return the chain with the tool's mass in its last link."""
+    if tool.mass == 0.0:
+        return chain
+    mass, com = chain.link_mass.copy(), chain.link_com.copy()
+    place = chain.flange[:3, :3] @ tool.com + chain.flange[:3, 3]
+    whole = mass[-1] + tool.mass
+    com[-1] = (mass[-1] * com[-1] + tool.mass * place) / whole
+    mass[-1] = whole
+    return replace(chain, link_mass=mass, link_com=com)

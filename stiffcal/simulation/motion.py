@@ -1,0 +1,88 @@
+"""Runs in which motors are driven: one long motion instead of holds, known at nodes of time.
+
+Where the load of other runs goes along straight lines between holds, a driven motor goes along its own path: the path
+coordinate of such a run is its time, and everything is solved at nodes and interpolated between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.simulation.cycles import LoadProgram
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MotionProgram(LoadProgram):
+    """A driven motion, one hold long for all that counts holds.
+
+    Attributes
+    ----------
+    node : (s,) s from the run's start, rising.
+    joints : (s, L) logged joint angles, rad, as the motors are driven.
+    moved : number of the moved joint, from 1.
+    wrench_at_node : (s, 6) N, N·m, base axes, about the load point: what the surroundings do to the robot.
+    torque : (s, L) N·m, the motors' torques at the joints' side, friction included.
+    """
+
+    node: Floats
+    joints: Floats
+    moved: int
+    wrench_at_node: Floats
+    torque: Floats
+
+    def path(self, time: Floats) -> Floats:
+        """Return (n,) the path coordinate at moments: time itself, s, within the motion."""
+        return np.clip(time, self.node[0], self.node[-1])
+
+    def wrench_at(self, path: Floats) -> Floats:
+        """Return (n, 6) the load at path coordinates, N, N·m, base axes."""
+        return self._between(self.wrench_at_node, path)
+
+    def joints_at(self, path: Floats) -> Floats:
+        """Return (n, L) logged joint angles, rad."""
+        return self._between(self.joints, path)
+
+    def velocity_at(self, path: Floats) -> Floats:
+        """Return (n, L) rad/s: the slope between nodes."""
+        after = np.clip(np.searchsorted(self.node, path, side="left"), 1, self.node.size - 1)
+        step = (self.node[after] - self.node[after - 1])[:, None]
+        return np.asarray((self.joints[after] - self.joints[after - 1]) / step)
+
+    def torque_at(self, path: Floats) -> Floats:
+        """Return (n, L) torques of the motors at the joints' side, N·m."""
+        return self._between(self.torque, path)
+
+    def _between(self, values: Floats, path: Floats) -> Floats:
+        return np.stack([np.interp(path, self.node, column) for column in values.T], axis=1)
+
+
+def motion_program(node: Floats, joints: Floats, moved: int) -> MotionProgram:
+    """Return a motion without loads: wrench and torques are filled in where it is played.
+
+    Parameters
+    ----------
+    node : (s,) s, rising from 0. joints : (s, L) rad. moved : joint from 1.
+    """
+    one, none = np.array([0.0]), np.zeros(1, dtype=np.int64)
+    return MotionProgram(
+        wrench=np.zeros((1, 6)),
+        direction=none - 1,
+        sign=none,
+        level=one,
+        branch=none,
+        cycle=none,
+        ramp_from=one,
+        ramp_to=one,
+        start=one,
+        end=np.array([float(node[-1])]),
+        node=node,
+        joints=joints,
+        moved=moved,
+        wrench_at_node=np.zeros((node.size, 6)),
+        torque=np.zeros_like(joints),
+    )
