@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test bench coverage practice rates lint lock example clean
+.PHONY: demo test bench coverage practice rates campaigns lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -32,6 +32,12 @@ SEED ?= 1
 COUNT ?= 0
 rates: $(VENV)/test.stamp
 	$(BIN)/python -m tests.rates --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --verbose
+
+# what CI holds campaigns/ to: all of them in one batch; build/ci keeps the stores, so that the next call is quick
+campaigns: $(VENV)/run.stamp
+	$(BIN)/python -m stiffcal simulate build/ci/irb4400 --from campaigns/irb4400 --json >/dev/null
+	$(BIN)/python -m stiffcal batch campaigns/hidden build/ci/irb4400 --thresholds campaigns/thresholds.toml \
+		--store build/ci/stores --no-report --junit build/ci/junit.xml --markdown build/ci/summary.md
 
 lint: $(VENV)/test.stamp
 	$(BIN)/ruff check .

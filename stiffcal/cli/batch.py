@@ -53,10 +53,9 @@ def batch(
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.batch import Wishes, batch_campaigns
-        from stiffcal.workflow.batch_summary import junit_text, markdown_text, write_summary
-        from stiffcal.workflow.export import check_output
+        from stiffcal.workflow.batch_summary import junit_text, markdown_text, prepare_files, write_summary
 
-        check_output(*(file for file in (junit, markdown) if file is not None))
+        prepare_files(*(file for file in (junit, markdown) if file is not None))
         told = _Told(answer)
         wishes = Wishes(
             jobs, thresholds, store, reports, not no_report, scheduler, progress=answer.progress, finished=told.finished

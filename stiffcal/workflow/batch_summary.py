@@ -6,6 +6,7 @@ import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+from stiffcal.errors import InputError
 from stiffcal.workflow.batch import unchanged
 from stiffcal.workflow.batch_task import HELD, NOT_HELD, STEPS
 from stiffcal.workflow.export import write_text
@@ -14,6 +15,23 @@ from stiffcal.workflow.steps import Document
 # What XML 1.0 has no place for, not even escaped.
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
+
+
+def prepare_files(*files: Path) -> None:
+    """Make the folders of files that are to be written after long work, and refuse now what cannot be one.
+
+    Raises
+    ------
+    InputError : a file is a folder, or its folder cannot be made.
+    """
+    for file in files:
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            reason = f"its folder cannot be made ({error.strerror})"
+            raise InputError.at(str(file), "", reason, "choose a place that can be written") from None
+        if file.is_dir():
+            raise InputError.at(str(file), "", "this is a folder", "name a file in it")
 
 
 def write_summary(text: str, output: Path) -> None:

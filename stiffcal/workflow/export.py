@@ -47,9 +47,11 @@ def export_campaign(folder: Path, means: Means | None = None, output: Path = Pat
     identified = fitted(data, means)
     if ending in TABLES:
         validated(data, identified, means)
-        table = states_with_residuals(data)
+        table = states_with_residuals(data) if len(data.states) else _readings(data)
         write_table(table, output)
-        holds = f"{table.num_rows} load states with measured, predicted and residual (unseen poses)"
+        holds = f"{table.num_rows} readings with measured, predicted and residual"
+        if len(data.states):
+            holds = f"{table.num_rows} load states with measured, predicted and residual (unseen poses)"
     elif ending == ".json":
         write_text(json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n", output)
         holds = f"the model of fit {identified['fit_id']} with uncertainty"
@@ -81,6 +83,16 @@ def states_with_residuals(data: Ingested) -> pa.Table:
     return table
 
 
+def _readings(data: Ingested) -> pa.Table:
+    """Return what other experiments measured, with the fit, of a campaign without load states."""
+    from stiffcal.workflow.friction import FRICTION_FIT
+
+    if FRICTION_FIT not in data.store.tables:
+        reason = "the campaign holds no load states, and no readings of friction"
+        raise InputError.at(str(data.campaign.folder), "runs", reason, "export the model instead: -o model.json")
+    return data.store.read_table(FRICTION_FIT)
+
+
 def write_table(table: pa.Table | Mapping[str, Any], output: Path) -> None:
     """Write a table as CSV or Parquet, by the file's ending.
 
@@ -108,20 +120,6 @@ def write_text(text: str, output: Path) -> None:
     """Write a text file in UTF-8; raises `InputError` where that cannot be."""
     with _replacing(output) as beside:
         beside.write_text(text, encoding="utf-8")
-
-
-def check_output(*files: Path) -> None:
-    """Refuse files that cannot be written, before long work is begun.
-
-    Raises
-    ------
-    InputError : a file's folder does not exist, or the file is a folder.
-    """
-    for file in files:
-        if file.is_dir():
-            raise InputError.at(str(file), "", "this is a folder", "name a file in it")
-        if not file.parent.is_dir():
-            raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
 
 
 class _replacing:  # noqa: N801  (used as a verb)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.campaign.thresholds import Thresholds, load_thresholds
 from stiffcal.cli.app import COMMANDS, main
 from stiffcal.workflow.effects import describe_effects
 from stiffcal.workflow.init import init_campaign
@@ -35,7 +36,7 @@ def test_every_command_is_listed() -> None:
 
 
 def test_shortest_manifest_is_what_init_proposes(tmp_path: Path) -> None:
-    (shown,) = re.findall(r"```toml\n(.*?)```", README, flags=re.DOTALL)
+    shown = re.findall(r"```toml\n(.*?)```", README, flags=re.DOTALL)[0]
     lines = [line for line in shown.splitlines() if line.strip()]
     assert len(lines) <= 15
     joints = [f"{10 * k},{-60 - k},{20 + 3 * k},{30 - 9 * k},{40 + k},{5 * k}" for k in range(8)]
@@ -48,6 +49,16 @@ def test_shortest_manifest_is_what_init_proposes(tmp_path: Path) -> None:
     # where the tool is only its owner knows
     expected["frames"]["tool"]["xyz_m"] = proposed["frames"]["tool"]["xyz_m"]
     assert proposed == expected
+
+
+def test_thresholds_shown_are_understood(tmp_path: Path) -> None:
+    (shown,) = re.findall(r"```toml\n(schema = \"stiffcal/thresholds.*?)```", README, flags=re.DOTALL)
+    file = tmp_path / "thresholds.toml"
+    file.write_text(shown, encoding="utf-8")
+    limits = load_thresholds(file).limits_for(["cell-2"], Thresholds())
+    assert limits.baseline == str(tmp_path / "cell-2-2025")
+    assert set(limits.written()) == set(Thresholds.model_fields) - {"max_rms_rad"}
+    load_thresholds(Path(__file__).parents[2] / "campaigns" / "thresholds.toml")
 
 
 def test_init_of_each_kind_is_understood_by_check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -40,7 +40,8 @@ from pathlib import Path
 HERE = Path(__file__).parent
 print("a plugin's own words, which are no outcome")
 (HERE / "threads").write_text(os.environ["OPENBLAS_NUM_THREADS"])
-(HERE / "pids").open("a").write(f"{os.getpid()}\\n")
+with (HERE / "pids").open("a") as file:
+    file.write(f"{os.getpid()}\\n")
 """
 KILLED = "os.kill(os.getpid(), signal.SIGKILL)\n"
 

@@ -1,0 +1,114 @@
+"""The same batch on a Dask cluster: a real scheduler and real workers on this machine, one of which is killed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.batch import Wishes, batch_campaigns
+from stiffcal.workflow.batch_task import run_task, task_of
+from tests.workflow.small_campaign import write_small_campaign
+from tests.workflow.test_batch import PLUGIN, by_name, with_plugin
+
+# The worker of stiffcal is a child of the worker of Dask, which is what dies here, the first time only.
+KILL_THE_CLUSTERS_WORKER = """
+if not (HERE / "killed").exists():
+    (HERE / "killed").write_text(str(os.getppid()))
+    os.kill(os.getppid(), signal.SIGKILL)
+    time.sleep(60)
+"""
+
+
+@contextmanager
+def started(*words: str) -> Iterator[subprocess.Popen[bytes]]:
+    command = [sys.executable, "-m", "distributed.cli." + words[0], *words[1:]]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A scheduler's address."""
+    file = tmp_path_factory.mktemp("dask") / "scheduler.json"
+    words = ("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
+    with started(*words) as process:
+        end = time.monotonic() + 60
+        while not file.exists() and time.monotonic() < end:
+            assert process.poll() is None
+            time.sleep(0.05)
+        time.sleep(0.1)
+        yield json.loads(file.read_text())["address"]
+
+
+@contextmanager
+def workers(scheduler: str, count: int) -> Iterator[list[subprocess.Popen[bytes]]]:
+    words = ("dask_worker", scheduler, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--memory-limit", "0")
+    if count == 0:
+        yield []
+        return
+    with started(*words) as first, workers(scheduler, count - 1) as others:
+        yield [first, *others]
+
+
+def numbers(outcome: dict[str, Any]) -> tuple[Any, ...]:
+    return outcome["state"], outcome["rms"], outcome["stiffness"]
+
+
+def test_a_cluster_gives_the_same_and_a_killed_worker_costs_a_retry(scheduler: str, tmp_path: Path) -> None:
+    cells = tmp_path / "cells"
+    for seed, name in enumerate("abc"):
+        write_small_campaign(cells / name, seed=seed, poses=2)
+    with_plugin(cells / "b", "")
+    # Alike but for what kills: the same model, the same plugin's name.
+    here = Path(shutil.copytree(cells, tmp_path / "here"))
+    (cells / "b" / "own.py").write_text(PLUGIN + KILL_THE_CLUSTERS_WORKER)
+    with workers(scheduler, 2) as running:
+        document = batch_campaigns([cells], Wishes(scheduler=scheduler, report=False))
+        killed = int((cells / "b" / "killed").read_text())
+        assert killed in {worker.pid for worker in running}
+        end = time.monotonic() + 20
+        while [worker.poll() for worker in running].count(None) > 1 and time.monotonic() < end:
+            time.sleep(0.05)
+        assert [worker.poll() for worker in running if worker.pid == killed] == [-signal.SIGKILL]
+    assert document["workers"]["kind"] == "dask"
+    found = by_name(document)
+    for name in "abc":
+        alone = run_task(task_of(here / name, name, report=False))
+        assert numbers(found[name]) == numbers(alone), name
+    assert document["passed"] is True
+
+
+def test_a_cluster_without_workers_or_without_a_scheduler(
+    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("stiffcal.workflow.batch_cluster.ANSWER_S", 1)
+    write_small_campaign(tmp_path / "a", poses=2)
+    with pytest.raises(InputError, match=r"the cluster at .* has no worker; start workers: dask worker"):
+        batch_campaigns([tmp_path], Wishes(scheduler=scheduler))
+    with pytest.raises(InputError, match=r"--scheduler: no Dask scheduler at tcp://127\.0\.0\.1:9"):
+        batch_campaigns([tmp_path], Wishes(scheduler="tcp://127.0.0.1:9"))
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"not installed; install it: python -m pip install 'stiffcal\[dask\]'"):
+        batch_campaigns([tmp_path], Wishes(scheduler=scheduler))
+
+
+def test_folders_that_a_cluster_does_not_see(tmp_path: Path) -> None:
+    from stiffcal.workflow.batch_cluster import cluster_task
+
+    outcome = cluster_task(task_of(tmp_path / "elsewhere", "a"))
+    assert outcome["state"] == "broken"
+    assert "same path on every worker" in outcome["error"]["mend"]
