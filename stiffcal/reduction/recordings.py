@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clocks import ClockOffset, SharedSignal, align_clocks, moves
 from stiffcal.reduction.holds import Dropped, Holds, find_holds
 from stiffcal.reduction.states import Gathered
+from stiffcal.reduction.swept_loads import find_sweeps, is_swept
 
 Floats = NDArray[np.float64]
 
@@ -33,6 +34,7 @@ class ReducedRun:
     ----------
     states : its load states. clocks : source to offset. holds : on the first source's clock.
     dropped : what was thrown away, and why. warnings : what the user ought to know.
+    passes : of a load that was swept: how often it went from one turning point to the next; 0 where it was held.
     """
 
     states: Gathered
@@ -40,6 +42,7 @@ class ReducedRun:
     holds: Holds
     dropped: tuple[Dropped, ...]
     warnings: tuple[str, ...]
+    passes: int = 0
 
 
 def shared_signal(source: str, blocks: Blocks) -> SharedSignal:
@@ -48,6 +51,8 @@ def shared_signal(source: str, blocks: Blocks) -> SharedSignal:
         names = [name for name in blocks.mean if name == stem or (stem.endswith(".") and name.startswith(stem))]
         if names:
             values = np.concatenate([blocks.mean[name] for name in names], axis=1)
+            # of a force along one axis the others, and the moments, are no signal
+            values = values[:, np.ptp(values, axis=0) > 0.0] if values.any() else values
             return SharedSignal(source, blocks.time, values, leads=stem == "wrench")
     names = list(blocks.mean)
     return SharedSignal(source, blocks.time, np.concatenate([blocks.mean[name] for name in names], axis=1), False)
@@ -69,7 +74,8 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     """
     shared = [shared_signal(source, blocks) for source, blocks in logs.items()]
     clocks = align_clocks(shared, run.clock_ahead_s)
-    holds = tabled if tabled is not None else _found_holds(run, shared, clocks)
+    devices = {name for name, blocks in logs.items() if any(key.startswith("displacement.") for key in blocks.mean)}
+    holds, passes = (tabled, 0) if tabled is not None else _found_holds(run, shared, clocks, devices)
     if len(holds) == 0:
         raise InputError.at(
             f"run {run.id}", "", "no load state is found: the load was never held",
@@ -101,7 +107,8 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         )
     numbers = np.flatnonzero(keep)
     states = _averaged(run, holds, numbers, placed)
-    return ReducedRun(states, clocks, holds, tuple(sorted(dropped, key=lambda stretch: stretch.start)), tuple(warnings))
+    dropped = sorted(dropped, key=lambda stretch: stretch.start)
+    return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes)
 
 
 def beginning(run: Run, logs: Mapping[str, Blocks]) -> Gathered:
@@ -116,23 +123,37 @@ def beginning(run: Run, logs: Mapping[str, Blocks]) -> Gathered:
     return _averaged(run, holds, np.zeros(1, dtype=np.int64), placed)
 
 
-def _found_holds(run: Run, shared: list[SharedSignal], clocks: Mapping[str, ClockOffset]) -> Holds:
-    """Find holds in the load, else in what moved most clearly, and bring them to the first source's clock."""
+def _found_holds(
+    run: Run, shared: list[SharedSignal], clocks: Mapping[str, ClockOffset], devices: Set[str]
+) -> tuple[Holds, int]:
+    """Find holds in the load, else in what moved most clearly, and bring them to the first source's clock.
+
+    A load that was swept rather than held gives the moments at which it passed a few levels, and how often it went up
+    or down. A device that presses along one line and reads the displacement there (``devices``) may rest at the ends
+    of its sweeps; any other load counts as swept only where no hold is found at all.
+    """
     for signal in sorted(shared, key=lambda signal: not signal.leads):
         ahead = clocks[signal.source].value
         if ahead is None or not moves(signal.values):
             continue
-        found = find_holds(signal.time, signal.values)
+        swept = None
+        if signal.source in devices and is_swept(signal.time, signal.values):
+            swept = find_sweeps(signal.time, signal.values)
+        found = find_holds(signal.time, signal.values) if swept is None else swept.holds
+        if len(found) == 0 and signal.leads and is_swept(signal.time, signal.values):
+            swept = find_sweeps(signal.time, signal.values)
+            found = found if swept is None else swept.holds
         if len(found) == 0:
             continue
         shifted = tuple(Dropped(d.start - ahead, d.end - ahead, d.reason) for d in found.dropped)
-        return Holds(found.start - ahead, found.end - ahead, found.reached - ahead, found.left - ahead, shifted)
+        holds = Holds(found.start - ahead, found.end - ahead, found.reached - ahead, found.left - ahead, shifted)
+        return holds, 0 if swept is None else swept.passes
     # nothing moves: one unloaded pose ("free"), or a forgotten load; the whole log is one hold
     if run.experiment == "free":
         first = shared[0]
         ends = np.array([first.time[0]]), np.array([first.time[-1]])
-        return Holds(*ends, *ends)
-    return Holds(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
+        return Holds(*ends, *ends), 0
+    return Holds(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0)), 0
 
 
 def _ahead(run: Run, source: str, blocks: Blocks, clock: ClockOffset, warnings: list[str]) -> float | None:
