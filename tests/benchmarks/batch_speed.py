@@ -1,0 +1,90 @@
+"""How much sooner many campaigns are done by two processes than by one, what memory they take, and what a repeat costs.
+
+A hundred small campaigns (four poses, 100 load states each) in one batch, from nothing: with one process, then with
+two, in turns; then once more with nothing changed. The peak memory of the processes must not grow with the number of
+campaigns.
+
+    python -m tests.benchmarks.batch_speed [--campaigns 100] [--turns 1] [--report] [--jobs 2]
+
+Limits: with two processes at least 1.8 times as fast as with one; twice the campaigns take at most 10 % more memory in
+any process. ``--report`` has the PDFs made too (ten seconds each).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+LEAST_SPEED_UP = 1.8
+MOST_MEMORY_GROWTH = 1.10
+
+
+def make_campaigns(folder: Path, count: int) -> None:
+    """Write the campaigns; ten are made, the others are copies with another name."""
+    from tests.workflow.small_campaign import write_small_campaign
+
+    for number in range(count):
+        target = folder / f"cell-{number:03d}"
+        if number < 10:
+            write_small_campaign(target, seed=number)
+        else:
+            shutil.copytree(folder / f"cell-{number % 10:03d}", target)
+
+
+def run_batch(folder: Path, stores: Path, jobs: int, report: bool) -> dict[str, Any]:
+    """Run the command; return its document, with what the whole call took in s."""
+    command = [sys.executable, "-m", "stiffcal", "batch", str(folder), "--jobs", str(jobs), "--store", str(stores)]
+    began = time.perf_counter()
+    means = ["--reports", str(stores / "pdf")] if report else ["--no-report"]
+    done = subprocess.run([*command, *means, "--json"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True)
+    document: dict[str, Any] = json.loads(done.stdout)
+    assert document["passed"]
+    return document | {"whole_s": time.perf_counter() - began}
+
+
+def main(campaigns: int = 100, turns: int = 1, jobs: int = 2, report: bool = False) -> bool:
+    """Measure and print; return whether the limits are met."""
+    with tempfile.TemporaryDirectory(prefix="batch-speed-") as place:
+        folder = Path(place) / "cells"
+        make_campaigns(folder, campaigns)
+        make_campaigns(Path(place) / "few", max(campaigns // 2, 1))
+        taken: dict[int, list[float]] = {1: [], jobs: []}
+        memory: dict[str, int] = {}
+        for turn in range(turns):
+            for count in (1, jobs):
+                stores = Path(place) / f"stores-{turn}-{count}"
+                document = run_batch(folder, stores, count, report)
+                taken[count].append(document["whole_s"])
+                memory["all"] = max(memory.get("all", 0), document["peak_memory_bytes"])
+        again = run_batch(folder, stores, jobs, report)
+        assert again["counts"]["unchanged"] == campaigns
+        memory["few"] = run_batch(Path(place) / "few", Path(place) / "stores-few", jobs, report)["peak_memory_bytes"]
+    speed_up, growth = min(taken[1]) / min(taken[jobs]), memory["all"] / memory["few"]
+    for count, seconds in taken.items():
+        print(f"{campaigns} campaigns with {count} process(es): {min(seconds):7.1f} s, best of {turns}")
+    print(f"once more, nothing changed: {again['whole_s']:.1f} s")
+    print(
+        f"peak memory of a process: {memory['all'] / 1e6:.0f} MB; with half the campaigns {memory['few'] / 1e6:.0f} MB"
+    )
+    print(f"{jobs} processes over 1: {speed_up:.2f} times as fast (at least {LEAST_SPEED_UP})")
+    print(f"peak memory at twice the campaigns: {growth:.3f} times (at most {MOST_MEMORY_GROWTH})")
+    good = speed_up >= LEAST_SPEED_UP and growth <= MOST_MEMORY_GROWTH
+    print("met" if good else "NOT MET")
+    return good
+
+
+if __name__ == "__main__":
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options.add_argument("--campaigns", type=int, default=100)
+    options.add_argument("--turns", type=int, default=1)
+    options.add_argument("--jobs", type=int, default=2)
+    options.add_argument("--report", action="store_true")
+    chosen = options.parse_args()
+    sys.exit(0 if main(chosen.campaigns, chosen.turns, chosen.jobs, chosen.report) else 1)
