@@ -36,6 +36,7 @@ COMMANDS = {
     "batch": "Run many campaigns in parallel and hold them to thresholds.",
     "export": "Write the states or the model for other programs.",
     "predict": "Predict deflection and stiffness under given loads.",
+    "map": "Map deflection or stiffness over the workspace.",
     "compensate": "Correct the joint targets of a path with known forces.",
     "simulate": "Simulate a campaign: raw logs of a known robot.",
     "effects": "List the physical effects, or explain one.",

@@ -97,28 +97,69 @@ def nearest_solution(
 ) -> tuple[Floats, Booleans]:
     """Find for each pose the joint angles nearest to ``home`` (L,) among those that several starts lead to.
 
+    Starts are ``home`` and, of many joint angles drawn within the limits, those whose poses lie nearest.
+
     Returns
     -------
     As `joints_for_poses`.
     """
     rng = np.random.default_rng(seed)
     n = len(goal.position)
-    starts = np.concatenate([home[None], drawn_joints(chain, rng, _STARTS - 1)])
+    drawn = drawn_joints(chain, rng, _DRAWN)
+    place, turn = attached_poses(chain, chain.model_angles(drawn), target)
     joints, reached = np.repeat(home[None], n, axis=0), np.zeros(n, dtype=np.bool_)
-    nearest = np.full(n, np.inf)
-    for number, start in enumerate(starts):
-        found, good = joints_for_poses(chain, target, goal, np.repeat(start[None], n, axis=0), orientation)
-        way = np.where(good, np.linalg.norm(found - home, axis=1), np.inf)
-        better = way < nearest
-        joints[better], nearest[better] = found[better], way[better]
-        reached |= good
-        if number >= 2 and reached.all():
-            break
+    for begin in range(0, n, _AT_ONCE):
+        part = slice(begin, min(begin + _AT_ONCE, n))
+        few = PoseGoal(goal.position[part], goal.rotation[part])
+        starts = drawn[_nearest_drawn(few, place, turn, orientation)]
+        starts = np.concatenate([np.repeat(home[None, None], len(starts), axis=0), starts], axis=1)
+        nearest = np.full(len(starts), np.inf)
+        for number in range(starts.shape[1]):
+            found, good = joints_for_poses(chain, target, few, starts[:, number], orientation)
+            way = np.where(good, np.linalg.norm(found - home, axis=1), np.inf)
+            better = way < nearest
+            joints[part][better], nearest[better] = found[better], way[better]
+            reached[part] |= good
+        if chain.coupling.shape[1] > (6 if orientation else 3):
+            joints[part] = _drawn_home(chain, target, few, (joints[part], home), orientation)
     return joints, reached
 
 
-# Starts tried where nothing is known of a pose; with eight of a six-axis robot's branches half of them find one.
-_STARTS = 12
+def _drawn_home(
+    chain: Chain, target: Attachment, goal: PoseGoal, joints_home: tuple[Floats, Floats], orientation: bool
+) -> Floats:
+    """Return (n, L) joint angles moved, where joints are left over, as near to home as the poses allow.
+
+    The joints move along q = q₀ + J⁺ (J (q − q₀) − e); where that ends outside the limits they stay as they were.
+    """
+    given, home = joints_home
+    low, high = chain.limits.T
+    rows = 6 if orientation else 3
+    joints = given.copy()
+    for _ in range(12):
+        error = pose_error(*attached_poses(chain, chain.model_angles(joints), target), goal)[:, :rows]
+        jacobian = (jacobians(chain, chain.model_angles(joints), target) @ chain.coupling)[:, :rows]
+        aim = np.einsum("nij,nj->ni", jacobian, joints - home) - error
+        normal = jacobian @ np.swapaxes(jacobian, 1, 2) + 1e-6 * np.eye(rows)
+        wanted = home + np.einsum("nij,ni->nj", jacobian, np.linalg.solve(normal, aim[:, :, None])[:, :, 0])
+        joints = np.clip(joints + np.clip(wanted - joints, -_LARGEST_STEP, _LARGEST_STEP), low, high)
+    found, good = joints_for_poses(chain, target, goal, joints, orientation)
+    nearer = good & (np.linalg.norm(found - home, axis=1) < np.linalg.norm(given - home, axis=1))
+    return np.where(nearer[:, None], found, given)
+
+
+def _nearest_drawn(goal: PoseGoal, place: Floats, turn: Floats, orientation: bool) -> NDArray[np.int64]:
+    """Return (n, _STARTS) numbers of the drawn poses nearest to each goal; a radian counts as so many metres."""
+    away = np.sum((goal.position[:, None] - place[None]) ** 2, axis=2)
+    if orientation:
+        # 3 − trace is the squared chord between two orientations
+        away += _METRES_PER_RAD**2 * (3.0 - np.einsum("nij,mij->nm", goal.rotation, turn))
+    return np.argpartition(away, _STARTS, axis=1)[:, :_STARTS]
+
+
+# Starts tried for a pose besides home, of how many that are drawn, and how many poses are looked for at once.
+_STARTS, _DRAWN, _AT_ONCE = 5, 3000, 1000
+_METRES_PER_RAD = 0.5
 
 
 def drawn_joints(chain: Chain, rng: np.random.Generator, n: int) -> Floats:

@@ -15,10 +15,11 @@ from pydantic import TypeAdapter
 from typing_extensions import TypedDict
 
 from stiffcal.workflow.batch_documents import Batch
+from stiffcal.workflow.body_documents import CartesianStiffness, JointByItself
 from stiffcal.workflow.command_documents import Check, Edit, Effects, Init, Plot, Report, Run, Simulate, StatesExport
 from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
 from stiffcal.workflow.document_types import Fault, Matrix, Model, Number, Rms, Threshold, Where
-from stiffcal.workflow.link_documents import MeasuredLink
+from stiffcal.workflow.link_documents import Coupling, MeasuredLink
 
 
 class Parameter(TypedDict):
@@ -36,6 +37,7 @@ class Parameter(TypedDict):
     stiffness: NotRequired[Number]
     stiffness_std: NotRequired[Number]
     stiffness_interval: NotRequired[list[Number] | None]
+    above_noise: NotRequired[bool | None]
 
 
 class Ambiguity(TypedDict):
@@ -90,7 +92,10 @@ class Identify(TypedDict):
     expected_rms: Rms | None
     expected_error: str
     links: NotRequired[list[MeasuredLink]]
+    coupling: NotRequired[Coupling]
     dual_quaternions: NotRequired[DualQuaternions]
+    joints_by_themselves: NotRequired[list[JointByItself]]
+    cartesian_stiffness: NotRequired[list[CartesianStiffness]]
 
 
 class Part(TypedDict):
@@ -178,6 +183,39 @@ class Predict(TypedDict):
     states: list[PredictedState]
 
 
+class MapPoint(TypedDict):
+    """A point of a map: deflection (m, rad), ``std`` of its position and rotation, stiffness N/m; null: not reached."""
+
+    position: list[float]
+    status: Literal["out of reach", "only beyond joint limits", "reached"]
+    joints: list[float] | None
+    deflection: list[float] | None
+    std: list[float] | None
+    stiffness: Number
+    limit_margin: Number
+
+
+class Map(TypedDict):
+    """Answer of ``map``: points plane after plane, row after row; smallest and largest of what is mapped."""
+
+    schema: Literal["stiffcal/map/1"]
+    warnings: list[str]
+    values_from: str
+    target: str
+    wrench: list[float]
+    plane: Literal["xy", "xz", "yz"]
+    levels: list[float]
+    shape: list[int]
+    reached: int
+    beyond_limits: int
+    position_error: list[float] | None
+    orientation_error: list[float] | None
+    stiffness: list[float] | None
+    points: list[MapPoint]
+    file: NotRequired[str]
+    picture: NotRequired[str]
+
+
 class CorrectedPose(TypedDict):
     """One pose of a path: joints (rad), wrench, deflection and pose errors (m, rad, base axes).
 
@@ -260,6 +298,7 @@ DOCUMENTS: dict[str, Any] = {
     "validate": Validate,
     "history": History,
     "predict": Predict,
+    "map": Map,
     "compensate": Compensate,
     "ingest": Ingest,
     "diagnose": Diagnose,

@@ -1,0 +1,94 @@
+"""`stiffcal map`: deflection or stiffness over the workspace."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.endings import OK
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
+from stiffcal.cli.tables import plain_table
+from stiffcal.cli.wording import angle, length, significant
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def map(  # noqa: A001  (the command's name)
+    folder: Folder = HERE,
+    load: Annotated[
+        str | None,
+        typer.Option(metavar="F", help="Fx,Fy,Fz[,Tx,Ty,Tz] at the load point, base axes.", show_default=False),
+    ] = None,
+    mass: Annotated[
+        float | None, typer.Option(metavar="KG", help="A mass hung on the load point instead.", show_default=False)
+    ] = None,
+    stiffness: Annotated[
+        str | None, typer.Option(metavar="x|y|z|X,Y,Z", help="Map the stiffness along this too.", show_default=False)
+    ] = None,
+    plane: Annotated[Literal["xy", "xz", "yz"], typer.Option(help="The plane that is mapped.")] = "xz",
+    at: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Where it cuts the third axis, m; else through the middle.", show_default=False),
+    ] = None,
+    slices: Annotated[int, typer.Option(metavar="N", help="Several parallel planes: a volume.")] = 1,
+    points: Annotated[int, typer.Option(metavar="N", help="Points along a plane's longer side.")] = 41,
+    pose: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A1,A2,…", help="Keep the tool's orientation of this pose; else free.", show_default=False
+        ),
+    ] = None,
+    target: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Frame that is mapped; else the measured one.", show_default=False),
+    ] = None,
+    output: Output = None,
+    table: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="*.csv, *.parquet: every point.", show_default=False)
+    ] = None,
+    as_json: AsJson = False,
+    no_update: NoUpdate = False,
+    store: StoreAt = None,
+) -> int:
+    """Map deflection or stiffness over the workspace.
+
+    A plane or several, with reach and joint limits; -o writes the picture (*.svg, *.png, *.pdf).
+
+    Example: stiffcal map demo --load 0,0,-500 --plane xz --at 0 --stiffness z -o map.svg --table map.csv
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow.map import MapRequest, map_campaign
+        from stiffcal.workflow.steps import Means
+
+        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        request = MapRequest(load, mass, stiffness, plane, at, slices, points, pose, target)
+        document = map_campaign(folder, request, means, picture=output, table=table)
+        answer.give(document, show_map, command_line("compensate", folder, "--path", "path.csv", store=store))
+    return OK
+
+
+def show_map(console: Console, document: Document) -> None:
+    """Name how much was reached, and the ranges of what was mapped."""
+    total = len(document["points"])
+    levels = ", ".join(f"{level:.3g}" for level in document["levels"])
+    console.print(
+        f"{document['target']} in the {document['plane']} plane at {levels} m: {document['reached']} of {total} points "
+        f"reached, {document['beyond_limits']} only beyond joint limits; values from {document['values_from']}"
+    )
+    rows = (
+        ("position error", document["position_error"], length),
+        ("orientation error", document["orientation_error"], angle),
+        ("stiffness", document["stiffness"], lambda value: f"{significant(1e-3 * value)} N/mm"),
+    )
+    table = plain_table("", "smallest>", "largest>")
+    for name, ends, words in rows:
+        if ends and ends[1] > 0.0:
+            table.add_row(name, words(ends[0]), words(ends[1]))
+    console.print(table)
+    for key in ("file", "picture"):
+        if document.get(key):
+            console.print(f"wrote {document[key]}", soft_wrap=True)

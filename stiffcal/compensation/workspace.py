@@ -1,0 +1,161 @@
+"""Deflection and stiffness over the workspace: where the robot reaches, and what it does there under a load."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.compensation.inverse import drawn_joints, nearest_solution
+from stiffcal.compensation.prediction import cartesian_compliance, parameter_covariance
+from stiffcal.compensation.targets import PoseGoal
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses, jacobians
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.equilibrium import solve_balance
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+OUT_OF_REACH, BEYOND_LIMITS, REACHED = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class MapWish:
+    """What is to be mapped.
+
+    Attributes
+    ----------
+    points : (n, 3) m, base axes, where the target is to stand.
+    home : (L,) rad, logged angles that solutions are to be near to.
+    rotation : (3, 3) base_from_target kept everywhere; None: the orientation is free.
+    wrench : (6,) N, N·m, base axes, about the set-up's wrench point.
+    direction : (3,) unit vector along which stiffness is wanted; None: no stiffness.
+    """
+
+    points: Floats
+    home: Floats
+    rotation: Floats | None
+    wrench: Floats
+    direction: Floats | None = None
+
+
+@dataclass(frozen=True)
+class WorkspaceMap:
+    """What was found at n points; NaN where the robot does not reach.
+
+    Attributes
+    ----------
+    points : (n, 3) m.
+    status : (n,) 0 out of reach, 1 only beyond joint limits, 2 reached.
+    joints : (n, L) rad, logged angles.
+    deflection : (n, 6) m, rad, base axes.
+    std : (n, 2) standard uncertainty of the deflection's position and rotation parts, root of the traces, m and rad.
+    stiffness : (n,) N/m along the direction, all other directions free to give; NaN where not wanted.
+    margin : (n,) rad to the nearest joint limit; infinite without limits.
+    smallest_singular : (n,) of the Jacobian: how near a singular pose is.
+    """
+
+    points: Floats
+    status: Integers
+    joints: Floats
+    deflection: Floats
+    std: Floats
+    stiffness: Floats
+    margin: Floats
+    smallest_singular: Floats
+
+
+def map_workspace(
+    robot: CompliantRobot,
+    setup: MeasurementSetup,
+    wish: MapWish,
+    covariance: Mapping[str, Mapping[str, float]] | None = None,
+) -> WorkspaceMap:
+    """Find what a valued robot does at points of its workspace.
+
+    Parameters
+    ----------
+    robot : chain and effects, every parameter valued.
+    setup : where load and target are.
+    wish : points, load, and what is wanted.
+    covariance : of the parameters, by full names; None: taken as exact.
+
+    Raises
+    ------
+    NoBalanceError : the load is more than the springs hold.
+    """
+    chain = robot.chain
+    status, joints = _reach(chain, setup.targets[0], wish)
+    n = len(wish.points)
+    here = np.flatnonzero(status == REACHED)
+    found = WorkspaceMap(
+        points=wish.points,
+        status=status,
+        joints=joints,
+        deflection=np.full((n, 6), np.nan),
+        std=np.full((n, 2), np.nan),
+        stiffness=np.full(n, np.nan),
+        margin=np.full(n, np.nan),
+        smallest_singular=np.full(n, np.nan),
+    )
+    if not here.size:
+        return found
+    loads = replace(setup, wrench_axes=Attachment(0, np.eye(4)), moments_measured=True)
+    angles = chain.model_angles(joints[here])
+    wrench = np.repeat(wish.wrench[None], len(here), axis=0)
+    balance = solve_balance(robot, angles, wrench, loads)
+    found.deflection[here] = balance.displacement[:, 0]
+    spread = parameter_covariance(robot, angles, wrench, loads, None, covariance or {})
+    found.std[here, 0] = np.sqrt(np.einsum("nii->n", spread[:, :3, :3]))
+    found.std[here, 1] = np.sqrt(np.einsum("nii->n", spread[:, 3:, 3:]))
+    if wish.direction is not None:
+        compliance = cartesian_compliance(robot, angles, wrench, loads, balance)[:, :3, :3]
+        gives = np.einsum("i,nij,j->n", wish.direction, compliance, wish.direction)
+        found.stiffness[here] = 1.0 / gives
+    found.margin[here] = np.minimum(joints[here] - chain.limits[:, 0], chain.limits[:, 1] - joints[here]).min(axis=1)
+    jacobian = jacobians(chain, angles, setup.targets[0])
+    found.smallest_singular[here] = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
+    return found
+
+
+def _reach(chain: Chain, target: Attachment, wish: MapWish) -> tuple[Integers, Floats]:
+    """Return (n,) whether each point is reached, and (n, L) the joint angles there."""
+    n = len(wish.points)
+    kept = np.eye(3) if wish.rotation is None else wish.rotation
+    goal = PoseGoal(wish.points, np.repeat(kept[None], n, axis=0))
+    whole = wish.rotation is not None
+    near = np.flatnonzero(np.linalg.norm(wish.points - chain.fixed[0, :3, 3], axis=1) <= longest_reach(chain, target))
+    status, joints = np.zeros(n, dtype=np.int64), np.full((n, len(wish.home)), np.nan)
+    if not near.size:
+        return status, joints
+    found, reached = nearest_solution(chain, target, _some(goal, near), wish.home, whole)
+    joints[near[reached]], status[near[reached]] = found[reached], REACHED
+    rest = near[~reached]
+    if rest.size and np.isfinite(chain.limits).any():
+        # Is it the joint limits that keep the robot from there? The same chain without limits tells.
+        free = replace(chain, limits=np.tile([-np.inf, np.inf], (len(chain.limits), 1)))
+        _, reached = nearest_solution(free, target, _some(goal, rest), wish.home, whole)
+        status[rest[reached]] = BEYOND_LIMITS
+    return status, joints
+
+
+def _some(goal: PoseGoal, which: Integers) -> PoseGoal:
+    return PoseGoal(goal.position[which], goal.rotation[which])
+
+
+def longest_reach(chain: Chain, target: Attachment) -> float:
+    """Return a length, m, that the target cannot be away from the first joint's origin."""
+    whole = chain.flange @ target.transform if target.body == chain.n_joints + 1 else target.transform
+    steps = [*chain.fixed[1 : min(target.body, chain.n_joints)], whole]
+    return float(sum(np.linalg.norm(step[:3, 3]) for step in steps))
+
+
+def reached_box(chain: Chain, target: Attachment, seed: int = 0) -> Floats:
+    """Return (3, 2) m, base axes: the box in which the target stands for joint angles drawn within the limits."""
+    drawn = drawn_joints(chain, np.random.default_rng(seed), 4000)
+    place, _ = attached_poses(chain, chain.model_angles(drawn), target)
+    return np.stack([place.min(axis=0), place.max(axis=0)], axis=1)
