@@ -8,7 +8,7 @@ import typer
 
 from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.endings import OK
-from stiffcal.cli.links import show_links
+from stiffcal.cli.links import show_coupling, show_links
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.wording import deviation, significant
@@ -22,6 +22,9 @@ def identify(
     loss: Annotated[str, typer.Option(help="linear (least squares) or huber (outliers count less).")] = "linear",
     dual_quaternions: Annotated[
         bool, typer.Option("--dual-quaternions", help="Joint springs in paper 003's form too, beside the matrix form.")
+    ] = False,
+    coupling: Annotated[
+        bool, typer.Option("--coupling", help="With rods on a link: the same readings without them, side by side.")
     ] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
@@ -38,7 +41,7 @@ def identify(
         from stiffcal.workflow.steps import Means
 
         means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = identify_campaign(folder, means, loss=loss, dual_quaternions=dual_quaternions)
+        document = identify_campaign(folder, means, loss, dual_quaternions, coupling)
         answer.give(document, show_fit, command_line("validate", folder, store=store))
     return OK
 
@@ -61,6 +64,8 @@ def show_fit(console: Console, document: Document) -> None:
         console.print(f"cannot be told: {ambiguity_in_words(ambiguity)}")
     if document.get("expected_error"):
         console.print(document["expected_error"])
+    if document.get("coupling"):
+        show_coupling(console, document["coupling"])
     if document.get("dual_quaternions"):
         _show_dual_quaternions(console, document["dual_quaternions"])
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.answers import Document
 from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import interval, share
+from stiffcal.cli.wording import deviation, interval, share, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -41,3 +41,34 @@ def show_links(console: Console, links: list[Document]) -> None:
             console.print(f"{link['link']}: {sentence}", soft_wrap=True)
         for fault in link["faults"]:
             console.print(f"{link['link']}: {fault['why']}", soft_wrap=True)
+
+
+def show_coupling(console: Console, coupling: Document) -> None:
+    """Draw what each way makes of each parameter: as a stiffness, against tool and rods together."""
+    ways = coupling["ways"]
+    table = plain_table("parameter", *(f"{_HEADS[way['way']]}>" for way in ways))
+    for one in coupling["parameters"]:
+        cells = ["–" if one["name"] in way["left_out"] else _estimate(one[way["way"]], way["way"]) for way in ways]
+        table.add_row(one["name"], *cells)
+    console.print(table)
+    for way in ways:
+        untold = len(way["not_identifiable"])
+        console.print(f"{way['says']}: fit {deviation(way['rms'])} rms, {untold or 'no'} parameters not told apart")
+
+
+_HEADS = {
+    "links-rigid": "links rigid",
+    "tool-alone": "tool alone",
+    "links-taken-out": "links taken out",
+    "with-rods": "with rods, ± 95 %",
+}
+
+
+def _estimate(one: Document | None, way: str) -> str:
+    if one is None:
+        return "cannot be told"
+    spread = share(1.96 * one["std"] / abs(one["value"])) if one["value"] else "–"
+    if way == "with-rods":
+        return f"{significant(one['value'])} ± {spread}"
+    off = "–" if one["against_rods"] is None else f"{100.0 * one['against_rods']:+.1f} %"
+    return f"{off} (± {spread})"

@@ -30,7 +30,11 @@ NO_HISTORY: Document = {"schema": "stiffcal/history/1", "warnings": [], "fits": 
 
 
 def identify_campaign(
-    folder: Path, means: Means | None = None, loss: str = "linear", dual_quaternions: bool = False
+    folder: Path,
+    means: Means | None = None,
+    loss: str = "linear",
+    dual_quaternions: bool = False,
+    coupling: bool = False,
 ) -> Document:
     """Fit model.toml to the campaign's load states.
 
@@ -40,6 +44,7 @@ def identify_campaign(
     means : store, progress and so on.
     loss : "linear" (least squares) or "huber" (outliers count less).
     dual_quaternions : identify joint compliances in paper 003's form too, and say how the two agree.
+    coupling : with rods on a link, identify without them too, and show what the joints are then mistaken by.
 
     Returns
     -------
@@ -57,11 +62,16 @@ def identify_campaign(
     current = current_fit(data, loss)
     if current is not None:
         means.say(f"nothing has changed since fit {current['fit_id']}")
-    if current is not None and (not dual_quaternions or "dual_quaternions" in current):
-        return current
-    fit = fit_now(data, loss, means)
-    document = current or store_fit(data, fit, loss)
-    return _with_dual_quaternions(data, fit, document) if dual_quaternions else document
+    document = current
+    if document is None or (dual_quaternions and "dual_quaternions" not in document):
+        fit = fit_now(data, loss, means)
+        document = document or store_fit(data, fit, loss)
+        document = _with_dual_quaternions(data, fit, document) if dual_quaternions else document
+    if coupling and "coupling" not in document:
+        from stiffcal.workflow.coupling import with_coupling
+
+        document = with_coupling(data, document, loss, means)
+    return document
 
 
 def _with_dual_quaternions(data: Ingested, fit: Fit | None, document: Document) -> Document:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from typing_extensions import TypedDict
 
-from stiffcal.workflow.document_types import Number
+from stiffcal.workflow.document_types import Number, Rms
 
 
 class LinkTorsion(TypedDict):
@@ -55,6 +55,46 @@ class MeasuredLink(TypedDict):
     not_identifiable: list[str]
     not_carried: list[NotCarried]
     faults: list[RodFault]
+
+
+class Estimate(TypedDict):
+    """A parameter as one way tells it; ``against_rods``: relative difference from tool and rods together."""
+
+    value: float
+    std: float
+    against_rods: Number
+
+
+# by way: "links-rigid", "tool-alone", "links-taken-out", "with-rods"; null where that way cannot tell the parameter
+CoupledParameter = TypedDict(
+    "CoupledParameter",
+    {
+        "name": str,
+        "links-rigid": Estimate | None,
+        "tool-alone": Estimate | None,
+        "links-taken-out": Estimate | None,
+        "with-rods": Estimate | None,
+    },
+)
+
+
+class Way(TypedDict):
+    """One way to identify the same load states; ``left_out``: parameters that its model does without."""
+
+    way: Literal["links-rigid", "tool-alone", "links-taken-out", "with-rods"]
+    says: str
+    rms: Rms
+    condition: Number
+    not_identifiable: list[str]
+    left_out: list[str]
+
+
+class Coupling(TypedDict):
+    """What measuring without the rods does to every parameter (``identify --coupling``)."""
+
+    links: list[str]
+    ways: list[Way]
+    parameters: list[CoupledParameter]
 
 
 class RodView(TypedDict):

@@ -1,0 +1,168 @@
+"""What measuring at the tool alone does to the joints' stiffness, and what rods on a link change (000, section 2).
+
+A test at the tool measures all parts at once, and what one part does is laid at another's door: the paper's coupling
+errors. Four identifications of the same load states show them: the links taken as rigid, as most do; everything at once
+from the tool alone; the links' part taken out, as their rods give it, and the joints identified from what remains; and
+everything from tool and rods together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import Progress, no_progress
+from stiffcal.experiments.link_compliance import carried_to_target
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
+from stiffcal.identification.measured_links import MeasuredLink, measure_links
+from stiffcal.identification.readings import observe
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.reduction.motion import gauge_directions
+
+Floats = NDArray[np.float64]
+Way: TypeAlias = Literal["links-rigid", "tool-alone", "links-taken-out", "with-rods"]
+
+WORDS: dict[Way, str] = {
+    "links-rigid": "tool alone, links taken as rigid",
+    "tool-alone": "tool alone, all at once",
+    "links-taken-out": "links' part taken out by the rods",
+    "with-rods": "tool and rods together",
+}
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """The same load states, identified in four ways.
+
+    Attributes
+    ----------
+    fits : by way. links : the links that carry rods.
+    """
+
+    fits: dict[Way, Fit]
+    links: tuple[str, ...]
+
+    def values(self, way: Way) -> dict[str, tuple[float, float]]:
+        """Return each identified parameter's value and standard uncertainty."""
+        return {
+            one.name: (float(one.value), float(one.std))
+            for one in self.fits[way].parameters
+            if one.identifiable and one.value is not None and one.std is not None
+        }
+
+
+def identify_both_ways(
+    states: LoadStates, robot: CompliantRobot, settings: Settings | None = None, progress: Progress = no_progress
+) -> Coupling:
+    """Identify with the rods and without them.
+
+    Parameters
+    ----------
+    states : with rods on one link or more.
+    robot : the whole model, links included; unvalued.
+    settings : see `identify_parameters`.
+    """
+    settings = settings or Settings()
+    rodded = tuple(rods.link for rods in states.setup.rods)
+    alone = without_rods(states)
+    jointed = replace(robot, placed=tuple(one for one in robot.placed if one.place.kind != "links"))
+    rest = replace(robot, placed=tuple(one for one in robot.placed if one.place.link not in rodded))
+    links = measure_links(observe(states, robot.chain), CompliantRobot(robot.chain, ()))
+    ways: tuple[tuple[Way, LoadStates, CompliantRobot], ...] = (
+        ("links-rigid", alone, jointed),
+        ("tool-alone", alone, robot),
+        ("links-taken-out", without_links(states, robot.chain, links), rest),
+        ("with-rods", states, robot),
+    )
+    fits: dict[Way, Fit] = {}
+    for way, these, model in ways:
+        progress(f"identifying: {WORDS[way]}", None)
+        fits[way] = identify_parameters(these, model, settings)
+    return Coupling(fits, rodded)
+
+
+def without_rods(states: LoadStates) -> LoadStates:
+    """Return the states as if the links carried no rods."""
+    setup = replace(states.setup, rods=(), beams=(), sigma=replace(states.setup.sigma, length=None))
+    return replace(states, lengths=np.zeros((len(states), 0)), setup=setup)
+
+
+def without_links(states: LoadStates, chain: Chain, links: tuple[MeasuredLink, ...]) -> LoadStates:
+    """Take out of the measured motion what the rods say that their links did; states without rods are set aside.
+
+    What they say is the compliance that they give, under the load of each state: the readings of single states would
+    bring their noise along, magnified at the tool. A twist that the rods do not see stays in. The rods are gone from
+    what is returned.
+    """
+    data = observe(states, chain)
+    position, rotation = states.position.copy(), states.rotation.copy()
+    deflection, gauges = states.deflection.copy(), states.displacement.copy()
+    read = np.ones(len(states), dtype=np.bool_)
+    directions = gauge_directions(states, chain) if states.setup.gauges else None
+    for link in links:
+        where = data.index[link.index]
+        read &= np.isin(np.arange(len(states)), where)
+        angles = np.ascontiguousarray(data.angles[:, link.index].T)
+        moved = link.compliance.predict(link.wrench)
+        for body, target in enumerate(states.setup.targets):
+            part = carried_to_target(chain, angles, link.link, moved, target)
+            position[where, body] -= part[:, :3]
+            rotation[where, body] = np.swapaxes(rotation_from_vector(part[:, 3:]), -1, -2) @ rotation[where, body]
+            deflection[where, body] -= part
+            for number, gauge in enumerate(states.setup.gauges):
+                if directions is not None and gauge.target == body:
+                    gauges[where, number] -= np.einsum("ni,ni->n", directions[where, number], part[:, :3])
+    aside = np.where(states.used & ~read, "no reading of the rods", states.set_aside)
+    freed = replace(
+        states, position=position, rotation=rotation, deflection=deflection, displacement=gauges, set_aside=aside
+    )
+    return without_rods(freed)
+
+
+def coupling_document(coupling: Coupling) -> dict[str, Any]:
+    """Return the four ways side by side; SI, null where a way cannot tell a parameter."""
+    ways = {way: coupling.values(way) for way in coupling.fits}
+    names = [one.name for one in coupling.fits["with-rods"].parameters]
+    reference = ways["with-rods"]
+    return {
+        "links": list(coupling.links),
+        "ways": [
+            {
+                "way": way,
+                "says": WORDS[way],
+                "rms": fit_rms(fit),
+                "condition": float(fit.condition) if np.isfinite(fit.condition) else None,
+                "not_identifiable": sorted({name for one in fit.ambiguities for name in one.names}),
+                "left_out": [name for name in names if name not in {one.name for one in fit.parameters}],
+            }
+            for way, fit in coupling.fits.items()
+        ],
+        "parameters": [
+            {
+                "name": name,
+                **{
+                    way: None
+                    if name not in values
+                    else {
+                        "value": values[name][0],
+                        "std": values[name][1],
+                        "against_rods": _against(values[name], reference.get(name)),
+                    }
+                    for way, values in ways.items()
+                },
+            }
+            for name in names
+        ],
+    }
+
+
+def _against(value: tuple[float, float], reference: tuple[float, float] | None) -> float | None:
+    """Return the relative difference from the value that tool and rods together give."""
+    return None if reference is None or reference[0] == 0.0 else value[0] / reference[0] - 1.0

@@ -1,0 +1,32 @@
+"""`identify --coupling`: the same load states identified with the rods and without them, side by side."""
+
+from __future__ import annotations
+
+from stiffcal.errors import InputError
+from stiffcal.workflow.steps import IDENTIFY, Document, Ingested, Means, placed_robot
+
+
+def with_coupling(data: Ingested, document: Document, loss: str, means: Means) -> Document:
+    """Add the coupling errors of a campaign with rods to a fit's document, in the store too.
+
+    Raises
+    ------
+    InputError : no rods, or a model that lets no link with rods give.
+    """
+    from stiffcal.identification.coupling import coupling_document, identify_both_ways
+    from stiffcal.identification.identify import Settings
+    from stiffcal.model.assembly import fixed_parameters
+
+    rodded = [rods.link for rods in data.states.setup.rods]
+    robot = placed_robot(data.campaign)
+    if not rodded:
+        reason = "no rods are on any link: there is nothing to compare with"
+        raise InputError.at("command line", "--coupling", reason, "leave it out, or add [ids] and lengths")
+    if not any(one.place.link in rodded for one in robot.placed):
+        reason = f"the model lets no link with rods give ({', '.join(rodded)})"
+        raise InputError.at("command line", "--coupling", reason, f"stiffcal add link-beam --links {rodded[0]}")
+    settings = Settings(loss=loss, fixed=fixed_parameters(data.campaign.model))
+    coupling = identify_both_ways(data.states, robot, settings, means.progress)
+    document = {**document, "coupling": coupling_document(coupling)}
+    data.store.commit({}, {IDENTIFY: document}, command="identify")
+    return document
