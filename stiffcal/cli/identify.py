@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.bodies import show_cartesian, show_joints
 from stiffcal.cli.endings import OK
 from stiffcal.cli.links import show_coupling, show_links
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
@@ -56,6 +57,10 @@ def show_fit(console: Console, document: Document) -> None:
     console.print(
         f"reduced χ² {significant(document['reduced_chi2'])}, condition number {significant(document['condition'])}"
     )
+    if document.get("joints_by_themselves"):
+        show_joints(console, document["joints_by_themselves"])
+    if document.get("cartesian_stiffness"):
+        show_cartesian(console, document["cartesian_stiffness"])
     if document.get("links"):
         show_links(console, document["links"])
     if document.get("rejected"):

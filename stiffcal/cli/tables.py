@@ -38,7 +38,8 @@ def show_parameters(console: Console, parameters: Sequence[dict[str, Any]]) -> N
         table = plain_table("effect", "place", "stiffness, ± 95 %>", "")
         for p in compliances:
             low, high = _ends(p.get("stiffness_interval"))
-            table.add_row(p["effect"], places(p["where"]), _stiffness(p, low, high), _stiffness_unit(p["unit"]))
+            unit = _stiffness_unit(p["unit"]) + ("  within the noise" if p.get("above_noise") is False else "")
+            table.add_row(p["effect"], _place(p), _stiffness(p, low, high), unit)
         console.print(table)
     if others:
         table = plain_table("parameter", "place", "value, ± 95 %>", "")
@@ -47,6 +48,12 @@ def show_parameters(console: Console, parameters: Sequence[dict[str, Any]]) -> N
             words = interval(p["value"], low, high) if p["value"] is not None else "cannot be told"
             table.add_row(p["name"], places(p["where"]), f"{words} (fixed)" if p["fixed"] else words, p["unit"])
         console.print(table)
+
+
+def _place(parameter: dict[str, Any]) -> str:
+    """Return where a compliance sits, and of which axis it is where its effect has several."""
+    symbol = str(parameter["name"]).rpartition(".")[2]
+    return places(parameter["where"]) + ("" if symbol == "c" else f", {symbol}")
 
 
 def _stiffness(parameter: dict[str, Any], low: float | None, high: float | None) -> str:

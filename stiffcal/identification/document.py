@@ -38,6 +38,7 @@ def parameter_document(parameter: Parameter) -> dict[str, Any]:
     }
     if parameter.spec.compliance:
         document |= {"stiffness": None, "stiffness_std": None, "stiffness_interval": None, **parameter.stiffness()}
+        document["above_noise"] = parameter.above_noise
     return document
 
 

@@ -19,6 +19,8 @@ NORMAL_95 = 1.959963984540054
 # A parameter whose 95 % half-width is above 60 % of its value is called poorly known: its stiffness is not known to
 # within a factor of two or three.
 POORLY_KNOWN = 0.6
+# Of 36 compliances that are nothing one rises above this many standard uncertainties in one campaign of twenty.
+ABOVE_NOISE = 3.0
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,13 @@ class Parameter:
         if self.value is None or self.std is None or self.spec.lower < 0.0:
             return False
         return NORMAL_95 * self.std > POORLY_KNOWN * abs(self.value)
+
+    @property
+    def above_noise(self) -> bool | None:
+        """Whether a compliance is told from none at all, at three standard uncertainties; None where it is not free."""
+        if self.value is None or self.std is None:
+            return None
+        return self.value > ABOVE_NOISE * self.std
 
     def stiffness(self) -> dict[str, object]:
         """Return stiffness, its standard uncertainty and interval, for compliances."""

@@ -148,6 +148,7 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
     fit : of the load states; None where there are none.
     """
     from stiffcal.identification.document import fit_document
+    from stiffcal.workflow.bodies import bodies_document
     from stiffcal.workflow.experiments import document_of_parts, experiment_parts, with_parts
     from stiffcal.workflow.state_tables import observed_table
 
@@ -159,6 +160,7 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
         document = document_of_parts(data.campaign.model.balance, parts)
     else:
         document = with_parts(fit_document(fit, data.states) | _expectation(data, fit), parts)
+        document |= bodies_document(data)
         tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
     document |= {"loss": loss, "fit_id": identifier, "key": key_of_fit(data, loss)}
     entry = {

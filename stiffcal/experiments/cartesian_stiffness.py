@@ -1,0 +1,120 @@
+"""The Cartesian stiffness at one pose, straight from measured wrenches and displacements (paper 001, eq. 8 to 15).
+
+K̂ᵀ = (Σ ΔX ΔXᵀ)⁻¹ Σ ΔX Wᵀ takes the displacement for exact and the wrench for what errs. With a camera it is the other
+way round: noise in ΔX then draws K towards zero, most in directions in which the robot is stiff. The compliance
+C = Σ ΔX Wᵀ (Σ W Wᵀ)⁻¹, and its inverse, has no such bias and stands beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.reduction.load_cycles import run_members
+
+Floats = NDArray[np.float64]
+
+# Full: the smallest direction is not below this share of the largest. Of displacements it may be far below, as robots
+# give a thousandfold more in some directions than in others.
+FULL_WRENCH, FULL_DISPLACEMENT = 0.02, 1e-3
+# Lengths by which moments and turns are put beside forces and shifts, m.
+LENGTH_M = 0.5
+FEWEST = 12
+
+
+@dataclass(frozen=True)
+class CartesianStiffness:
+    """At one pose, about the target's origin, base axes.
+
+    Attributes
+    ----------
+    run : its name. target : the frame that was measured.
+    stiffness : (6, 6) by eq. 15, N/m, N/rad, N·m/m, N·m/rad: displacement taken for exact.
+    from_compliance : (6, 6) inverse of the compliance fitted the other way round.
+    compliance : (6, 6) m/N, rad/N, rad/(N·m).
+    fullness : smallest direction over the largest, of the wrenches and of the displacements (lengths scaled by 0.5 m).
+    n : states.
+    """
+
+    run: str
+    target: str
+    stiffness: Floats
+    from_compliance: Floats
+    compliance: Floats
+    fullness: tuple[float, float]
+    n: int
+
+
+def stiffness_by_equation_15(displacement: Floats, wrench: Floats) -> Floats:
+    """Return K (6, 6) of W = K ΔX by 001, eq. 15.
+
+    Parameters
+    ----------
+    displacement : (n, 6) m and rad. wrench : (n, 6) N and N·m, both about one point in one frame.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stiffness = np.diag([1e6, 2e6, 3e6, 1e5, 1e5, 5e4])
+    >>> wrench = np.vstack([np.eye(6), -np.eye(6)])
+    >>> moved = wrench @ np.linalg.inv(stiffness)
+    >>> bool(np.allclose(stiffness_by_equation_15(moved, wrench), stiffness))
+    True
+    """
+    return np.asarray(np.linalg.lstsq(displacement, wrench, rcond=None)[0].T)
+
+
+def cartesian_stiffnesses(states: LoadStates, chain: Chain) -> tuple[CartesianStiffness, ...]:
+    """Return the poses in which wrench and displacement of the tool are both full; none where no run is."""
+    if states.deflection_given or not states.setup.moments_measured or not states.has_orientation:
+        return ()
+    found = []
+    for members in run_members(states.run):
+        kept = members[states.used[members] & np.isfinite(states.rotation[members, 0, 0, 0])]
+        kept = kept[np.isfinite(states.wrench[kept]).all(axis=1)]
+        if len(kept) < FEWEST:
+            continue
+        moved, wrench = _at_target(states, chain, kept)
+        full = _fullness(wrench, np.repeat([1.0, 1.0 / LENGTH_M], 3)), _fullness(moved, np.repeat([1.0, LENGTH_M], 3))
+        if full[0] < FULL_WRENCH or full[1] < FULL_DISPLACEMENT:
+            continue
+        compliance: Floats = np.asarray(np.linalg.lstsq(wrench, moved, rcond=None)[0].T, dtype=np.float64)
+        name = states.runs[int(states.run[kept[0]])].name
+        found.append(
+            CartesianStiffness(
+                name,
+                states.setup.target_names[0],
+                stiffness_by_equation_15(moved, wrench),
+                np.asarray(np.linalg.inv(compliance), dtype=np.float64),
+                compliance,
+                full,
+                len(kept),
+            )
+        )
+    return tuple(found)
+
+
+def _at_target(states: LoadStates, chain: Chain, kept: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    """Return displacements and wrenches (n, 6) of one run about the target, base axes, less their means."""
+    angles = np.broadcast_to(chain.model_angles(states.joints[kept]).mean(axis=0), (len(kept), chain.n_joints))
+    _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
+    point, _ = attached_poses(chain, angles, states.setup.wrench_point)
+    target, _ = attached_poses(chain, angles, states.setup.targets[0])
+    force = np.einsum("nij,nj->ni", axes, states.wrench[kept, :3])
+    moment = np.einsum("nij,nj->ni", axes, states.wrench[kept, 3:]) + np.cross(point - target, force)
+    turn = states.rotation[kept, 0] @ states.rotation[kept[0], 0].T
+    moved = np.concatenate([states.position[kept, 0] - states.position[kept[0], 0], vector_from_rotation(turn)], axis=1)
+    wrench = np.concatenate([force, moment], axis=1)
+    # the run's offset: the reference reading is as noisy as the others
+    return moved - moved.mean(axis=0), wrench - wrench.mean(axis=0)
+
+
+def _fullness(values: Floats, scale: Floats) -> float:
+    singular = np.linalg.svd(values * scale, compute_uv=False)
+    return float(singular[-1] / singular[0]) if singular[0] > 0.0 else 0.0
