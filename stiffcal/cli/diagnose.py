@@ -88,16 +88,21 @@ def show_diagnosis(console: Console, document: Document) -> None:
             f"there they differ by {length(measure['difference_m'])}",
             soft_wrap=True,
         )
-    pace = document["pace"]
+    _show_pace(console, document["pace"])
+    if document["not_tried"]:
+        console.print("\nnot tried:")
+        for one in document["not_tried"]:
+            console.print(f"  {one['effect']}: needs {one['needs']}", soft_wrap=True)
+
+
+def _show_pace(console: Console, pace: Document) -> None:
+    if pace["candidates"] == 0:
+        return
     console.print(
         f"\ntried {pace['candidates']} candidates ({pace['signatures']} with their shapes) beside "
         f"{pace['models']} model{'s' * (pace['models'] != 1)} in {significant(pace['seconds'])} s: "
         f"{pace['candidates_per_second']:.0f} candidates per second, the choice repeated in every fold"
     )
-    if document["not_tried"]:
-        console.print("\nnot tried:")
-        for one in document["not_tried"]:
-            console.print(f"  {one['effect']}: needs {one['needs']}", soft_wrap=True)
 
 
 def _finding_of(document: Document, missing: Document) -> Document | None:

@@ -37,7 +37,7 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
     try:
         with tempfile.TemporaryDirectory(prefix="stiffcal-report-") as folder:
             pages = {
-                "title": f"Stiffness of {content.provenance.robot}",
+                "title": _title(content),
                 "campaign": content.provenance.campaign,
                 "date": content.provenance.date,
                 "maker": " ".join(content.provenance.versions[0]) if content.provenance.versions else "stiffcal",
@@ -50,6 +50,12 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
         place = "choose a place that can be written, with -o"
         raise InputError.at(str(output), "", f"cannot be written ({error.strerror or error})", place) from error
     progress("report written", 1.0)
+
+
+def _title(content: ReportContent) -> str:
+    robot = content.provenance.robot
+    friction_alone = content.states is None and bool(content.extra.get("friction"))
+    return f"Friction of the drives of {robot}" if friction_alone else f"Stiffness of {robot}"
 
 
 def lay_out(content: ReportContent) -> list[Section]:

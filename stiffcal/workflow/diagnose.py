@@ -48,6 +48,11 @@ def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
     stored = stored_document(data.store, DIAGNOSE)
     if stored is not None and stored.get("key") == key and "evidence" in stored:
         return stored
+    if len(data.states) == 0:
+        document = without_states(data, identified, means)
+        document |= {"evidence": [], "fit_id": identified["fit_id"], "key": key}
+        data.store.commit({}, {DIAGNOSE: document}, command="diagnose")
+        return document
     search = search_now(data, str(identified["loss"]), means)
     document = diagnosis_of(data, search)
     means.progress("gathering the evidence", 0.9)
@@ -56,6 +61,49 @@ def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
     documents = {DIAGNOSE: document, DIAGNOSES: diagnoses_with(data, document)}
     data.store.commit({EVIDENCE: table}, documents, command="diagnose")
     return document
+
+
+def without_states(data: Ingested, identified: Document, means: Means) -> Document:
+    """Return the document of a campaign without load states: nothing to search, but whether each law fits its data.
+
+    Friction is adequate where the error at unseen speeds stays within 1.05 times the scatter of repeats, or the fit's
+    own lack is no more than chance (p above 0.01).
+    """
+    from stiffcal.diagnosis.document import SCHEMA
+    from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO, LACK_OF_FIT_P
+    from stiffcal.workflow.validate import validated
+
+    validation = validated(data, identified, means)
+    lack = (identified.get("friction") or {}).get("lack_of_fit")
+    left, noise = validation["rms"].get("torque"), (validation["noise"] or {}).get("torque")
+    adequate = None
+    if left is not None and noise is not None:
+        adequate = bool(left <= ADEQUATE_RATIO * noise or (lack is not None and lack["p_value"] > LACK_OF_FIT_P))
+    words = {
+        True: "the law fits: what it leaves at unseen speeds is no more than repeats scatter",
+        False: "the law does not fit: it leaves more at unseen speeds than repeats scatter; look at the curves",
+        None: "whether the law is good enough cannot be judged: too few repeats to know the noise",
+    }[adequate]
+    nothing = {"translation": None, "rotation": None}
+    return {
+        "schema": SCHEMA,
+        "warnings": list(validation["warnings"]),
+        "adequate": adequate,
+        "noise": validation["noise"],
+        "rms": validation["rms"],
+        "lack_of_fit": lack,
+        "missing": [],
+        "findings": [],
+        "superfluous": [],
+        "next_measurement": None,
+        "not_tried": [{"effect": "every effect that bends the robot", "needs": "load or clamped runs"}],
+        "unexplained": None if adequate is None else not adequate,
+        "structure": [],
+        "heldout_rms_after_choosing": nothing,
+        "parameters_with_missing": [],
+        "pace": {"models": 0, "candidates": 0, "signatures": 0, "seconds": 0.0, "candidates_per_second": 0.0},
+        "summary": f"The campaign holds no load states, so no effect is searched for. Friction: {words}.",
+    }
 
 
 def current_diagnosis(data: Ingested, identified: Document) -> tuple[Document | None, str]:

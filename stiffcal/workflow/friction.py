@@ -177,6 +177,16 @@ def _nothing_told(data: Ingested, placed: tuple[PlacedEffect, ...]) -> Part:
     )
 
 
+def _lack_of_fit(fit: FrictionFit) -> Document | None:
+    """Return what is left against what repeats scatter; None where these are too few."""
+    from scipy.special import chdtrc
+
+    if fit.reduced_chi2 is None:
+        return None
+    p_value = float(chdtrc(fit.dof, fit.dof * fit.reduced_chi2))
+    return {"statistic": fit.reduced_chi2, "dof": [fit.dof, None], "p_value": p_value}
+
+
 def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> Part:
     """Return the part of a fit."""
     by_joint = {one.joint: one for one in fit.joints}
@@ -184,7 +194,11 @@ def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) ->
     for one in placed:
         found = by_joint.get(one.place.joints[0])
         parameters += unknown_parameters(one) if found is None else [parameter_entry(each) for each in found.parameters]
-    section = {"joints": [joint_entry(data, fit, one, placed) for one in fit.joints]}
+    section = {
+        "effects": [effect["type"] for effect in effects_held(placed)],
+        "joints": [joint_entry(data, fit, one, placed) for one in fit.joints],
+        "lack_of_fit": _lack_of_fit(fit),
+    }
     names = {one.place.joints[0]: one for one in placed}
     free = [names[one.joint].parameter_name(symbol) for one in fit.joints for symbol in one.free]
     covariance = np.zeros((len(free), len(free)))

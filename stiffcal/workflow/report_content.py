@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.checks import MANIFEST_FILE
 from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.signals import Joints
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
 from stiffcal.report.content import (
@@ -26,6 +27,7 @@ from stiffcal.report.content import (
 )
 from stiffcal.store import values_of
 from stiffcal.workflow.report_diagnosis import diagnosis_content
+from stiffcal.workflow.report_friction import friction_curves, friction_set_aside
 from stiffcal.workflow.state_tables import component_block
 from stiffcal.workflow.steps import (
     FIT_STATES,
@@ -45,6 +47,13 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 HOW_MANY_DRIVERS = 3
+JOINT_MEASURES = {
+    "position": "joint angles",
+    "command": "commanded angles",
+    "velocity": "joint velocities",
+    "torque": "torques of the drives",
+    "current": "currents of the drives",
+}
 MEASURES = {
     "wrench": "force and moment",
     "pose": "pose",
@@ -67,11 +76,16 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
     identified, validation, history : documents of the present fit.
     """
     states, chain = data.states, data.campaign.chain
-    report_states = report_states_of(data)
+    report_states = report_states_of(data) if len(states) else None
     paths = stored_document(data.store, LOAD_PATHS) or {"paths": []}
+    beside = tuple(
+        ReportRun(run.id, np.full(len(data.joint_names), np.nan), holdout=run.holdout, tags=run.tags)
+        for run in data.campaign.manifest.runs
+        if run.id not in {info.name for info in states.runs}
+    )
     return ReportContent(
         provenance=_provenance(data, identified, history),
-        runs=_runs(states, chain),
+        runs=_runs(states, chain) + beside,
         joint_names=data.joint_names,
         states=report_states,
         identify=identified,
@@ -79,10 +93,11 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
         history=history,
         ingest=stored_document(data.store, INGEST),
         instruments=tuple(_instruments(data)),
-        set_aside=tuple(_set_aside(states)),
-        drivers=tuple(telling_drivers(data, identified, report_states)),
+        set_aside=(*_set_aside(states), *friction_set_aside(data)),
+        drivers=() if report_states is None else tuple(telling_drivers(data, identified, report_states)),
         load_paths=tuple(_load_path(path) for path in paths["paths"]),
         **diagnosis_content(data, identified),
+        extra={"friction": friction_curves(data, identified)},
     )
 
 
@@ -241,6 +256,8 @@ def _instruments(data: Ingested) -> list[Instrument]:
     for source, name, signal in data.campaign.manifest.signals():
         kind = name.split(".")[0]
         held = data.campaign.manifest.sources[source]
+        if isinstance(signal, Joints):
+            kind = ", ".join(JOINT_MEASURES[key] for key in signal.groups())
         measures = MEASURES.get(kind.removesuffix("s") if kind == "poses" else kind, kind)
         body = getattr(signal, "body", None)
         detail = [str(held.format or "csv")]

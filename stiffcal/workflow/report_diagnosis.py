@@ -52,6 +52,8 @@ def _evidence(
     from stiffcal.store import values_of
     from stiffcal.workflow.effect_pictures import effect_picture
 
+    if not document["evidence"]:
+        return []
     table = data.store.read_table(EVIDENCE)
     columns = {name: np.asarray(values_of(table.column(name))) for name in ("entry", "driver", "before", "after")}
     branch, run = (np.array(table.column(name).to_pylist(), dtype=np.str_) for name in ("branch", "run"))

@@ -72,7 +72,9 @@ def _instruments(content: ReportContent) -> Table:
 
 
 def _runs(content: ReportContent) -> Table:
-    angles = content.joint_names if len(content.joint_names) <= _MOST_ANGLE_COLUMNS else ()
+    few = len(content.joint_names) <= _MOST_ANGLE_COLUMNS
+    known = any(np.isfinite(run.joints).any() for run in content.runs)
+    angles = content.joint_names if few and known else ()
     columns = [Column("run", align="left"), *(Column(name, "°") for name in angles)]
     states = content.states
     if states is not None:
@@ -87,9 +89,12 @@ def _runs(content: ReportContent) -> Table:
         if states is not None:
             cells += _run_cells(states, number)
         rows.append(tuple(cells[: len(columns)]))
-    return Table(
-        tuple(columns), tuple(rows), "Runs: joint angles as logged (mean over the run), loads and deflections."
-    )
+    caption = "Runs: joint angles as logged (mean over the run), loads and deflections."
+    if not known:
+        columns.append(Column("tags", align="left", width=1.0))
+        rows = [(*row, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]
+        caption = "Runs; joints move in them, and no load state is taken."
+    return Table(tuple(columns), tuple(rows), caption)
 
 
 def _run_cells(states: ReportStates, number: int) -> list[str]:

@@ -15,7 +15,9 @@ def section(content: ReportContent) -> Section | LeftOut:
     document = content.diagnose
     if document is None:
         return LeftOut(_TITLE, content.not_diagnosed)
-    blocks: list[Block] = [Paragraph(str(document["summary"]), "key"), Paragraph(_meaning(document))]
+    blocks: list[Block] = [Paragraph(str(document["summary"]), "key")]
+    if content.states is not None:
+        blocks.append(Paragraph(_meaning(document)))
     missing = document["missing"]
     if missing:
         blocks.append(Items(tuple(_missing_words(one) for one in missing)))

@@ -24,10 +24,14 @@ def section(content: ReportContent) -> Section | LeftOut:
         (fit["noise"] for fit in reversed(fits) if fit.get("noise")), None
     )
     shown = fits[-_MOST_STEPS:]
-    blocks: list[Block] = [Picture(partial(draw_ladder, shown, zero, noise), _caption(shown, zero, noise))]
+    blocks: list[Block] = []
+    if any(wording.part(fit.get("fit_rms"), "translation") is not None for fit in shown):
+        blocks.append(Picture(partial(draw_ladder, shown, zero, noise), _caption(shown, zero, noise)))
     if any(wording.part(fit.get("heldout_rms"), "rotation") is not None for fit in shown):
         text = "The same ladder for the measured rotations."
         blocks.append(Picture(partial(draw_ladder, shown, zero, noise, "rotation"), text))
+    if not blocks and len(fits) == 1:
+        return LeftOut(_TITLE, "there is one fit, and no displacement in it")
     blocks.append(_table(fits))
     return Section(_TITLE, tuple(blocks))
 

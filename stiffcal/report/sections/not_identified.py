@@ -7,31 +7,39 @@ from typing import Any
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, Section
 from stiffcal.report.content import ReportContent
+from stiffcal.report.sections.friction import friction_told
 from stiffcal.report.sections.stiffness import where_words
 
 ORDER = 40
 _TITLE = "What these data cannot tell"
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> Section | LeftOut | None:
     """Lay out what is not identifiable, and which combinations are known all the same."""
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
-    named = [_words(entry) for entry in content.identify.get("not_identifiable", [])]
+    elsewhere = friction_told(content)
+    named = [
+        _words(entry)
+        for entry in content.identify.get("not_identifiable", [])
+        if isinstance(entry, str) or not entry.get("parameters") or not set(entry["parameters"]) <= elsewhere
+    ]
     open_ones = [
         f"{each['name']} ({where_words(each.get('where', {}), content.joint_names)}): no value"
         for each in content.identify.get("parameters", [])
-        if not each.get("identifiable", True)
+        if not each.get("identifiable", True) and each["name"] not in elsewhere
     ]
     hardly = tuple(
         f"{where_words(each.get('where', {}), content.joint_names)}, {each.get('effect', each['name'])}: hardly known, "
         f"{_range_words(each)}"
         for each in content.identify.get("parameters", [])
-        if each.get("poorly_known")
+        if each.get("poorly_known") and each["name"] not in elsewhere
     )
     if hardly and not named and not open_ones:
         text = "No parameter is beyond telling, but in these poses the loads tell little of the following."
         return Section(_TITLE, (Paragraph(text), Items(hardly)))
+    if not named and not open_ones and content.states is None:
+        return None
     if not named and not open_ones:
         return Section(_TITLE, (Paragraph("Every parameter of the model can be told from these poses and loads."),))
     blocks: list[Block] = [

@@ -24,6 +24,8 @@ def section(content: ReportContent) -> Section | LeftOut:
     document = content.diagnose
     if document is None:
         return LeftOut(_TITLE, content.not_diagnosed)
+    if content.states is None and not document["findings"]:
+        return LeftOut(_TITLE, "without load states no effect was tried")
     blocks: list[Block] = []
     if content.earlier_diagnoses:
         blocks.append(Subheading("Beside the present model"))

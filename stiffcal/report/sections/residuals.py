@@ -30,6 +30,8 @@ def section(content: ReportContent) -> Section | LeftOut:
     """Lay out the residuals every way they were sorted."""
     validation = content.validate
     blocks: list[Block] = []
+    if content.states is None and validation is not None:
+        return LeftOut(_TITLE, "there are no load states to draw")
     if validation is not None:
         blocks.append(Paragraph(_lead(validation)))
         blocks.extend(_by_run(validation))

@@ -7,6 +7,7 @@ from typing import Any
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Column, LeftOut, Paragraph, Section, Subheading, Table
 from stiffcal.report.content import Document, ReportContent
+from stiffcal.report.sections.friction import friction_told
 
 ORDER = 30
 _TITLE = "Stiffness"
@@ -21,6 +22,10 @@ def section(content: ReportContent) -> Section | LeftOut:
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet: run “stiffcal identify”")
     parameters: list[Document] = list(content.identify.get("parameters", []))
+    elsewhere = friction_told(content)
+    if parameters and len(elsewhere) == len(parameters):
+        return LeftOut(_TITLE, "these runs tell friction alone")
+    parameters = [each for each in parameters if each["name"] not in elsewhere]
     if not parameters:
         return LeftOut(_TITLE, "the model holds no parameter")
     blocks: list[Block] = [Paragraph(_lead(content.identify))]
