@@ -37,7 +37,9 @@ def show_ingest(console: Console, document: Document) -> None:
     table = plain_table("run", "states>", "dropped", "clocks ahead of the first source's")
     for run in document["runs"]:
         dropped = run["dropped"]
-        table.add_row(str(run.get("id", run.get("run", ""))), str(run["n_states"]), _dropped(dropped), _clocks(run))
+        swept = f" in {run['passes']} passes" if run.get("passes") else ""
+        name, states = str(run.get("id", run.get("run", ""))), f"{run['n_states']}{swept}"
+        table.add_row(name, states, _dropped(dropped), _clocks(run))
     console.print(table)
 
 

@@ -250,7 +250,7 @@ def placed_states(campaign: Campaign, gathered: Gathered) -> tuple[LoadStates, R
 
 
 def _document(states: LoadStates, runs: Sequence[ReducedRun]) -> dict[str, Any]:
-    """Return the ingest document: clocks, numbers of states, what was dropped and set aside."""
+    """Return the ingest document: clocks, numbers of states, what was dropped and set aside, passes of swept loads."""
     by_name = {run.states.run[0]: run for run in runs}
     entries = []
     for number, info in enumerate(states.runs):
@@ -267,6 +267,7 @@ def _document(states: LoadStates, runs: Sequence[ReducedRun]) -> dict[str, Any]:
                 else {source: offset.as_document() for source, offset in reduced.clocks.items()},
                 "n_states": int(((states.run == number) & states.used).sum()),
                 "dropped": ([] if reduced is None else _dropped(reduced)) + aside,
+                **({"passes": reduced.passes} if reduced is not None and reduced.passes else {}),
             }
         )
     return {

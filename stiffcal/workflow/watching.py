@@ -9,12 +9,19 @@ import numpy as np
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.signals import Deflection, Joints, Wrench
 from stiffcal.errors import Fault
+from stiffcal.identification.measured_links import measure_links
+from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
 from stiffcal.reduction.plausibility import LogWatch, check_displacements
 from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
+
+# States below which nothing is said of rods: a quick look has one of each run.
+ENOUGH_FOR_RODS = 12
 
 
 class Watches:
@@ -53,7 +60,8 @@ def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> t
     estimated : True where frames were found from these very states.
     """
     chain, manifest = campaign.chain, "campaign.toml"
-    loads = np.array([run.experiment == "load" for run in states.runs], dtype=np.bool_)
+    # Where the controller was correcting, what is seen is not what the load did.
+    loads = np.array([run.experiment == "load" and not run.compensated for run in states.runs], dtype=np.bool_)
     chosen = states.select(loads[states.run] & states.used)
     faults = check_displacements([run.name for run in states.runs], chosen.run, chosen.position, manifest)
     if faults:
@@ -67,7 +75,16 @@ def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> t
     if faults:
         return faults, warnings
     faults, doubts = unit_slips(chosen, campaign)
+    warnings += rods_that_cannot_be_right(chosen, chain)
     return faults or check_work(chosen, chain, manifest, *_wrench_of(campaign)), warnings + doubts
+
+
+def rods_that_cannot_be_right(states: LoadStates, chain: Chain) -> list[str]:
+    """Return one line for every rod that its own readings, the others' or the load contradict."""
+    if not states.setup.rods or len(states) < ENOUGH_FOR_RODS:
+        return []
+    links = measure_links(observe(states, chain), CompliantRobot(chain, ()))
+    return [fault.sentence for link in links for fault in link.faults]
 
 
 def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], list[str]]:
