@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from stiffcal.model.effect import (
     Place,
     Sort,
     Term,
+    TorqueAngle,
     Values,
 )
 
@@ -75,6 +76,10 @@ class Backlash(DocumentedEffect):
         if torque.size == 0 or float(torque.min()) * float(torque.max()) >= 0.0:
             return {"band": np.zeros(0)}
         return {"band": np.clip(_BANDS * float(np.abs(torque).max()), 1e-3, 1e4)}
+
+    def from_torque_angle(self, told: TorqueAngle, beside: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+        """The lost motion itself, and the band where there is one."""
+        return {"width": told.width} | ({"band": told.band} if told.band is not None else {})
 
     def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
         """The torque about the joint's axis."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import ClassVar
 
 from stiffcal.mechanics.chain import Chain
@@ -18,6 +18,7 @@ from stiffcal.model.effect import (
     Place,
     Sort,
     Term,
+    TorqueAngle,
     Values,
 )
 
@@ -68,6 +69,10 @@ class CubicStiffness(DocumentedEffect):
         """The torque about the joint's axis."""
         joint = place.joints[0]
         return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+
+    def from_torque_angle(self, told: TorqueAngle, beside: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+        """The curve as it is, torque over angle: `form` of these symbols."""
+        return dict(zip(("p1", "p2", "p3"), told.curve, strict=True))
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of: angle over torque (c2, c3), or torque over angle (p1, p2, p3)."""

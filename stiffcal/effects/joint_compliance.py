@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
@@ -14,6 +14,7 @@ from stiffcal.model.effect import (
     ParameterSpec,
     Place,
     Term,
+    TorqueAngle,
     Values,
 )
 
@@ -57,6 +58,10 @@ class JointCompliance(DocumentedEffect):
         """δ_Rz = c τ, at every joint that the drive turns: one, but for mechanically coupled axes."""
         joint = place.joints[0]
         return drive_terms(chain, joint, "c", drive_torque(chain, loads.wrench, joint))
+
+    def from_torque_angle(self, told: TorqueAngle, beside: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+        """The compliance from the flanks to the ends; none where a curved law beside it holds the linear term too."""
+        return {} if "cubic-stiffness" in beside else {"c": told.compliance}
 
     def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
         """The torque about the joint's axis."""

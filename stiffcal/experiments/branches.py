@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+# With fewer bins none is spared.
+LEAST_BINS = 20
+
 
 @dataclass(frozen=True)
 class Branches:
@@ -72,6 +75,9 @@ def _one_direction(angle: Floats, torque: Floats, way: bool) -> tuple[Floats, ..
     """Return angle, torque, direction, spread and count of the bins that half sweeps of one direction went through."""
     through = np.count_nonzero(np.isfinite(torque), axis=0) if len(torque) else np.zeros(0, dtype=np.int64)
     seen = through > 0
+    # At the ends the noise of the angle chooses what falls into a bin: its mean is not the mean of the curve there.
+    ends = np.flatnonzero(seen)[[0, -1]] if seen.sum() > LEAST_BINS else []
+    seen[ends] = False
     if not seen.any():
         return tuple(np.zeros(0) for _ in range(5))
     angle, torque, through = angle[:, seen], torque[:, seen], through[seen]

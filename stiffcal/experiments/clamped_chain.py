@@ -26,8 +26,8 @@ from stiffcal.mechanics.kinematics import attached_poses, jacobians
 
 Floats = NDArray[np.float64]
 
-# Singular values below this share of the largest count as none: two axes within about a degree of each other.
-RANK = 0.02
+# Singular values below this share of the largest count as none: two axes within about a sixth of a degree.
+RANK = 0.003
 # A joint of which less than this share is seen in a pose is not measured there.
 LEAST_SEEN = 0.1
 

@@ -243,6 +243,23 @@ class Driver:
     value: Floats = field(default_factory=lambda: np.zeros(0))
 
 
+@dataclass(frozen=True)
+class TorqueAngle:
+    """What a clamped joint's torque over angle says, each a value with its standard uncertainty, SI.
+
+    Attributes
+    ----------
+    curve : p1, p2, p3 of τ = p1 φ + p2 φ² + p3 φ³, counted from the flank.
+    compliance : rad/(N·m), from the flanks to the ends of what was reached.
+    width : rad, lost motion; (0, std) where none was found. band : N·m within which it is crossed; None without play.
+    """
+
+    curve: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+    compliance: tuple[float, float]
+    width: tuple[float, float]
+    band: tuple[float, float] | None
+
+
 class Effect(ABC):
     """A physical effect. Subclasses hold constants and pure functions; instances carry no state."""
 
@@ -296,6 +313,15 @@ class Effect(ABC):
     def joint_torque(self, place: Place, chain: Chain, angles: Floats, values: Values) -> Floats | None:
         """Return (n,) torque that acts beside the drive of the place's joint, N·m, or None."""
         return None
+
+    def from_torque_angle(self, told: TorqueAngle, beside: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+        """Return symbol to (value, standard uncertainty) of what a clamped joint's torque over angle says.
+
+        Parameters
+        ----------
+        told : of the place's joint. beside : the other effects that the model holds there, by name.
+        """
+        return {}
 
     def torque_columns(self, velocity: Floats, shape: Values) -> dict[str, Floats]:
         """Return amplitude symbol to (n,) torque of the drive per unit of it, in motion at velocities (n,), rad/s."""

@@ -82,16 +82,18 @@ class Judged:
 
 def experiment_parts(data: Ingested) -> list[Part]:
     """Return what each kind of experiment that the campaign holds adds to ``identify``."""
+    from stiffcal.workflow.clamped import clamped_part
     from stiffcal.workflow.friction import friction_part
 
-    return [part for part in (friction_part(data),) if part is not None]
+    return [part for part in (clamped_part(data), friction_part(data)) if part is not None]
 
 
 def experiments_judged(data: Ingested) -> list[Judged]:
     """Return what each kind of experiment that the campaign holds adds to ``validate``."""
+    from stiffcal.workflow.clamped import clamped_judged
     from stiffcal.workflow.friction import friction_judged
 
-    return [part for part in (friction_judged(data),) if part is not None]
+    return [part for part in (clamped_judged(data), friction_judged(data)) if part is not None]
 
 
 def with_parts(document: Document, parts: Sequence[Part]) -> Document:

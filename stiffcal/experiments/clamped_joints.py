@@ -1,0 +1,170 @@
+"""What clamped runs say of each joint: its runs brought together, with what they do not tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.clamped import ClampedRun
+
+Floats = NDArray[np.float64]
+
+NORMAL_95 = 1.96
+# Torques at which the tangent stiffness is told, as shares of what was reached.
+_TANGENTS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)
+
+
+@dataclass(frozen=True)
+class ClampedJoint:
+    """One joint, from all poses in which it was driven.
+
+    Attributes
+    ----------
+    joint : from 1.
+    runs : those that are used. left_out : those that are not, each with its reason.
+    play : rad, mean over poses; 0 where none is found. play_std : rad, standard uncertainty: scatter between poses and
+        cycles, and half the resolution. spread : rad, largest less smallest of the poses; NaN with one.
+    width, width_std : rad, b of the law. band, band_std : N·m.
+    resolution : rad, what the play is known to at best.
+    friction : N·m, half the torque between the branches; None where none is found. friction_std : N·m.
+    reversal : rad, raw width at zero torque, mean over poses; None where the branches do not come there.
+    curve : (3,) p1, p2, p3, N·m/rad, N·m/rad², N·m/rad³. covariance : (3, 3).
+    reach : rad, from the flanks, both ways. torque : N·m, smallest and largest spring torque that was reached.
+    source : "force sensor" or "motor torque".
+    """
+
+    joint: int
+    runs: tuple[ClampedRun, ...]
+    left_out: tuple[ClampedRun, ...]
+    play: float
+    play_std: float
+    spread: float
+    width: float
+    width_std: float
+    band: float
+    band_std: float
+    resolution: float
+    friction: float | None
+    friction_std: float
+    reversal: float | None
+    curve: tuple[float, float, float]
+    covariance: Floats
+    reach: tuple[float, float]
+    torque: tuple[float, float]
+    source: str
+
+    @property
+    def play_found(self) -> bool:
+        """True where there is a play."""
+        return self.play > 0.0
+
+    def torque_at(self, angle: Floats) -> tuple[Floats, Floats]:
+        """Return (n,) torque and its standard uncertainty at angles counted from the flank, rad; N·m."""
+        powers = np.stack([angle, angle**2, angle**3])
+        spread = np.sqrt(np.maximum(np.einsum("in,ij,jn->n", powers, self.covariance, powers), 0.0))
+        return np.asarray(np.array(self.curve) @ powers), spread
+
+    def tangents(self) -> list[tuple[float, float, float, float]]:
+        """Return (torque, angle, tangent stiffness, its standard uncertainty) over what was reached; SI."""
+        angle = np.linspace(*self.reach, 801)
+        torque, _ = self.torque_at(angle)
+        torque = np.maximum.accumulate(torque)
+        found = []
+        for share in _TANGENTS:
+            wanted = share * (self.torque[1] if share > 0.0 else -self.torque[0])
+            x = float(np.interp(wanted, torque, angle))
+            slope = np.array([1.0, 2.0 * x, 3.0 * x * x])
+            std = float(np.sqrt(max(slope @ self.covariance @ slope, 0.0)))
+            found.append((float(wanted), x, float(slope @ np.array(self.curve)), std))
+        return found
+
+
+def joints_of(runs: Sequence[ClampedRun]) -> list[ClampedJoint]:
+    """Bring the runs of each joint together; joints without a usable run are left out."""
+    found = []
+    for joint in sorted({run.joint for run in runs}):
+        mine = tuple(run for run in runs if run.joint == joint)
+        used = tuple(run for run in mine if not run.left_out)
+        if used:
+            found.append(_joint(joint, used, tuple(run for run in mine if run.left_out)))
+    return found
+
+
+def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun, ...]) -> ClampedJoint:
+    with_play = [run for run in runs if run.fit.play_found]
+    # a play that the better half of the poses sees is there; else the widest motion decides
+    seen = len(with_play) * 2 > len(runs) or (with_play and max(runs, key=lambda run: run.motion) in with_play)
+    plays = np.array([run.play for run in with_play]) if seen else np.zeros(0)
+    resolution = float(np.mean([run.resolution for run in runs]))
+    within = [run.cycle_spread / np.sqrt(run.sweeps.cycles) for run in with_play if np.isfinite(run.cycle_spread)]
+    between = float(np.std(plays, ddof=1) / np.sqrt(plays.size)) if plays.size > 1 else 0.0
+    width, width_std = _mean([(run.fit.law.width, run.fit.std("width")) for run in with_play]) if seen else (0.0, 0.0)
+    band, band_std = _mean([(run.fit.law.band, run.fit.std("band")) for run in with_play]) if seen else (0.0, 0.0)
+    curve, covariance = _pooled(runs)
+    frictions = [run for run in runs if run.friction_found]
+    friction, friction_std = _mean([(run.fit.law.friction, run.fit.std("friction")) for run in frictions])
+    reversals = [run.reversal for run in runs if run.reversal is not None]
+    reach = min(run.fit.law.reach[0] for run in runs), max(run.fit.law.reach[1] for run in runs)
+    ends = np.array(curve) @ np.array([[x, x * x, x**3] for x in reach]).T
+    middle = 0.5 * resolution
+    return ClampedJoint(
+        joint=joint,
+        runs=runs,
+        left_out=left_out,
+        play=float(plays.mean()) if plays.size else 0.0,
+        play_std=float(np.sqrt(between**2 + float(np.mean(np.square(within or [0.0]))) + middle**2)),
+        spread=float(np.ptp(plays)) if plays.size > 1 else float("nan"),
+        width=width,
+        width_std=float(np.hypot(width_std, middle)),
+        band=band,
+        band_std=band_std,
+        resolution=resolution,
+        friction=friction if 2 * len(frictions) > len(runs) else None,
+        friction_std=friction_std,
+        reversal=float(np.mean(reversals)) if reversals else None,
+        curve=curve,
+        covariance=covariance,
+        reach=reach,
+        torque=(float(ends[0]), float(ends[1])),
+        source=runs[0].chain.source,
+    )
+
+
+def _mean(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Return the mean of (value, std) pairs, and its standard uncertainty: the scatter's or the stated one's."""
+    if not values:
+        return 0.0, 0.0
+    each = np.array([value for value, _ in values])
+    stated = float(np.sqrt(np.sum(np.square([std for _, std in values])))) / len(values)
+    scatter = float(np.std(each, ddof=1)) / np.sqrt(each.size) if each.size > 1 else 0.0
+    return float(each.mean()), max(stated, scatter)
+
+
+def _pooled(runs: Sequence[ClampedRun]) -> tuple[tuple[float, float, float], Floats]:
+    """Return the curve from all runs, each with its covariance; their disagreement widens it (Birge's ratio)."""
+    curves = np.array([run.fit.law.curve for run in runs])
+    # scaled to what was reached, so that the three coefficients have one size
+    size = max(max(-run.fit.law.reach[0], run.fit.law.reach[1]) for run in runs)
+    unit = np.array([size, size**2, size**3])
+    information, target = np.zeros((3, 3)), np.zeros(3)
+    inverses = []
+    for run, curve in zip(runs, curves, strict=True):
+        scaled = run.fit.curve_covariance * unit[:, None] * unit
+        floor = 1e-12 * max(float(np.trace(scaled)), 1e-30)
+        inverse = np.linalg.inv(scaled + floor * np.eye(3))
+        inverses.append(inverse)
+        information += inverse
+        target += inverse @ (curve * unit)
+    covariance = np.linalg.inv(information)
+    mean = covariance @ target
+    if len(runs) > 1:
+        apart = sum(float((c * unit - mean) @ i @ (c * unit - mean)) for c, i in zip(curves, inverses, strict=True))
+        covariance = covariance * max(1.0, apart / (3.0 * (len(runs) - 1)))
+    # An encoder's step stretches the angle by its own error, alike in all cycles: no averaging takes that off.
+    stretch = float(np.mean([run.encoder_step / np.sqrt(12.0) / max(np.ptp(run.fit.law.reach), 1e-12) for run in runs]))
+    covariance = covariance + (2.0 * stretch) ** 2 * np.outer(mean, mean)
+    values = mean / unit
+    return (float(values[0]), float(values[1]), float(values[2])), covariance / unit[:, None] / unit

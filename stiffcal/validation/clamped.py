@@ -1,0 +1,86 @@
+"""Clamped joints in poses that their law has not seen: one pose left out, the law of the others held against it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.branches import Branches
+from stiffcal.experiments.clamped import ClampedRun
+from stiffcal.experiments.clamped_joints import joints_of
+from stiffcal.experiments.torque_angle import Law
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class UnseenRun:
+    """One pose, left out.
+
+    Attributes
+    ----------
+    run : its name. joint : from 1.
+    measured : (m,) N·m, averaged torque of the branches. torque : (m,) N·m, measured minus expected.
+    angle : (k,) rad, measured minus expected angle at the torques read, outside the play.
+    """
+
+    run: str
+    joint: int
+    measured: Floats
+    torque: Floats
+    angle: Floats
+
+
+def unseen_clamped(runs: Sequence[ClampedRun]) -> list[UnseenRun]:
+    """Judge every usable run by the law of the joint's other poses; runs held out by the law of all others.
+
+    The middle of the play and the sensor's zero are the pose's own, as the reference of a load run is.
+    """
+    found = []
+    for run in runs:
+        held_out = run.holdout and run.branches.angle.size and run.both_ways
+        others = [one for one in runs if one is not run and one.joint == run.joint and not one.left_out]
+        if (run.left_out and not held_out) or not others:
+            continue
+        joint = joints_of(others)[0]
+        own = run.fit.law
+        friction = joint.friction or 0.0
+        expected = replace(own, width=joint.width, band=joint.band or own.band, curve=joint.curve, friction=friction)
+        law = _placed(expected, run.branches)
+        residual = run.branches.torque - law.torque_at(run.branches.angle, run.branches.up)
+        angle = angle_residual(run.branches, law)
+        found.append(UnseenRun(run.name, run.joint, run.branches.torque, np.asarray(residual), angle))
+    return found
+
+
+def _placed(law: Law, data: Branches) -> Law:
+    """Return the law with middle and zero fitted to branches, by Gauss-Newton steps."""
+    low, high = float(data.angle.min()), float(data.angle.max())
+    for _ in range(8):
+        half = 0.5 * law.width
+        law = replace(law, reach=(min(low - law.middle + half, 0.0), max(high - law.middle - half, 0.0)))
+        base = law.torque_at(data.angle, data.up)
+        step = 1e-3 * max(high - low, 1e-12)
+        size = 1e-3 * max(float(np.abs(data.torque).max()), 1e-12)
+        turned = (replace(law, middle=law.middle + step).torque_at(data.angle, data.up) - base) / step
+        lifted = (replace(law, zero=law.zero + size).torque_at(data.angle, data.up) - base) / size
+        columns = np.stack([turned * (high - low), lifted], axis=1)
+        answer, *_ = np.linalg.lstsq(columns, data.torque - base, rcond=1e-6)
+        law = replace(law, middle=law.middle + float(answer[0]) * (high - low), zero=law.zero + float(answer[1]))
+    return law
+
+
+def angle_residual(data: Branches, law: Law) -> Floats:
+    """Return (k,) rad: how far the angle is from the law's at the torques read, outside the play.
+
+    Inside the play the torque does not tell the angle.
+    """
+    grid, torque = law.grid()
+    total = np.where(data.up, data.torque - law.friction, data.torque + law.friction)
+    band = 3.0 * max(law.band, data.noise) if law.width > 0.0 else 0.0
+    outside = (np.abs(total - law.zero) > band) & (total > torque[0]) & (total < torque[-1])
+    lag = np.where(data.up, law.lag, -law.lag)
+    return np.asarray((data.angle - lag - np.interp(total, torque, grid))[outside])

@@ -1,0 +1,219 @@
+"""Clamped runs of a campaign: from the store's readings to what `identify` says of each joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.errors import InputError
+from stiffcal.experiments.clamped import ClampedRun, analyse_runs
+from stiffcal.experiments.clamped_chain import ClampedChain, clamped_chain
+from stiffcal.experiments.clamped_joints import ClampedJoint, joints_of
+from stiffcal.identification.document import model_document
+from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
+from stiffcal.model.assembly import fixed_parameters
+from stiffcal.reduction.sweeps import moved_joint
+from stiffcal.validation.clamped import angle_residual
+from stiffcal.workflow.clamped_documents import (
+    DEFINITION,
+    NORMAL_95,
+    branches_table,
+    clamped_warnings,
+    parameters_of,
+    run_entry,
+    told_of,
+)
+from stiffcal.workflow.experiments import Judged, Part
+from stiffcal.workflow.ingest import CLAMPED
+from stiffcal.workflow.steps import Document, Ingested, placed_robot
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.campaign.manifest import Run
+    from stiffcal.validation.clamped import UnseenRun
+
+Floats = NDArray[np.float64]
+
+BRANCHES = "clamped_branches"
+
+
+@dataclass(frozen=True)
+class ClampedResult:
+    """What the clamped runs of a campaign say.
+
+    Attributes
+    ----------
+    runs : analysed, in the campaign's order. joints : brought together, those that can be told.
+    """
+
+    runs: tuple[ClampedRun, ...]
+    joints: tuple[ClampedJoint, ...]
+
+
+def clamped_part(data: Ingested) -> Part | None:
+    """Tell every joint that was driven against the fixture; None where the campaign holds no clamped run.
+
+    Where the campaign holds load states too, these are fitted together with the clamped runs, and the parameters come
+    from there; this part then tells play, friction and curve beside them.
+
+    Raises
+    ------
+    InputError
+        A run's moved joint cannot be told, or its pose is not known.
+    """
+    result = clamped_result(data.campaign, readings_of(data))
+    if result is None:
+        return None
+    placed = placed_robot(data.campaign).placed
+    alone = len(data.states) == 0
+    parameters, untold = parameters_of(placed, result.joints, fixed_parameters(data.campaign.model))
+    used = [run for run in result.runs if not run.left_out]
+    squares = [run.fit.rms**2 for run in used]
+    angles = [angle_residual(run.branches, run.fit.law) for run in used]
+    told = np.concatenate(angles) if angles else np.zeros(0)
+    names = data.joint_names
+    section = {
+        "definition": DEFINITION,
+        "joints": [told_of(joint) | {"name": names[joint.joint - 1]} for joint in result.joints],
+        "runs": [run_entry(run) for run in result.runs],
+    }
+    return Part(
+        name=CLAMPED,
+        section=section,
+        parameters=parameters if alone else [],
+        not_identifiable=untold if alone else [],
+        effects=model_document(placed_robot(data.campaign))["effects"] if alone else [],
+        rms={
+            "motor_angle": float(np.sqrt(np.mean(told**2))) if told.size else None,
+            "torque": float(np.sqrt(np.mean(squares))) if squares else None,
+        },
+        n_runs=len(used),
+        n_readings=int(sum(np.count_nonzero(run.sweeps.number >= 0) for run in used)),
+        expected=_expected(result),
+        warnings=clamped_warnings(data, result.runs, result.joints),
+        tables={BRANCHES: branches_table(result.runs)},
+    )
+
+
+def clamped_judged(data: Ingested) -> Judged | None:
+    """Judge each joint in a pose that its law has not seen; None where the campaign holds no clamped run."""
+    from stiffcal.validation.clamped import unseen_clamped
+
+    result = clamped_result(data.campaign, readings_of(data))
+    if result is None:
+        return None
+    unseen = unseen_clamped(result.runs)
+    names = data.joint_names
+    single = [joint.joint for joint in result.joints if joint.joint not in {one.joint for one in unseen}]
+    warnings = [
+        f"joint {names[joint - 1]} was driven in one usable pose alone: how it holds in others is not judged"
+        for joint in single
+    ]
+    torque = np.concatenate([one.torque for one in unseen]) if unseen else np.zeros(0)
+    angle = np.concatenate([one.angle for one in unseen]) if unseen else np.zeros(0)
+    whole = np.concatenate([one.measured for one in unseen]) if unseen else np.zeros(0)
+    noise = [run.branches.noise**2 for run in result.runs if not run.left_out]
+    zero = _rms(whole)
+    by_joint = [
+        _slice(names[j - 1], [one for one in unseen if one.joint == j]) for j in sorted({o.joint for o in unseen})
+    ]
+    return Judged(
+        name=CLAMPED,
+        scheme="leave one pose out, its own middle and zero free" if unseen else "none",
+        rms={"torque": _rms(torque), "motor_angle": _rms(angle)},
+        largest={"torque": _largest(torque), "motor_angle": _largest(angle)},
+        noise={"torque": float(np.sqrt(np.mean(noise)))} if noise else {},
+        relative={"torque": None if not zero else (_rms(torque) or 0.0) / zero},
+        zero_model={"torque": zero},
+        by={"run": [_slice(one.run, [one]) for one in unseen], "joint": by_joint},
+        section={"scheme": "leave one pose out", "n_readings": int(torque.size)},
+        n_readings=int(torque.size),
+        warnings=warnings,
+    )
+
+
+def _slice(label: str, parts: Sequence[UnseenRun]) -> Document:
+    torque, angle = (np.concatenate([getattr(part, key) for part in parts]) for key in ("torque", "angle"))
+    nothing = {"translation": None, "rotation": None}
+    return {
+        "label": label,
+        "low": None,
+        "high": None,
+        "n": int(torque.size),
+        "rms": nothing | {"torque": _rms(torque), "motor_angle": _rms(angle)},
+        "max": nothing | {"torque": _largest(torque), "motor_angle": _largest(angle)},
+    }
+
+
+def _rms(values: Floats) -> float | None:
+    return float(np.sqrt(np.mean(values**2))) if values.size else None
+
+
+def _largest(values: Floats) -> float | None:
+    return float(np.abs(values).max()) if values.size else None
+
+
+def _expected(result: ClampedResult) -> str:
+    if not result.joints:
+        return "no joint can be told from the clamped runs"
+    worst = max(result.joints, key=lambda joint: joint.play_std)
+    return f"play is told to {1e3 * NORMAL_95 * worst.play_std:.2g} mrad or better (95 %)"
+
+
+def readings_of(data: Ingested) -> ClampedReadings | None:
+    """Return the readings of clamped runs; None where there are none."""
+    table = data.beside.get(CLAMPED)
+    if table is None:
+        return None
+    try:
+        return readings_from_table(table)
+    except ValueError as error:
+        raise InputError.at(data.store.shown, CLAMPED, str(error), "delete the store and run ingest again") from error
+
+
+def clamped_result(campaign: Campaign, readings: ClampedReadings | None) -> ClampedResult | None:
+    """Analyse a campaign's clamped runs.
+
+    Raises
+    ------
+    InputError
+        A run's moved joint cannot be told, or its pose is not known.
+    """
+    if readings is None:
+        return None
+    written = {run.id: run for run in campaign.manifest.runs}
+    parts = [readings.of_run(number) for number in range(len(readings.runs))]
+    chains = [
+        _chain_of(campaign, part, written.get(info.name)) for part, info in zip(parts, readings.runs, strict=True)
+    ]
+    runs = analyse_runs(parts, chains)
+    return ClampedResult(tuple(runs), tuple(joints_of(runs)))
+
+
+def _chain_of(campaign: Campaign, readings: ClampedReadings, run: Run | None) -> ClampedChain:
+    chain = campaign.chain
+    info = readings.runs[int(readings.run[0])]
+    joint = moved_joint(info.name, readings.joints, run.moved_joint if run else None, chain.joint_names)
+    setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
+    if run is not None and run.joints_deg is not None:
+        pose = np.deg2rad(np.array(run.joints_deg))
+    else:
+        pose = readings.joints.mean(axis=0)
+        limits = np.where(np.isfinite(chain.limits), chain.limits, np.array([-4.0, 4.0]) * np.pi)
+        beyond = np.flatnonzero((pose < limits[:, 0] - 0.02) | (pose > limits[:, 1] + 0.02))
+        if beyond.size and setup.moments_measured:
+            k = int(beyond[0])
+            raise InputError.at(
+                "campaign.toml", f"run {info.name}: joints_deg",
+                f"the log puts {chain.joint_names[k]} at {np.rad2deg(pose[k]):.0f}°, out of its reach: the motors' "
+                "angles do not tell where the robot stood",
+                "write the pose into the run: joints_deg = […]",
+            )  # fmt: skip
+    fixture = None if run is None or run.fixture_compliance is None else np.array(run.fixture_compliance)
+    return clamped_chain(readings, joint, chain, setup, pose, fixture)

@@ -1,0 +1,232 @@
+"""Clamped runs in documents and words: parameters, each joint, each run, what a reader must know."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.clamped import LEAST_MOTION
+from stiffcal.experiments.torque_angle import SLOPE_SHARE
+from stiffcal.workflow.steps import Document, Ingested
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from stiffcal.experiments.clamped import ClampedRun
+    from stiffcal.experiments.clamped_joints import ClampedJoint
+    from stiffcal.model.composite import PlacedEffect
+    from stiffcal.model.effect import TorqueAngle
+
+NORMAL_95 = 1.96
+
+DEFINITION = {
+    "play": (
+        f"length of the segment about the crossing whose slope stays below {SLOPE_SHARE:g} of the outer slope (from "
+        "the flanks to the ends that were reached), common to both branches; its torque band is told with it"
+    ),
+    "friction": "half the torque between the branches at all angles",
+    "reversal_error": "raw width between the branches at zero torque, which friction alone can cause",
+    "angle": "φ = φ_a − φ_m: what the arm turns against the motor, at the joint's side; torque: what acts on the arm",
+    "curve": "τ = p1 φ + p2 φ² + p3 φ³, φ counted from the flank, rising everywhere in what was reached",
+    "left_out": f"poses whose whole motion is below {LEAST_MOTION:g} times the play",
+    "slope_share": SLOPE_SHARE,
+}
+
+
+def told_of(joint: ClampedJoint) -> Document:
+    """Return a joint's entry in the ``clamped`` section; SI."""
+    play_low = max(joint.play - NORMAL_95 * joint.play_std, 0.0) if joint.play_found else 0.0
+    play_high = joint.play + NORMAL_95 * joint.play_std
+    bands = [run.segment.band for run in joint.runs if run.segment is not None and run.fit.play_found]
+    return {
+        "joint": joint.joint,
+        "play_found": joint.play_found,
+        "play": joint.play,
+        "play_std": joint.play_std,
+        "play_interval": [play_low, play_high],
+        "play_band": float(np.mean(bands)) if bands else None,
+        "resolution": _finite(joint.resolution),
+        "spread_between_poses": _finite(joint.spread),
+        "friction_found": joint.friction is not None,
+        "friction": joint.friction,
+        "friction_std": joint.friction_std if joint.friction is not None else None,
+        "reversal_error": joint.reversal,
+        "torque_from": joint.source,
+        "curve": {
+            "p1": joint.curve[0],
+            "p2": joint.curve[1],
+            "p3": joint.curve[2],
+            "covariance": joint.covariance.tolist(),
+            "reach": list(joint.reach),
+            "torque": list(joint.torque),
+        },
+        "tangent_stiffness": [
+            {
+                "torque": torque,
+                "angle": angle,
+                "stiffness": slope,
+                "interval": [max(slope - NORMAL_95 * std, 0.0), slope + NORMAL_95 * std],
+            }
+            for torque, angle, slope, std in joint.tangents()
+        ],
+        "runs": [run.name for run in joint.runs],
+        "left_out": [{"run": run.name, "why": run.left_out} for run in joint.left_out],
+    }
+
+
+def run_entry(run: ClampedRun) -> Document:
+    """Return a run's entry in the ``clamped`` section; SI."""
+    law = run.fit.law
+    return {
+        "run": run.name,
+        "joint": run.joint,
+        "used": not run.left_out,
+        "left_out": run.left_out,
+        "half_sweeps": run.sweeps.count,
+        "cycles": run.sweeps.cycles,
+        "motion": run.motion,
+        "play": run.play if run.branches.angle.size else None,
+        "play_between_cycles": _finite(run.cycle_spread),
+        "resolution": _finite(run.resolution),
+        "encoder_step": run.encoder_step,
+        "reversal_error": run.reversal,
+        "friction": law.friction if run.both_ways else None,
+        "friction_found": run.friction_found,
+        "law": {
+            "middle": law.middle, "width": law.width, "band": law.band, "zero": law.zero, "friction": law.friction,
+            "lag": law.lag, "curve": list(law.curve), "reach": list(law.reach),
+        },
+        "rms_torque": run.fit.rms,
+        "noise_torque": run.branches.noise,
+        "torque_from": run.chain.source,
+        "lever": _finite(run.chain.lever),
+        "weight": run.chain.weight,
+        "others_share": run.others,
+        "saturated": None if run.saturation is None else run.saturation.sentence,
+    }  # fmt: skip
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def branches_table(runs: tuple[ClampedRun, ...]) -> pa.Table:
+    """Return the averaged branches of all runs: angle, torque, direction, spread between cycles, the law's torque."""
+    from stiffcal.store import table_of
+
+    parts = [run for run in runs if run.branches.angle.size]
+
+    def stacked(values: Sequence[NDArray[Any]]) -> NDArray[Any]:
+        return np.concatenate(values) if values else np.zeros(0)
+
+    return table_of(
+        {
+            "run": [run.name for run in parts for _ in range(run.branches.angle.size)],
+            "joint": stacked([np.full(run.branches.angle.size, run.joint) for run in parts]),
+            "angle_rad": stacked([run.branches.angle for run in parts]),
+            "torque_Nm": stacked([run.branches.torque for run in parts]),
+            "up": stacked([run.branches.up for run in parts]),
+            "spread_Nm": stacked([run.branches.spread for run in parts]),
+            "half_sweeps": stacked([run.branches.n_sweeps for run in parts]),
+            "law_Nm": stacked([run.fit.law.torque_at(run.branches.angle, run.branches.up) for run in parts]),
+        }
+    )
+
+
+def parameters_of(
+    placed: tuple[PlacedEffect, ...], joints: tuple[ClampedJoint, ...], fixed: frozenset[str]
+) -> tuple[list[Document], list[Document]]:
+    """Return the model's parameters as clamped runs tell them, and what they do not tell."""
+    from stiffcal.identification.document import parameter_document
+    from stiffcal.identification.fit import Parameter
+    from stiffcal.identification.reported import amplitude_bounds
+
+    by_joint = {joint.joint: joint for joint in joints}
+    found, untold = [], []
+    for one in placed:
+        joint = by_joint.get(one.place.joints[0]) if one.place.kind == "joints" else None
+        beside = [other.effect.name for other in placed if other is not one and other.place == one.place]
+        values = {} if joint is None else one.effect.from_torque_angle(torque_angle(joint), beside)
+        effect = one.effect.form(values) if values else one.effect
+        names = []
+        for spec in effect.parameters:
+            name = one.parameter_name(spec.symbol)
+            if name in fixed:
+                value = one.values.get(spec.symbol)
+                told = Parameter(name, effect.name, one.place, spec, value, None, None, True, True, False)
+            elif spec.symbol in values:
+                value, std = values[spec.symbol]
+                low, high = amplitude_bounds(spec)
+                ends = max(low, value - NORMAL_95 * std), min(high, value + NORMAL_95 * std)
+                told = Parameter(name, effect.name, one.place, spec, value, std, ends, False, True, value <= low)
+            else:
+                told = Parameter(name, effect.name, one.place, spec, None, None, None, False, False, False)
+                names.append(name)
+            found.append(parameter_document(told))
+        if names:
+            reason = _why_untold(one, joint, beside)
+            untold.append({"parameters": names, "known": None, "value": None, "std": None, "reason": reason})
+    return found, untold
+
+
+def _why_untold(one: PlacedEffect, joint: ClampedJoint | None, beside: list[str]) -> str:
+    if one.place.kind != "joints":
+        return "clamped runs turn one joint at a time: what gives elsewhere needs load states"
+    if joint is None:
+        return f"joint {one.place.joints[0]} was driven in no clamped run that can be used"
+    if beside and not one.effect.from_torque_angle(torque_angle(joint), beside):
+        if one.effect.from_torque_angle(torque_angle(joint), ()):
+            return "another law of the joint holds it too: " + ", ".join(beside)
+    elif not joint.play_found:
+        return "there is no play, and so no band in which it is crossed"
+    return "torque over angle alone does not tell it: measure load states too"
+
+
+def torque_angle(joint: ClampedJoint) -> TorqueAngle:
+    """Return what a joint says, for the effects of the model."""
+    from stiffcal.model.effect import TorqueAngle
+
+    spread = np.sqrt(np.diag(joint.covariance))
+    low, high = joint.reach
+    rise = joint.torque[1] - joint.torque[0]
+    slope = rise / max(high - low, 1e-300)
+    powers = np.array([1.0, high + low, high * high + high * low + low * low])
+    std = float(np.sqrt(max(powers @ joint.covariance @ powers, 0.0)))
+    p1, p2, p3 = joint.curve
+    return TorqueAngle(
+        curve=((p1, float(spread[0])), (p2, float(spread[1])), (p3, float(spread[2]))),
+        compliance=(1.0 / slope, std / slope**2),
+        width=(joint.width, joint.width_std if joint.play_found else 0.5 * joint.resolution),
+        band=(joint.band, joint.band_std) if joint.play_found else None,
+    )
+
+
+def clamped_warnings(data: Ingested, runs: tuple[ClampedRun, ...], joints: tuple[ClampedJoint, ...]) -> list[str]:
+    """Return what a reader of the numbers must know, in words."""
+    words = []
+    names = data.joint_names
+    for run in runs:
+        if run.left_out and not run.holdout:
+            words.append(f"run {run.name} is left out for joint {names[run.joint - 1]}: {run.left_out}")
+        if run.saturation is not None:
+            words.append(f"run {run.name}: {run.saturation.sentence}")
+        if run.others > 0.05:
+            words.append(
+                f"run {run.name}: other joints take up {100.0 * run.others:.0f} % of joint {names[run.joint - 1]}'s "
+                "motion in this pose; it is taken off as their own curves say"
+            )
+    if any(run.chain.source == "motor torque" for run in runs):
+        words.append(
+            "torque is told by the motors alone: friction is in it, and half the torque between the branches is "
+            "named friction"
+        )
+    if any(not run.chain.moments_measured for run in runs):
+        words.append("no moments are measured: a joint's torque is that of the force's lever about its axis alone")
+    told = {joint.joint for joint in joints}
+    for number in sorted({run.joint for run in runs} - told):
+        words.append(f"joint {names[number - 1]} cannot be told: none of its clamped runs can be used")
+    return words
