@@ -165,7 +165,7 @@ def _never_held(log: JointLog, first: int, last: int) -> str:
     width = max(2, time.size // PIECES)
     speed = float(np.max(np.abs(angle[width:] - angle[:-width]) / (time[width:] - time[:-width]), initial=0.0))
     return (
-        f"a stroke of {np.degrees(size):.3g}° never held a velocity (fastest {speed:.3g} rad/s): "
+        f"a stroke of {np.degrees(size):.2g}° never held a velocity (fastest {speed:.2g} rad/s): "
         "the stretch is too short for it"
     )
 

@@ -35,7 +35,7 @@ def test_a_velocity_that_was_never_reached() -> None:
     assert not passes
     assert len(dropped) == 4
     assert "never held a velocity" in dropped[0].reason
-    assert "73.8°" in dropped[0].reason
+    assert "74°" in dropped[0].reason
 
 
 def test_the_fastest_moment_of_a_swing_is_not_steady() -> None:
