@@ -58,8 +58,8 @@ def show_validation(console: Console, document: Document) -> None:
     table.add_row("noise", deviation(document["noise"]) if document["noise"] else "not known")
     table.add_row("share of the deflection", _shares(document["relative"]))
     console.print(table)
-    for key, title in (("by_run", "run"), ("by_direction", "direction"), ("by_load", "load"), ("by_branch", "branch")):
-        _show_bins(console, title, document.get(key) or [])
+    for title in ("body", "run", "direction", "load", "branch"):
+        _show_bins(console, title, document.get(f"by_{title}") or [])
     if document.get("worst"):
         console.print(f"worst: {_worst(document['worst'])}")
     for line in document["failed"]:
@@ -74,12 +74,15 @@ def show_validation(console: Console, document: Document) -> None:
 def _show_bins(console: Console, title: str, bins: list[dict[str, Any]], most: int = 8) -> None:
     if len(bins) < 2:
         return
-    table = plain_table(title, "states>", "rms>", "max>")
+    of_deflection = ("share of its deflection>",) if "zero_model" in bins[0] else ()
+    table = plain_table(title, "states>", "rms>", "max>", *of_deflection)
     ranked = sorted(bins, key=lambda item: -_translation(item["rms"]))
     for item in ranked[:most]:
-        table.add_row(
-            str(item["label"]), str(item["n"]), deviation(_as_pair(item["rms"])), deviation(_as_pair(item["max"]))
-        )
+        cells = [str(item["label"]), str(item["n"]), *(deviation(_as_pair(item[key])) for key in ("rms", "max"))]
+        if of_deflection:
+            whole = _translation(item["zero_model"])
+            cells.append(share(_translation(item["rms"]) / whole) if whole else "–")
+        table.add_row(*cells)
     console.print(table)
     if len(ranked) > most:
         console.print(f"  and {len(ranked) - most} more, each below these (all in --json)")

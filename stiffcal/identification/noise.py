@@ -219,13 +219,13 @@ def rms_by_measure(squares: Floats, data: Observations) -> dict[str, float | Non
     for measure, kinds in MEASURES.items():
         rows = np.isin(data.kind, kinds)
         if rows.any() or measure != "length":
-            n_vectors = sum(int(np.count_nonzero(data.seen[vector].any(axis=0))) for vector in _vectors(data, rows))
+            n_vectors = sum(int(np.count_nonzero(data.seen[vector].any(axis=0))) for vector in reading_rows(data, rows))
             total = float(np.sum(np.where(data.seen[rows], squares[rows], 0.0)))
             found[measure] = float(np.sqrt(total / n_vectors)) if n_vectors else None
     return found
 
 
-def _vectors(data: Observations, rows: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
+def reading_rows(data: Observations, rows: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
     """Return the rows that belong to one reading, reading by reading."""
     # gauges and rods are readings of their own
     own = np.where(data.kind <= ROTATION, -1, data.component)

@@ -13,7 +13,7 @@ SCHEMA = "stiffcal/validate/1"
 
 
 def _slice_document(part: Slice) -> dict[str, Any]:
-    return {
+    document = {
         "label": part.label,
         "low": finite(part.low),
         "high": finite(part.high),
@@ -21,6 +21,7 @@ def _slice_document(part: Slice) -> dict[str, Any]:
         "rms": part.rms,
         "max": part.largest,
     }
+    return document if part.zero_model is None else document | {"zero_model": part.zero_model}
 
 
 def validation_document(states: LoadStates, validation: Validation) -> dict[str, Any]:

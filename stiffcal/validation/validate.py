@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.noise import rms_by_measure
+from stiffcal.identification.noise import reading_rows, rms_by_measure
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import MEASURES
+from stiffcal.identification.rows import MEASURES, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
@@ -36,6 +36,7 @@ class Slice:
     low, high : the part's range, NaN where it has none.
     n : states.
     rms, largest : {"translation", "rotation"} of the residual's length, m and rad; with rods "length", m.
+    zero_model : the displacement itself, likewise; None where it is not asked for.
     """
 
     label: str
@@ -44,6 +45,7 @@ class Slice:
     n: int
     rms: dict[str, float | None]
     largest: dict[str, float | None]
+    zero_model: dict[str, float | None] | None = None
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class Validation:
     ----------
     unseen : residuals state by state.
     rms, largest, noise, relative, zero_model : {"translation", "rotation"}, with rods "length" too.
-    by : "run", "direction", "load", "branch", "joint_angle" to slices.
+    by : "run", "direction", "load", "branch", "joint_angle" to slices; "body" too where several bodies are tracked.
     worst : indices of the states with the largest residual, worst first (into the campaign's load states), with its
         length in m.
     """
@@ -70,15 +72,17 @@ class Validation:
 
 
 def lengths(values: Floats, data: Observations, measure: str = "translation") -> Floats:
-    """Return (n,) the length of the residual vector in one measure; NaN where nothing was seen.
+    """Return (n,) the length of the residual vector in one measure, of several the longest; NaN where none was seen.
 
     Parameters
     ----------
-    measure : "translation" (gauges included), "rotation", or "length" (of a state's rods together).
+    measure : "translation" (gauges included), "rotation", or "length" (of rods).
     """
-    rows = data.rows_of(*MEASURES[measure])
-    squares = np.sum(np.where(data.seen[rows], values[rows] ** 2, 0.0), axis=0)
-    return np.where(data.seen[rows].any(axis=0), np.sqrt(squares), np.nan)
+    longest = np.full(data.n_states, np.nan)
+    for rows in reading_rows(data, np.isin(data.kind, MEASURES[measure])):
+        squares = np.sum(np.where(data.seen[rows], values[rows] ** 2, 0.0), axis=0)
+        longest = np.fmax(longest, np.where(data.seen[rows].any(axis=0), np.sqrt(squares), np.nan))
+    return longest
 
 
 def rms_of(values: Floats, data: Observations) -> dict[str, float | None]:
@@ -89,10 +93,6 @@ def rms_of(values: Floats, data: Observations) -> dict[str, float | None]:
 def _largest_of(values: Floats, data: Observations) -> dict[str, float | None]:
     found: dict[str, float | None] = {}
     for name in rms_of(values, data):
-        if name == "length":
-            own = np.abs(values[data.rows_of(*MEASURES[name])])[data.seen[data.rows_of(*MEASURES[name])]]
-            found[name] = float(own.max()) if own.size else None
-            continue
         length = lengths(values, data, name)
         found[name] = float(np.nanmax(length)) if np.isfinite(length).any() else None
     return found
@@ -129,6 +129,8 @@ def validate_fit(states: LoadStates, fit: Fit, unseen: Unseen | None = None) -> 
         "branch": _by_branch(states, found),
         "joint_angle": _by_joint_angle(states, found),
     }
+    if len(data.setup.targets) > 1:
+        by["body"] = _by_body(found)
     return Validation(found, rms, _largest_of(found.residual, data), fit.noise_length, relative, zero, by, worst)
 
 
@@ -137,6 +139,20 @@ def _by_run(states: LoadStates, unseen: Unseen) -> list[Slice]:
         _slice(states.runs[number].name, np.nan, np.nan, unseen.data.run == number, unseen)
         for number in np.unique(unseen.data.run)
     ]
+
+
+def _by_body(unseen: Unseen) -> list[Slice]:
+    """Judge every tracked body by itself, from the tool inwards."""
+    slices = []
+    for number, name in enumerate(unseen.data.setup.target_names):
+        poses = np.isin(unseen.data.kind, (TRANSLATION, ROTATION)) & (unseen.data.body == number)
+        data = replace(unseen.data, seen=unseen.data.seen & poses[:, None])
+        if data.seen.any():
+            own = np.where(data.seen, unseen.residual, 0.0)
+            moved = rms_of(np.where(data.seen, unseen.displacement, 0.0), data)
+            largest = _largest_of(own, data)
+            slices.append(Slice(name, np.nan, np.nan, data.n_seen, rms_of(own, data), largest, moved))
+    return slices
 
 
 def load_in_base(data: Observations, robot: CompliantRobot) -> Floats:

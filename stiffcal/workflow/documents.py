@@ -107,6 +107,7 @@ class Part(TypedDict):
     n: int
     rms: Rms
     max: Rms
+    zero_model: NotRequired[Rms]
 
 
 class Worst(TypedDict):
@@ -133,6 +134,7 @@ class Validate(TypedDict):
     by_load: list[Part]
     by_branch: list[Part]
     by_joint_angle: list[Part]
+    by_body: NotRequired[list[Part]]
     worst: list[Worst]
     passed: bool
     failed: list[str]
