@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from stiffcal.compensation.filtering import LowPass, tool_arm, weight_matrix
 from stiffcal.compensation.linear_nodes import linear_nodes, node_chain
 from stiffcal.compensation.step_shapes import Shapes
+from stiffcal.compensation.tool_weight import tool_arm, weight_matrix
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.low_pass import LowPass
 from stiffcal.model.composite import CompliantRobot
 
 Floats = NDArray[np.float64]

@@ -119,12 +119,14 @@ class RunInfo:
     experiment : "load", "clamped", "friction" or "free".
     holdout : never used to fit.
     tags : free words.
+    compensated : the controller was correcting while the run was measured.
     """
 
     name: str
     experiment: str = "load"
     holdout: bool = False
     tags: tuple[str, ...] = ()
+    compensated: bool = False
 
 
 @dataclass(frozen=True)

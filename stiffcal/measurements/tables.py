@@ -80,7 +80,8 @@ def states_from_table(table: pa.Table) -> LoadStates:
     if document.get("schema") != SCHEMA:
         raise ValueError(f"this table is not {SCHEMA}; ingest again")
     runs = tuple(
-        RunInfo(run["name"], run["experiment"], run["holdout"], tuple(run["tags"])) for run in document["runs"]
+        RunInfo(run["name"], run["experiment"], run["holdout"], tuple(run["tags"]), run.get("compensated", False))
+        for run in document["runs"]
     )
     number = {run.name: k for k, run in enumerate(runs)}
     setup = _setup(document["setup"])
@@ -169,6 +170,7 @@ def _setup_document(states: LoadStates) -> dict[str, Any]:
     return {
         "runs": [
             {"name": run.name, "experiment": run.experiment, "holdout": run.holdout, "tags": list(run.tags)}
+            | ({"compensated": True} if run.compensated else {})
             for run in states.runs
         ],
         "setup": {

@@ -284,7 +284,9 @@ def load_states(gathered: Gathered, manifest: Manifest, chain: Chain, setup: Mea
 
 
 def _run_info(name: str, run: Run | None) -> RunInfo:
-    return RunInfo(name) if run is None else RunInfo(name, run.experiment, run.holdout, run.tags)
+    if run is None:
+        return RunInfo(name)
+    return RunInfo(name, run.experiment, run.holdout, run.tags, run.compensation == "on")
 
 
 def _joints(gathered: Gathered, chain: Chain, written: Mapping[str, Run]) -> Floats:

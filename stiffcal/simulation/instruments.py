@@ -83,6 +83,9 @@ class Samples:
         rotation = self.played.rotation_at(frame, self.path)
         if self.frames[frame].body == 0:
             return position, rotation
+        shift = self._corrected(frame)
+        if shift is not None:
+            position, rotation = position + shift[:, :3], rotation_from_vector(shift[:, 3:]) @ rotation
         return position + self.misplaced[:3], np.asarray(rotation_from_vector(self.misplaced[3:]) @ rotation)
 
     def stand(self, frame: str) -> tuple[Floats, Floats]:
@@ -101,7 +104,15 @@ class Samples:
         start = self.played.unloaded[frame]
         rotation = self.played.rotation_at(frame, self.path)
         moved = self.played.position_at(frame, self.path) - start[:3, 3]
+        shift = self._corrected(frame)
+        if shift is not None:
+            moved, rotation = moved + shift[:, :3], rotation_from_vector(shift[:, 3:]) @ rotation
         return np.concatenate([moved, vector_from_rotation(rotation @ start[:3, :3].T)], axis=1)
+
+    def _corrected(self, frame: str) -> Floats | None:
+        """Return (n, 6) how far a correcting controller moves and turns a frame; None where none corrects."""
+        correction = self.played.correction
+        return None if correction is None else correction.shift_at(frame, self.time)
 
 
 @dataclass(frozen=True)
@@ -254,7 +265,10 @@ def _joints(signal: Joints, samples: Samples, place: str) -> Reading:
     parts, kinds = [], []
     for key in signal.groups():
         if not isinstance(program, MotionProgram):
-            value, kind = np.repeat(samples.played.act.joints[None, :] * ratio, n, axis=0), "angle_rad"
+            value, kind = np.repeat(samples.played.act.joints[None, :], n, axis=0), "angle_rad"
+            if samples.played.correction is not None:
+                value = value + samples.played.correction.offset_at(samples.time)
+            value = value * ratio
         elif key in ("position", "command"):
             value, kind = program.joints_at(samples.path) * ratio, "angle_rad" if key == "position" else "none"
         elif key == "velocity":

@@ -22,6 +22,7 @@ from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotat
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Observed, Sort, StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
+from stiffcal.simulation.correction import Correction
 from stiffcal.simulation.cycles import LoadProgram
 from stiffcal.simulation.settings import FILE_NAME, Loads
 
@@ -66,6 +67,7 @@ class Played:
     unloaded : frame name to (4, 4) base_from_frame at the run's start.
     nodes : (s, 2J + 2, 6) the nodes' own displacements since the run's start, node axes, m and rad; None where the
         robot that answers does not tell them. Rods on links see these.
+    correction : what a correcting controller adds over time; None where none corrects.
     """
 
     act: Act
@@ -74,21 +76,23 @@ class Played:
     turn: Mapping[str, Floats]
     unloaded: Mapping[str, Floats]
     nodes: Floats | None = None
+    correction: Correction | None = None
 
     def position_at(self, frame: str, path: Floats) -> Floats:
-        """Return (n, 3) the frame's origin in base axes at path coordinates, m."""
-        return self._between(self.position[frame], path)
+        """Return (n, 3) the frame's origin in base axes at path coordinates, m; without corrections."""
+        return self.between(self.position[frame], path)
 
     def rotation_at(self, frame: str, path: Floats) -> Floats:
-        """Return (n, 3, 3) base_from_frame rotation at path coordinates."""
-        turn = rotation_from_vector(self._between(self.turn[frame], path))
+        """Return (n, 3, 3) base_from_frame rotation at path coordinates; without corrections."""
+        turn = rotation_from_vector(self.between(self.turn[frame], path))
         return np.asarray(turn @ self.unloaded[frame][:3, :3])
 
     def node_at(self, node: int, path: Floats) -> Floats | None:
         """Return (n, 6) a node's own displacement since the run's start; None where it is not known."""
-        return None if self.nodes is None else self._between(self.nodes[:, node], path)
+        return None if self.nodes is None else self.between(self.nodes[:, node], path)
 
-    def _between(self, value: Floats, path: Floats) -> Floats:
+    def between(self, value: Floats, path: Floats) -> Floats:
+        """Return (n, …) what is known at the solved places, (s, …), at path coordinates."""
         after = np.clip(np.searchsorted(self.node, path, side="left"), 1, self.node.size - 1)
         step = self.node[after] - self.node[after - 1]
         share = np.clip((path - self.node[after - 1]) / step, 0.0, 1.0)[:, None]
@@ -144,6 +148,7 @@ def play(
     frames: Mapping[str, Attachment],
     tool: ToolWeight,
     settle: Settle | None = None,
+    told: Mapping[str, Floats] | None = None,
 ) -> list[Played]:
     """Solve all runs in one batch.
 
@@ -155,6 +160,7 @@ def play(
     tool : what hangs on the flange.
     settle : who says where the robot comes to rest; None: the exact balance of ``robot``. Effects of observation
         (drift, a slip) are ``robot``'s in either case.
+    told : run to (s, L) rad, by how much a controller moves the joints at each solved place.
 
     Raises
     ------
@@ -168,7 +174,8 @@ def play(
     for point in dict.fromkeys(act.loads.point for act in acts):
         group = [act for act in acts if act.loads.point == point]
         nodes = [_nodes_of(act) for act in group]
-        places = _solve(robot, group, nodes, frames, tool, settle or _balanced(robot))
+        joints = [_joints_of(act, mine, told) for act, mine in zip(group, nodes, strict=True)]
+        places = _solve(robot, group, nodes, np.concatenate(joints), (frames, tool), settle or _balanced(robot))
         start = 0
         for act, mine in zip(group, nodes, strict=True):
             stop = start + mine.first.size
@@ -214,15 +221,22 @@ def _nodes_of(act: Act) -> _Nodes:
     return _Nodes(np.array(path), numbers, first)
 
 
+def _joints_of(act: Act, nodes: _Nodes, told: Mapping[str, Floats] | None) -> Floats:
+    """Return (b, L) the logged angles at which each balance of a run is solved, rad."""
+    joints = np.repeat(act.joints[None], nodes.first.size, axis=0)
+    return joints if told is None else joints + told[act.name][nodes.first]
+
+
 def _solve(
     robot: CompliantRobot,
     acts: Sequence[Act],
     nodes: Sequence[_Nodes],
-    frames: Mapping[str, Attachment],
-    tool: ToolWeight,
+    logged: Floats,
+    looked_at: tuple[Mapping[str, Attachment], ToolWeight],
     settle: Settle,
 ) -> Places:
     """Find the places in several runs with one load point; observation effects included."""
+    frames, tool = looked_at
     setup = MeasurementSetup(
         wrench_axes=_BASE,
         wrench_point=acts[0].load_point,
@@ -236,8 +250,6 @@ def _solve(
     wrench = np.concatenate(
         [act.program.wrench_at(mine.path[mine.first]) for act, mine in zip(acts, nodes, strict=True)]
     )
-    counts = [mine.first.size for mine in nodes]
-    logged = np.repeat(np.stack([act.joints for act in acts]), counts, axis=0)
     order = _order_of(robot, acts, nodes)
     places = settle(robot.chain.model_angles(logged), wrench, setup, order)
     shift = _observed_shift(robot, places.displacement, order)

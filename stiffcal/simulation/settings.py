@@ -163,6 +163,20 @@ class FrictionMotion(Table):
     ripple_per_turn: NotNegative = Field(100.0, description="waves of it on one turn of the joint")
 
 
+class Controller(Table):
+    """How the controller corrects in runs with ``compensation = "on"`` in campaign.toml (001, Fig. 3; 002, Fig. 5)."""
+
+    cycle_s: Positive = Field(0.004, description="from one reading to the next (002: 4 ms, 001: 1 ms)")
+    delay_s: NotNegative = Field(0.0, description="from the reading until the robot has moved")
+    filter_hz: Positive | None = Field(None, description="cut-off of the low-pass for the force; left out: none")
+    effects: list[str] = Field(
+        ["joint-compliance"], description="what the controller's model holds of model.toml's effects"
+    )
+    parameters: dict[str, float] = Field(
+        {}, description="values that it takes for true, by full name; the others it knows as they are"
+    )
+
+
 class SimulatedRun(Table):
     """One run: where the robot stands, and what differs from `[loads]`, `[clamped]` or `[friction]`."""
 
@@ -195,6 +209,7 @@ class SimulationSettings(Table):
     clamped: Clamping = Clamping()
     friction: FrictionMotion = FrictionMotion()
     robot: TrueRobot = TrueRobot()
+    controller: Controller = Controller()
     frames: dict[str, Placement] = Field({}, description="[frames.NAME]: true places, by the manifest's names")
     sensors: dict[str, Sensor] = Field({}, description="[sensors.NAME], by the manifest's source names")
     runs: Annotated[list[SimulatedRun], Field(min_length=1)]

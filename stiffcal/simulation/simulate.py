@@ -23,6 +23,7 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.clamped import play_clamped
+from stiffcal.simulation.controller import compensated
 from stiffcal.simulation.friction import StrokesProgram, play_friction
 from stiffcal.simulation.logs import Column, dialect_of, write_log
 from stiffcal.simulation.motion import MotionProgram
@@ -111,6 +112,10 @@ def play_campaign(
     tool = tool_weight(campaign.manifest)
     held = [act for act in acts if not isinstance(act.program, MotionProgram)]
     played = {one.act.name: one for one in play(robot, held, frames, tool, settle)}
+    on = {run.id for run in campaign.manifest.runs if run.compensation == "on"}
+    correcting = [one for name, one in played.items() if name in on]
+    for one in compensated(robot, correcting, settings.controller, frames, tool, settle):
+        played[one.act.name] = one
     for act, run in zip(acts, settings.runs, strict=True):
         if isinstance(act.program, StrokesProgram):
             played[act.name] = play_friction(robot, act, frames, tool, settings.friction_of(run))

@@ -256,7 +256,8 @@ def _logged(
     valued: ValuedCampaign, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
 ) -> Floats:
     """Return the forces of a log at the path's times: filtered, without the tool's weight."""
-    from stiffcal.compensation.filtering import LowPass, without_tool
+    from stiffcal.compensation.tool_weight import without_tool
+    from stiffcal.mechanics.low_pass import LowPass
 
     assert forces.log is not None
     log = read_table(forces.log, (), (*AXES, "t"))

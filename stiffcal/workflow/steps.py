@@ -65,7 +65,8 @@ class Ingested:
     campaign : the folder's three files.
     store : the opened store.
     table : the states as they lie in the store.
-    states : the same as arrays; none where the campaign holds other experiments alone.
+    states : the same as arrays, without what a correcting controller commanded (`reduction.commanded`); none where the
+        campaign holds other experiments alone.
     beside : tables of what other experiments measured ("clamped", "friction", "free_motion"), as far as there are any.
     """
 
@@ -101,6 +102,7 @@ def ingested(folder: Path, means: Means) -> Ingested:
     InputError : the input is wrong, or a step is missing and ``means.update`` is False.
     """
     from stiffcal.measurements.tables import states_from_table
+    from stiffcal.reduction.commanded import without_commands
     from stiffcal.workflow.ingest import ingest_campaign, is_stale
 
     campaign = load_campaign(Path(folder))
@@ -116,7 +118,7 @@ def ingested(folder: Path, means: Means) -> Ingested:
         mend = "delete the store and run ingest again (its history goes too)"
         raise InputError.at(store.shown, STATES, str(error), mend) from error
     beside = {name: store.read_table(name) for name in BESIDE if name in store.tables}
-    return Ingested(campaign, store, table, states, beside)
+    return Ingested(campaign, store, table, without_commands(states, campaign.chain), beside)
 
 
 def announce(step: str, reason: str, folder: Path, means: Means) -> None:

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.compensation.filtering import weight_on_sensor
 from stiffcal.compensation.step import CompensationStep, StepSettings
 from stiffcal.compensation.targets import correct_joints
+from stiffcal.compensation.tool_weight import weight_on_sensor
 from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
 from stiffcal.mechanics.chain import LinkBeam
 from stiffcal.model.catalogue import find_effects

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.compensation.filtering import weight_on_sensor
+from stiffcal.compensation.tool_weight import weight_on_sensor
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment, Floats
 from stiffcal.mechanics.kinematics import attached_poses
