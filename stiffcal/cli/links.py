@@ -28,7 +28,8 @@ def show_links(console: Console, links: list[Document]) -> None:
         part = link["share_of_tool"]
         of_tool = "" if part is None else f"; {share(part)} of the tool's deflection is the link's"
         console.print(f"{link['link']}: {len(link['rods'])} rods carry {', '.join(link['carried'])}{of_tool}")
-        table = plain_table("compliance of the link's end", "value, ± 95 %>", "")
+        as_beam = " (as a beam)" if link.get("compliance_structure") == "beam" else ""
+        table = plain_table(f"compliance of the link's end{as_beam}", "value, ± 95 %>", "")
         low, high = link["compliance_interval"]
         for row, column, words, factor, unit in _ELEMENTS:
             value = link["compliance"][row][column]

@@ -3,20 +3,34 @@
 The end's displacement is δ = T z, z the amplitudes that the rods carry. A conservative link answers the wrench w at its
 end by δ = C w with C symmetric, so that z = S Tᵀ w and C = T S Tᵀ with S symmetric: that is what is fitted, to the
 rods' readings themselves, each run with an offset of its own, because the reading that they count from is as noisy as
-the others. Where rods leave a bending moment out, z is no such answer, and its rows are fitted one by one.
+the others. Rods that leave a bending moment out cannot tell so much. Then the link counts as an even beam, which
+answers every wrench with five flexibilities, and the wrench says how much of the bending each load makes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.rods import LinkEstimate
+from stiffcal.experiments.rods import Design, LinkEstimate
 from stiffcal.measurements.load_states import Attachment
+from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.mechanics.beam import (
+    FORCE_2,
+    FORCE_3,
+    MOMENT_2,
+    MOMENT_3,
+    TENSION,
+    UNKNOWNS,
+    end_fields,
+    flexibility_patterns,
+)
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rods import rod_fields
 from stiffcal.model.equilibrium import displacement_between
 from stiffcal.model.shape import chain_shape
 
@@ -37,7 +51,7 @@ class LinkCompliance:
     matrix : (6, 6); NaN where these rods or these loads do not tell.
     std : (6, 6) standard uncertainty.
     slopes : (36, p) of the matrix by the fitted coefficients; coefficients : (p,); covariance : (p, p).
-    symmetric : True where C = Cᵀ was used; False where the rods leave out a bending moment.
+    structure : "symmetric": any C = Cᵀ; "beam": an even beam, where the rods leave out a bending moment.
     reduced_chi2 : of the readings against the stated uncertainty; NaN where none is stated.
     dof : readings beyond coefficients and offsets. factor : of the 95 % interval.
     not_identifiable : in words.
@@ -49,7 +63,7 @@ class LinkCompliance:
     slopes: Floats
     coefficients: Floats
     covariance: Floats
-    symmetric: bool
+    structure: Literal["symmetric", "beam"]
     reduced_chi2: float
     dof: int
     factor: float
@@ -91,13 +105,13 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     read = estimate.amplitudes @ design.matrix.T + estimate.residual
     stated = estimate.sigma_source == "stated"
     weight = 1.0 / estimate.sigma if stated else np.ones(read.shape[1])
-    symmetric = not any(u >= 4 for u in design.left_out)
-    pairs = _coefficients(design.end, symmetric)
-    # What a rod reads per coefficient: its amplitude's column times the load that the coefficient goes with.
-    columns = np.stack([(design.matrix @ amplitude) @ wrench.T for amplitude, _ in pairs], axis=-1)  # (m, n, p)
-    slopes = np.stack([end for _, end in pairs], axis=-1).reshape(36, -1)
+    whole = not any(unknown in design.left_out for unknown in (FORCE_2, FORCE_3, TENSION, MOMENT_2, MOMENT_3))
+    basis = _symmetric_basis(design) if whole else _beam_basis(estimate.rods, estimate.shape)
+    # What a rod reads per coefficient, and what the compliance has of it.
+    columns = np.stack([rods @ wrench.T for rods, _ in basis], axis=-1)  # (m, n, p)
+    slopes = np.stack([end for _, end in basis], axis=-1).reshape(36, -1)
     centred = _centring(run, len(read))
-    rows = centred(np.moveaxis(columns, 0, 1) * weight[None, :, None]).reshape(-1, len(pairs))
+    rows = centred(np.moveaxis(columns, 0, 1) * weight[None, :, None]).reshape(-1, len(basis))
     target = centred(read * weight).reshape(-1)
     size = np.linalg.norm(rows, axis=0)
     size[size == 0.0] = 1.0
@@ -109,32 +123,31 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     dof = len(target) - int(kept.sum()) - offsets
     chi2 = float(np.sum((target - rows @ coefficients) ** 2) / dof) if dof > 0 else np.nan
     covariance = inverse @ inverse.T * (1.0 if stated else chi2)
-    told = _told(slopes / size, right[~kept], estimate.torsion.identifiable)
+    told = _told(slopes / size, right[~kept], estimate.torsion.identifiable or not whole)
     matrix = np.where(told, (slopes @ coefficients).reshape(6, 6), np.nan)
     std = np.sqrt(np.einsum("ip,pq,iq->i", slopes, covariance, slopes)).reshape(6, 6)
     return LinkCompliance(
-        estimate.rods.link, matrix, np.where(told, std, np.nan), slopes, coefficients, covariance, symmetric,
+        estimate.rods.link, matrix, np.where(told, std, np.nan), slopes, coefficients, covariance,
+        "symmetric" if whole else "beam",
         chi2 if stated else np.nan, dof, _factor(dof, stated), _untold(estimate, told),
     )  # fmt: skip
 
 
-def _coefficients(end: Floats, symmetric: bool) -> list[tuple[Floats, Floats]]:
-    """Return for each coefficient its amplitudes per wrench (k, 6), and its share of the compliance (6, 6)."""
-    count = end.shape[1]
-    pairs = []
-    if symmetric:
-        for a in range(count):
-            for b in range(a, count):
-                unit = np.zeros((count, count))
-                unit[a, b] = unit[b, a] = 1.0
-                pairs.append((unit @ end.T, end @ unit @ end.T))
-        return pairs
-    for a in range(count):
-        for b in range(6):
-            answer = np.zeros((count, 6))
-            answer[a, b] = 1.0
-            pairs.append((answer, end @ answer))
-    return pairs
+def _symmetric_basis(design: Design) -> list[tuple[Floats, Floats]]:
+    """Return for each coefficient of S what the rods read per wrench (m, 6), and its share of C (6, 6)."""
+    basis = []
+    for a in range(design.end.shape[1]):
+        for b in range(a, design.end.shape[1]):
+            unit = np.zeros((design.end.shape[1], design.end.shape[1]))
+            unit[a, b] = unit[b, a] = 1.0
+            basis.append((design.matrix @ unit @ design.end.T, design.end @ unit @ design.end.T))
+    return basis
+
+
+def _beam_basis(rods: Rods, shape: BeamShape) -> list[tuple[Floats, Floats]]:
+    """Return the same for an even beam's flexibilities."""
+    fields, ends = rod_fields(rods, shape)[:, : len(UNKNOWNS)], end_fields(shape)[:, : len(UNKNOWNS)]
+    return [(fields @ per_load, ends @ per_load) for per_load in flexibility_patterns(shape)]
 
 
 def _centring(run: Integers | None, n: int) -> Callable[[Floats], Floats]:
@@ -158,7 +171,7 @@ def _told(slopes: Floats, lost: Floats, twist: bool) -> NDArray[np.bool_]:
     if len(lost):
         part = np.linalg.norm(slopes @ lost.T, axis=1).reshape(6, 6)
         told = part <= 1e-6 * np.linalg.norm(slopes, axis=1).reshape(6, 6)
-    if not twist:
+    if not (twist and told[3, 3]):
         told[3, :] = told[:, 3] = False
     return told
 
@@ -171,7 +184,7 @@ def _factor(dof: int, stated: bool) -> float:
 
 def _untold(estimate: LinkEstimate, told: NDArray[np.bool_]) -> tuple[str, ...]:
     sentences = []
-    if not estimate.torsion.identifiable:
+    if not told[3, 3]:
         sentences.append(f"the link's twist: {estimate.torsion.why}")
     others = told.copy()
     others[3], others[:, 3] = True, True

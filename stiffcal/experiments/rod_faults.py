@@ -19,16 +19,7 @@ from numpy.typing import NDArray
 
 from stiffcal.experiments.rods import Design, rod_design
 from stiffcal.measurements.rods import BeamShape, Rods
-from stiffcal.mechanics.beam import (
-    FORCE_2,
-    FORCE_3,
-    MOMENT_2,
-    MOMENT_3,
-    TENSION,
-    TORSION,
-    UNKNOWNS,
-    amplitudes_per_load,
-)
+from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
 
 Floats = NDArray[np.float64]
@@ -156,21 +147,9 @@ def find_rod_faults(
 
 
 def _load_columns(rods: Rods, shape: BeamShape, wrench: Floats) -> Floats:
-    """Return (5, n, m): what the rods read per flexibility: 1/EI3, 1/EI2, their product's, 1/GJ, 1/EA."""
-    per_load, fields = amplitudes_per_load(shape), rod_fields(rods, shape)[:, : len(UNKNOWNS)]
-    columns = []
-    for pairs in (
-        ((FORCE_2, FORCE_2), (MOMENT_2, MOMENT_2)),
-        ((FORCE_3, FORCE_3), (MOMENT_3, MOMENT_3)),
-        ((FORCE_2, FORCE_3), (FORCE_3, FORCE_2), (MOMENT_2, MOMENT_3), (MOMENT_3, MOMENT_2)),
-        ((TORSION, TORSION),),
-        ((TENSION, TENSION),),
-    ):
-        flexible = np.zeros((len(UNKNOWNS), len(UNKNOWNS)))
-        for row, column in pairs:
-            flexible[row, column] = 1.0
-        columns.append(wrench @ (fields @ flexible @ per_load).T)
-    return np.stack(columns)
+    """Return (5, n, m): what the rods read per flexibility of an even beam."""
+    fields = rod_fields(rods, shape)[:, : len(UNKNOWNS)]
+    return np.stack([wrench @ (fields @ per_load).T for per_load in flexibility_patterns(shape)])
 
 
 def _next_fault(rods: Rods, readings: _Readings) -> tuple[RodFault | None, _Readings]:

@@ -154,6 +154,7 @@ def _link_document(link: MeasuredLink) -> dict[str, Any]:
             "bound": estimate.torsion.bound,
             "why": estimate.torsion.why,
         },
+        "compliance_structure": compliance.structure,
         "compliance": [_numbers(row) for row in compliance.matrix],
         "compliance_std": [_numbers(row) for row in compliance.std],
         "compliance_interval": [[_numbers(row) for row in end] for end in compliance.interval],

@@ -206,3 +206,23 @@ def amplitudes_per_load(shape: BeamShape) -> Floats:
     rows[MOMENT_2] = [n2, 0.0, 0.0, 0.0, 0.0, 1.0]
     rows[MOMENT_3] = [n3, 0.0, 0.0, 0.0, -1.0, 0.0]
     return rows
+
+
+def flexibility_patterns(shape: BeamShape) -> Floats:
+    """Return (5, 6, 6): the unknowns' amplitudes per wrench at the axis' end, for each flexibility of an even beam.
+
+    In order: the elements 33, 22 and 23 of the inverse of the bending rigidities, 1/GJ, 1/EA. With x2 and x3 principal
+    axes the first two are 1/EI3 and 1/EI2.
+    """
+    pairs = (
+        ((FORCE_2, FORCE_2), (MOMENT_2, MOMENT_2)),
+        ((FORCE_3, FORCE_3), (MOMENT_3, MOMENT_3)),
+        ((FORCE_2, FORCE_3), (FORCE_3, FORCE_2), (MOMENT_2, MOMENT_3), (MOMENT_3, MOMENT_2)),
+        ((TORSION, TORSION),),
+        ((TENSION, TENSION),),
+    )
+    flexible = np.zeros((len(pairs), len(UNKNOWNS), len(UNKNOWNS)))
+    for number, places in enumerate(pairs):
+        for row, column in places:
+            flexible[number, row, column] = 1.0
+    return np.asarray(flexible @ amplitudes_per_load(shape))

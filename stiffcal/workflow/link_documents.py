@@ -35,7 +35,10 @@ class NotCarried(TypedDict):
 
 
 class MeasuredLink(TypedDict):
-    """A link with rods: displacement of its end per wrench there, beam axes, m and rad per N and N·m."""
+    """A link with rods: displacement of its end per wrench there, beam axes, m and rad per N and N·m.
+
+    ``compliance_structure``: any symmetric matrix, or that of an even beam where the rods leave out a bending moment.
+    """
 
     link: str
     rods: list[str]
@@ -48,6 +51,7 @@ class MeasuredLink(TypedDict):
     displacement_std: list[Number]
     share_of_tool: Number
     torsion: LinkTorsion
+    compliance_structure: Literal["symmetric", "beam"]
     compliance: list[list[Number]]
     compliance_std: list[list[Number]]
     compliance_interval: list[list[list[Number]]]
