@@ -53,7 +53,7 @@ def show_check(console: Console, document: Document) -> None:
     _show_sources(console, document["sources"])
     _show_ranges(console, document["sources"])
     _show_runs(console, document.get("runs", []))
-    kinematics = document.get("kinematics", {})
+    kinematics = document.get("kinematics") or {}
     if kinematics.get("median_m") is not None:
         turned = kinematics.get("orientation_rad")
         words = f"kinematics meets the tracker within {length(kinematics['median_m'])} (median)"
@@ -126,7 +126,8 @@ def _show_runs(console: Console, runs: list[Document], most: int = 15) -> None:
     table = plain_table("run", "experiment", "states>", "set aside>", "largest force [N]>")
     for run in runs[:most]:
         force = significant(run["largest_force_N"])
-        table.add_row(run["id"], run["experiment"], str(run["n_states"]), str(len(run["set_aside"])), force)
+        taken = f"{run['n_readings']} readings" if run.get("n_readings") else str(run["n_states"])
+        table.add_row(run["id"], run["experiment"], taken, str(len(run["set_aside"])), force)
     console.print(table)
     if len(runs) > most:
         console.print(f"  and {len(runs) - most} more runs (all in --json)")

@@ -38,7 +38,8 @@ def show_ingest(console: Console, document: Document) -> None:
     for run in document["runs"]:
         dropped = run["dropped"]
         swept = f" in {run['passes']} passes" if run.get("passes") else ""
-        name, states = str(run.get("id", run.get("run", ""))), f"{run['n_states']}{swept}"
+        taken = f"{run['n_readings']} readings" if run.get("n_readings") else run["n_states"]
+        name, states = str(run.get("id", run.get("run", ""))), f"{taken}{swept}"
         table.add_row(name, states, _dropped(dropped), _clocks(run))
     console.print(table)
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.reduction.plausibility import LogWatch
+    from stiffcal.workflow.reducing import Beside
     from stiffcal.workflow.watching import Watches
 
 SCHEMA = "stiffcal/check/1"
@@ -73,12 +74,57 @@ def check_campaign(
                 document["registration"] = registration.as_document()
             if not quick or any(source.is_states for source in campaign.manifest.sources.values()):
                 missing += _joints(campaign, states, document)
-    elif gathered is None and not faults:
+    elif gathered is None and not faults and not beside and not (quick and _read_in_full(campaign)):
         missing.append("no load states yet: measure a run")
+    if beside and not faults:
+        missing += _beside(campaign, beside, document)
     raise_faults(faults)
     document["ready"] = not missing
     document["missing"] = missing
     return document
+
+
+def _read_in_full(campaign: Campaign) -> bool:
+    """Tell whether the campaign holds runs of which the first lines alone say nothing."""
+    return any(run.experiment in ("clamped", "friction") for run in campaign.manifest.runs)
+
+
+def _beside(campaign: Campaign, beside: Beside, document: dict[str, Any]) -> list[str]:
+    """Add runs that make no load states to the document; return what is missing of them."""
+    experiments = {run.id: run.experiment for run in campaign.manifest.runs}
+    document.setdefault("runs", [])
+    document.setdefault("kinematics", None)
+    document.setdefault("n_states", 0)
+    for entry in beside.entries:
+        document["runs"].append(
+            {
+                "id": entry["id"],
+                "experiment": experiments.get(entry["id"], ""),
+                "n_states": 0,
+                "n_readings": entry.get("n_readings", 0),
+                "set_aside": [str(one["why"]) for one in entry["dropped"]],
+                "largest_force_N": None,
+                "work_J": None,
+                "clock_ahead_s": entry["clock_ahead_s"],
+            }
+        )
+    document["warnings"] += beside.warnings
+    return _without_friction(campaign, beside)
+
+
+def _without_friction(campaign: Campaign, beside: Beside) -> list[str]:
+    """Return a line for every joint whose friction the model asks for and no run tells."""
+    from stiffcal.workflow.steps import moving_effects
+
+    if beside.friction is None:
+        return []
+    steady, motion = beside.friction.steady, beside.friction.motion
+    told = set() if steady is None else set(steady.joint[steady.used].tolist())
+    if motion is not None:
+        told |= {k + 1 for k, moved in enumerate(motion.one_way.T) if moved.any()}
+    names = campaign.chain.joint_names
+    asked = [one.place.joints[0] for one in moving_effects(campaign)]
+    return [f"joint {names[k - 1]}: no run tells its friction: move it both ways" for k in asked if k not in told]
 
 
 def _check_run(campaign: Campaign, run: str | None) -> None:

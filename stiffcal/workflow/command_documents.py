@@ -43,11 +43,12 @@ class SourceSeen(TypedDict):
 
 
 class RunSeen(TypedDict):
-    """A run: how many load states, which were set aside."""
+    """A run: how many load states, or readings of another experiment; which were set aside."""
 
     id: str
     experiment: str
     n_states: int
+    n_readings: NotRequired[int]
     set_aside: list[Any]
     largest_force_N: Number
 

@@ -19,6 +19,7 @@ from stiffcal.workflow.body_documents import CartesianStiffness, JointByItself
 from stiffcal.workflow.command_documents import Check, Edit, Effects, Init, Plot, Report, Run, Simulate, StatesExport
 from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
 from stiffcal.workflow.document_types import Fault, Matrix, Model, Number, Rms, Threshold, Where
+from stiffcal.workflow.friction_types import Friction, FrictionJudged
 from stiffcal.workflow.link_documents import Coupling, MeasuredLink
 
 
@@ -96,6 +97,8 @@ class Identify(TypedDict):
     dual_quaternions: NotRequired[DualQuaternions]
     joints_by_themselves: NotRequired[list[JointByItself]]
     cartesian_stiffness: NotRequired[list[CartesianStiffness]]
+    n_readings: NotRequired[int]
+    friction: NotRequired[Friction]
 
 
 class Part(TypedDict):
@@ -135,6 +138,8 @@ class Validate(TypedDict):
     by_branch: list[Part]
     by_joint_angle: list[Part]
     by_body: NotRequired[list[Part]]
+    by_joint: NotRequired[list[Part]]
+    friction: NotRequired[FrictionJudged]
     worst: list[Worst]
     passed: bool
     failed: list[str]

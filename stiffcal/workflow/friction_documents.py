@@ -214,19 +214,22 @@ def slice_entry(label: str, residual: Floats) -> dict[str, Any]:
 
 
 def fit_table(data: Ingested, fit: FrictionFit) -> pa.Table:
-    """Return every row of the fit: velocity, friction as measured (weight, inertia, zeros taken off), fit, residual."""
+    """Return every row of the fit as a table."""
     from stiffcal.store import table_of
 
+    return table_of(friction_fit_columns(fit, data.joint_names))
+
+
+def friction_fit_columns(fit: FrictionFit, joint_names: tuple[str, ...]) -> dict[str, Any]:
+    """Return columns: velocity, friction as measured (weight, inertia, zeros taken off), fit, residual."""
     rows = fit.rows
-    return table_of(
-        {
-            "run": rows.run.tolist(),
-            "joint": [data.joint_names[joint - 1] for joint in rows.joint],
-            "steady": rows.steady,
-            "velocity_radps": rows.velocity,
-            "friction_measured_Nm": fit.friction_measured,
-            "friction_Nm": fit.friction,
-            "beside_Nm": fit.beside,
-            "residual_Nm": fit.residual,
-        }
-    )
+    return {
+        "run": rows.run.tolist(),
+        "joint": [joint_names[joint - 1] for joint in rows.joint],
+        "steady": rows.steady,
+        "velocity_radps": rows.velocity,
+        "friction_measured_Nm": fit.friction_measured,
+        "friction_Nm": fit.friction,
+        "beside_Nm": fit.beside,
+        "residual_Nm": fit.residual,
+    }

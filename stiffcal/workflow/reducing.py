@@ -213,7 +213,7 @@ def _friction_entry(name: str, friction: FrictionReduction) -> dict[str, Any]:
         own = np.array([steady.runs[k].name == name for k in steady.run], dtype=np.bool_)
         readings += int((own & steady.used).sum())
         reasons, counts = np.unique(steady.set_aside[own & ~steady.used], return_counts=True)
-        dropped += [{"why": str(why), "readings": int(count)} for why, count in zip(reasons, counts, strict=True)]
+        dropped += [{"why": str(why), "pieces": int(count)} for why, count in zip(reasons, counts, strict=True)]
     if motion is not None:
         readings += int(np.sum([motion.runs[k].name == name for k in motion.run]))
     return {"id": name, "clock_ahead_s": {}, "n_states": 0, "n_readings": readings, "dropped": dropped}

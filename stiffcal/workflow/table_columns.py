@@ -33,6 +33,44 @@ def _each(pattern: str, axes: Iterable[str], meaning: Meaning) -> dict[str, Mean
 _FORCE = Meaning("force on the robot by its surroundings, in the axes of the setup written beside the table", "N")
 _MOMENT = Meaning("moment likewise, about the setup's point; zero where only forces are measured", "N·m")
 
+FRICTION: Mapping[str, Meaning] = {
+    "run": Meaning("the run's id"),
+    "joint": Meaning("the joint that moved"),
+    "velocity_radps": Meaning("as logged, mean over the pass; its sign is the direction", "rad/s"),
+    "torque_Nm": Meaning("of the drive at the joint's side of the gear, mean over the stretch", "N·m"),
+    "stretch": Meaning("passes of one number share a stretch of angle and a speed, and so their weight"),
+    "low_rad": Meaning("where the stretch begins", "rad"),
+    "high_rad": Meaning("where it ends", "rad"),
+    "start_s": Meaning("the velocity was held from, on the log's clock", "s"),
+    "end_s": Meaning("until", "s"),
+    "n_readings": Meaning("samples averaged"),
+    "torque_scatter_Nm": Meaning("standard deviation of single samples", "N·m"),
+    "set_aside": Meaning("why the pass is not used; empty where it is"),
+}
+
+FREE_MOTION: Mapping[str, Meaning] = {
+    "run": Meaning("the run's id"),
+    "time_s": Meaning("on the log's clock", "s"),
+    "<joint>_model_rad": Meaning("angle of the chain's joint, smoothed", "rad"),
+    "<joint>_model_radps": Meaning("its velocity", "rad/s"),
+    "<joint>_model_radps2": Meaning("its acceleration", "rad/s²"),
+    "<joint>_drive_radps": Meaning("velocity of the joint's drive, at the joint's side of the gear", "rad/s"),
+    "<joint>_drive_radps2": Meaning("its acceleration", "rad/s²"),
+    "<joint>_drive_Nm": Meaning("its torque, at the joint's side", "N·m"),
+    "<joint>_one_way": Meaning("true where the drive kept its direction for as long as the sample takes in"),
+}
+
+FRICTION_FIT: Mapping[str, Meaning] = {
+    "run": Meaning("the run's id"),
+    "joint": Meaning("the joint"),
+    "steady": Meaning("true for a pass at constant velocity, false for a sample of other motion"),
+    "velocity_radps": Meaning("of the drive, at the joint's side of the gear", "rad/s"),
+    "friction_measured_Nm": Meaning("measured torque less weight, inertia and zeros as fitted", "N·m"),
+    "friction_Nm": Meaning("the fitted friction", "N·m"),
+    "beside_Nm": Meaning("weight, inertia and zeros as fitted", "N·m"),
+    "residual_Nm": Meaning("measured less fitted", "N·m"),
+}
+
 STATES: Mapping[str, Meaning] = {
     "run": Meaning("the run's id"),
     "row": Meaning("data row of the table of states, or the hold's number in the run; from 1"),

@@ -21,8 +21,11 @@ import pyarrow as pa
 
 from stiffcal.campaign.manifest import Source
 from stiffcal.diagnosis.evidence import EffectEvidence
+from stiffcal.experiments.friction import FrictionFit
+from stiffcal.experiments.friction_rows import steady_rows
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, Layout
+from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.rods import BeamShape, rods_between
 from stiffcal.measurements.tables import states_table
@@ -32,9 +35,19 @@ from stiffcal.model.effect import Place, StateOrder
 from stiffcal.reduction.logs import Rows
 from stiffcal.store import table_of
 from stiffcal.workflow.evidence import evidence_columns
+from stiffcal.workflow.friction_documents import friction_fit_columns
 from stiffcal.workflow.recording_tables import recording_table
 from stiffcal.workflow.state_tables import observed_table
-from stiffcal.workflow.table_columns import EVIDENCE, OBSERVED, RECORDING, STATES, Meaning
+from stiffcal.workflow.table_columns import (
+    EVIDENCE,
+    FREE_MOTION,
+    FRICTION,
+    FRICTION_FIT,
+    OBSERVED,
+    RECORDING,
+    STATES,
+    Meaning,
+)
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}
@@ -45,6 +58,9 @@ _TOLD = {
     "recording": "A table `recordings/RUN/SOURCE`: one row per reading, in SI and in the instrument's own axes.",
     "fit": "The table `fit`: one row per load state that was fitted, with what the fitted model says of it.",
     "unseen": "The table `unseen`: one row per load state, with what a fit says of it that has not seen its pose.",
+    "friction": "The table `friction`: one row per pass of one joint at constant velocity.",
+    "free_motion": "The table `free_motion`: one row per sample of a motion in the air that is not steady.",
+    "friction_fit": "The table `friction_fit`: one row per pass or sample of a joint that was fitted.",
     "evidence": "The table `evidence`: one row per effect and load state, the residual against what drives the effect.",
 }
 
@@ -59,6 +75,9 @@ def specimens() -> dict[str, tuple[pa.Table, Mapping[str, Meaning]]]:
         "fit": (observed, OBSERVED),
         "unseen": (observed, OBSERVED),
         "evidence": (table_of(evidence_columns(states, {"": _evidence()})), EVIDENCE),
+        "friction": (steady_table(_passes(), ("<joint>",)), FRICTION),
+        "free_motion": (motion_table(_motion(), ("<joint>",)), FREE_MOTION),
+        "friction_fit": (table_of(friction_fit_columns(_friction_fit(), ("<joint>",))), FRICTION_FIT),
     }
 
 
@@ -169,6 +188,24 @@ def _evidence() -> EffectEvidence:
     rms: dict[str, float | None] = {"translation": 0.0, "rotation": 0.0}
     placed = PlacedEffect(effect, Place("joints", (1,)))
     return EffectEvidence(placed, "", "1", False, None, _FIRST, _ONE, _ONE, _ONE, _ONE, rms, rms, ())
+
+
+def _passes() -> SteadyReadings:
+    first = np.ones(1, dtype=np.int64)
+    return SteadyReadings(
+        runs=(RunInfo("run"),), run=_FIRST, joint=first, velocity=_ONE, torque=_ONE, stretch=_FIRST, low=_ONE,
+        high=_ONE, start=_ONE, end=_ONE, n_readings=first, scatter=_ONE, set_aside=np.array([""]),
+    )  # fmt: skip
+
+
+def _motion() -> FreeMotion:
+    one = np.zeros((1, 1))
+    return FreeMotion((RunInfo("run"),), _FIRST, _ONE, one, one, one, one, one, one, np.ones((1, 1), dtype=np.bool_))
+
+
+def _friction_fit() -> FrictionFit:
+    rows = steady_rows(_passes())
+    return FrictionFit((), rows, _ONE, _ONE, _ONE, _ONE, _ONE, 0, None, 1.0, False)
 
 
 def schema_texts() -> dict[str, str]:
