@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.experiments.link_compliance import carried_to_target
 from stiffcal.identification.measured_links import links_document, measure_links
 from stiffcal.identification.readings import observe
-from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.measurements.load_states import Floats, LoadStates, Sigma
 from stiffcal.mechanics.beam import beam_compliance
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node
@@ -93,3 +94,26 @@ def test_the_document_is_json(robot: CompliantRobot, states: LoadStates) -> None
 
 def test_no_rods_no_links(robot: CompliantRobot) -> None:
     assert measure_links(observe(played(robot, runs=2, noise=NOISE), robot.chain), robot) == ()
+
+
+def test_the_compliance_predicts_an_unseen_pose_as_well_as_its_rods(robot: CompliantRobot) -> None:
+    """Regressed on five poses, with no rods in the sixth: the link's part of the tool there, against the exact one."""
+    states = with_rods(played(robot, runs=6, noise=NOISE), robot, five_rods(robot.chain))
+    seen, unseen = states.select(states.run < 5), states.select(states.run == 5)
+    (learnt,) = measure_links(observe(seen, robot.chain), robot)
+    (measured,) = measure_links(observe(unseen, robot.chain), robot)
+    joints, target = robot.chain.model_angles(unseen.joints), unseen.setup.targets[0]
+    nodes = solve_balance(robot, joints, unseen.wrench, unseen.setup).nodes
+    true_end = nodes[:, link_node(robot.chain.beams["swing"].joint)]
+    true_end[:, 3] = 0.0  # the twist, which these rods do not see
+
+    def at_tool(end: Floats) -> Floats:
+        part = carried_to_target(robot.chain, joints, "swing", end, target)[:, :3]
+        return np.asarray(part - part.mean(axis=0))
+
+    truth = at_tool(true_end)
+    by_rods = at_tool(measured.estimate.untwisted) - truth
+    predicted = at_tool(learnt.compliance.predict(measured.wrench)) - truth
+    assert np.sqrt(np.mean(predicted**2)) <= np.sqrt(np.mean(by_rods**2))
+    # 1.4 µm against 9.6 µm by the rods themselves, of 32 µm
+    assert np.sqrt(np.mean(predicted**2)) < 0.1 * np.sqrt(np.mean(truth**2))
