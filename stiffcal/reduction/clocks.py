@@ -267,7 +267,7 @@ def _step(signal: SharedSignal, begin: float, end: float) -> Floats | None:
     """Return what a log changed by from the first to the last quarter of a stretch, None where it has no readings."""
     quarter = 0.25 * (end - begin)
     a, b, c, d = np.searchsorted(signal.time, [begin, begin + quarter, end - quarter, end])
-    if a == b or c == d:
+    if a >= b or c >= d:
         return None
     return np.asarray(signal.values[c:d].mean(axis=0) - signal.values[a:b].mean(axis=0))
 
