@@ -22,6 +22,10 @@ Booleans = NDArray[np.bool_]
 
 # Beyond this an error of 1 µm in a rod would stand for 1 mm at the link's end: such an unknown is not carried.
 LARGEST_GAIN = 1e3
+# Least torsional rigidity per sum of the bending rigidities, GJ/(EI2 + EI3), of closed or full sections no flatter than
+# three to one: J/(I2 + I3) is 0.32 for a full rectangle of 3:1, 0.42 for a box of even wall, up to 1 for a circle; G/E
+# is 0.37 or more for Poisson's ratios up to 0.35. An open section has next to none.
+LEAST_TORSION = 0.11
 # A rod that reads less than this of a field that moves the end by one does not see it.
 BLIND = 1e-9
 
@@ -50,9 +54,8 @@ class Torsion:
     Attributes
     ----------
     identifiable : True where the estimate's fourth component is an estimate.
-    bound : rad; where it is not: a twist of the end above this would lengthen some rod, which goes straight from its
-        start to its end, by more than it ever read. None where no rod stands off the twist centre, or none was read.
-    why : in words.
+    bound : rad; where it is not: the largest twist that the end can have had. None where nothing bounds it.
+    why : in words, what the bound rests on among them.
     """
 
     identifiable: bool
@@ -291,6 +294,11 @@ def _torsion(rods: Rods, shape: BeamShape, design: Design, lengths: Floats, sigm
     if TORSION in design.carried:
         return Torsion(True, None, "the rods see the link's twist")
     bound = twist_bound(rods, shape, lengths, sigma)
+    says = (
+        ""
+        if bound is None
+        else f"; a twist above {1e3 * bound:.3g} mrad would have lengthened a rod by more than it read"
+    )
     if TORSION in design.blind:
         why = (
             "no rod sees an even twist: all run along the fibre. A rod that runs obliquely would see it, or "
@@ -298,7 +306,7 @@ def _torsion(rods: Rods, shape: BeamShape, design: Design, lengths: Floats, sigm
         )
     else:
         why = f"{len(rods.names)} rods carry {', '.join(design.names)}, and not the twist beside them"
-    return Torsion(False, bound, why)
+    return Torsion(False, bound, why + says)
 
 
 def twist_bound(rods: Rods, shape: BeamShape, lengths: Floats, sigma: Floats) -> float | None:
@@ -320,6 +328,27 @@ def twist_bound(rods: Rods, shape: BeamShape, lengths: Floats, sigma: Floats) ->
         return None
     most = np.sqrt(2.0 * rods.length[told] * read[told]) / (radius[told] * np.abs(share[told]))
     return float(most.min())
+
+
+def bounded_by_load(torsion: Torsion, moment: Floats, bending: Floats) -> Torsion:
+    """Return the torsion with the bound that the load sets, where that is the tighter one.
+
+    Parameters
+    ----------
+    torsion : as the rods alone tell it.
+    moment : (n,) moment about the link that its end carried, N·m.
+    bending : (2,) the end's turns about x2 and x3 per moment, rad/(N·m), as the rods give them; NaN where they do not.
+    """
+    if torsion.identifiable or not np.all(bending > 0.0):
+        return torsion
+    bound = float(np.abs(moment).max(initial=0.0) / (LEAST_TORSION * np.sum(1.0 / bending)))
+    if torsion.bound is not None and torsion.bound <= bound:
+        return torsion
+    why = (
+        f"{torsion.why.partition('; a twist above')[0]}; under these loads a closed section no flatter than 3:1, as "
+        f"stiff in bending as this one, twists by {1e6 * bound:.3g} µrad at most"
+    )
+    return Torsion(False, bound, why)
 
 
 def describe_design(design: Design) -> tuple[str, ...]:

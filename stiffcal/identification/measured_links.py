@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stiffcal.experiments.link_compliance import LinkCompliance, carried_to_target, regress_compliance
 from stiffcal.experiments.rod_faults import RodFault, find_rod_faults
-from stiffcal.experiments.rods import LinkEstimate, estimate_link
+from stiffcal.experiments.rods import LinkEstimate, bounded_by_load, estimate_link
 from stiffcal.identification.observation import rests
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, TRANSLATION
@@ -87,6 +87,9 @@ def _measured(
     angles = np.ascontiguousarray(data.angles[:, index].T)
     targets = [carried_to_target(robot.chain, angles, rods.link, estimate.untwisted, t) for t in data.setup.targets]
     time = data.order.time[index]
+    compliance = regress_compliance(estimate, carried, run)
+    bounded = bounded_by_load(estimate.torsion, carried[:, 3], np.diag(compliance.matrix)[4:])
+    estimate = replace(estimate, torsion=bounded)
     return MeasuredLink(
         link=rods.link,
         index=index,
@@ -95,7 +98,7 @@ def _measured(
         wrench=carried,
         at_tool=targets[0] if targets else np.full((len(index), 6), np.nan),
         share=_share(data, index, targets),
-        compliance=regress_compliance(estimate, carried, run),
+        compliance=compliance,
         faults=find_rod_faults(rods, shape, lengths, carried, time, run),
     )
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.experiments.rods import estimate_link, rod_design, shape_errors
+from stiffcal.experiments.rods import Torsion, bounded_by_load, estimate_link, rod_design, shape_errors
 from stiffcal.measurements.load_states import Floats
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.mechanics.beam import UNKNOWNS, axis_fields, beam_compliance, end_fields
 from stiffcal.mechanics.rods import rod_fields, rod_matrix
+from stiffcal.mechanics.section_mesh import inner_outline
+from stiffcal.mechanics.section_solver import solve_section
 
 LENGTH = 1.05
 SHAPE = BeamShape(LENGTH)
@@ -84,6 +86,23 @@ def test_the_bound_on_the_twist_holds() -> None:
     allowed = np.abs(read[0]) + 2e-6
     assert np.max(grown(bound) / allowed) == pytest.approx(1.0, rel=1e-3)
     assert bound < 0.1
+
+
+@pytest.mark.parametrize("flat", [1.0, 1.5, 3.0])
+@pytest.mark.parametrize("wall", [0.004, 0.012, None])
+def test_the_load_bounds_the_twist_of_closed_sections(flat: float, wall: float | None) -> None:
+    width, height = 0.1 * flat, 0.1
+    corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * [width / 2.0, height / 2.0]
+    holes = [] if wall is None else [inner_outline(corners, wall)]
+    section = solve_section(corners, holes, young=2.1e11, shear=2.1e11 / 2.7)
+    moment = np.array([-300.0, 200.0])
+    unknown = Torsion(False, 1.0, "no rod sees it")
+    found = bounded_by_load(unknown, moment, LENGTH / np.array([section.EI2, section.EI3]))
+    assert found.bound is not None
+    twist = 300.0 * LENGTH / section.GJ
+    assert twist < found.bound < 12.0 * twist
+    assert "at most" in found.why
+    assert bounded_by_load(unknown, moment, np.array([np.nan, 1.0])) is unknown
 
 
 def test_warping_decay_or_an_oblique_rod_tell_the_twist() -> None:
