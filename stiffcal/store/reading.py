@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 from urllib.parse import unquote, urlsplit
 
 import pyarrow as pa
@@ -17,6 +17,9 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.columns import Columns
 from stiffcal.store.generations import current_folder, file_of, held, read_index
 from stiffcal.store.writing import Writing, begin_writing
+
+Documents: TypeAlias = Mapping[str, Mapping[str, Any]]
+Stored: TypeAlias = Callable[[str], dict[str, Any] | None]
 
 BATCH_ROWS = 1 << 16
 # How often a generation may be replaced between finding and opening it before that is taken for an error.
@@ -178,19 +181,29 @@ class Store:
     def commit(
         self,
         tables: Mapping[str, pa.Table | Columns] | None = None,
-        documents: Mapping[str, Mapping[str, Any]] | None = None,
+        documents: Documents | Callable[[Stored], Documents] | None = None,
         keep_rest: bool = True,
         command: str = "stiffcal",
     ) -> None:
-        """Write tables and documents in one step; with `keep_rest` all else stays as it is, otherwise it goes."""
+        """Write tables and documents in one step; with `keep_rest` all else stays as it is, otherwise it goes.
+
+        Parameters
+        ----------
+        documents : by name; or a function that makes them from those stored now (`stored(name)`, None where there is
+            none). It is called when nobody else can write: what is appended to a history that two write is not lost.
+        """
         with self.begin(command) as writing:
+            made = documents(self._stored) if callable(documents) else documents
             for name, table in (tables or {}).items():
                 writing.write_table(name, table)
-            for name, document in (documents or {}).items():
+            for name, document in (made or {}).items():
                 writing.write_document(name, document)
             if keep_rest:
                 writing.keep_rest()
             writing.commit()
+
+    def _stored(self, name: str) -> dict[str, Any] | None:
+        return self.read_document(name) if name in self.documents else None
 
 
 def _folder_of(location: str | Path, shown: str) -> Path:

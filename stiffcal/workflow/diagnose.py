@@ -58,8 +58,11 @@ def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
     means.progress("gathering the evidence", 0.9)
     table, entries = evidence_of(data, search)
     document |= {"evidence": entries, "fit_id": identified["fit_id"], "key": key}
-    documents = {DIAGNOSE: document, DIAGNOSES: diagnoses_with(data, document)}
-    data.store.commit({EVIDENCE: table}, documents, command="diagnose")
+    data.store.commit(
+        {EVIDENCE: table},
+        lambda stored: {DIAGNOSE: document, DIAGNOSES: diagnoses_with(stored(DIAGNOSES), data, document)},
+        command="diagnose",
+    )
     return document
 
 

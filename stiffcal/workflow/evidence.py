@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiffcal.workflow.steps import Document, Ingested, key_of_table, plugin_files, stored_document
+from stiffcal.workflow.steps import Document, Ingested, key_of_table, plugin_files
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.evidence import EffectEvidence
@@ -117,11 +117,11 @@ def evidence_columns(states: LoadStates, shown: Mapping[str, EffectEvidence]) ->
     }
 
 
-def diagnoses_with(data: Ingested, document: Document) -> Document:
+def diagnoses_with(stored: Document | None, data: Ingested, document: Document) -> Document:
     """Return the earlier diagnoses of these same load states with this one appended; a fit's later one counts."""
     states = key_of_table(data.table)
-    stored = stored_document(data.store, DIAGNOSES) or {"entries": []}
-    entries = [one for one in stored["entries"] if one["states_key"] == states and one["fit_id"] != document["fit_id"]]
+    earlier = [] if stored is None else stored["entries"]
+    entries = [one for one in earlier if one["states_key"] == states and one["fit_id"] != document["fit_id"]]
     kept: Document = {name: document.get(name) for name in KEPT}
     ranks = [_without_words(one) for one in document["findings"][:RANKS_KEPT]]
     return {"entries": [*entries, {**kept, "states_key": states, "findings": ranks}]}

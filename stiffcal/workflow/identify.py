@@ -24,6 +24,7 @@ from stiffcal.workflow.steps import (
 
 if TYPE_CHECKING:
     from stiffcal.identification.fit import Fit
+    from stiffcal.store.reading import Documents, Stored
 
 LOSSES = ("linear", "huber")
 NO_HISTORY: Document = {"schema": "stiffcal/history/1", "warnings": [], "fits": []}
@@ -152,8 +153,6 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
     from stiffcal.workflow.experiments import document_of_parts, experiment_parts, with_parts
     from stiffcal.workflow.state_tables import observed_table
 
-    history = stored_document(data.store, HISTORY) or dict(NO_HISTORY)
-    identifier = str(1 + max((int(entry["id"]) for entry in history["fits"]), default=0))
     parts = experiment_parts(data)
     tables = {name: table for part in parts for name, table in part.tables.items()}
     if fit is None:
@@ -162,21 +161,35 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
         document = with_parts(fit_document(fit, data.states) | _expectation(data, fit), parts)
         document |= bodies_document(data)
         tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
-    document |= {"loss": loss, "fit_id": identifier, "key": key_of_fit(data, loss)}
-    entry = {
-        "id": identifier,
+    document |= {"loss": loss, "key": key_of_fit(data, loss)}
+
+    def with_history(stored: Stored) -> Documents:
+        present, history = stored(IDENTIFY), stored(HISTORY) or dict(NO_HISTORY)
+        if present is not None and present["key"] == document["key"]:
+            # Another process has made the same fit meanwhile: it stands in the history already.
+            document["fit_id"] = present["fit_id"]
+            return {IDENTIFY: document}
+        document["fit_id"] = str(1 + max((int(entry["id"]) for entry in history["fits"]), default=0))
+        entries = [*history["fits"], _entry(document, model_text(data.campaign))]
+        return {IDENTIFY: document, HISTORY: history | {"fits": entries}}
+
+    data.store.commit(tables, with_history, command="identify")
+    return document
+
+
+def _entry(document: Document, text: str) -> Document:
+    """Return a fit's entry of the history; `text` is the model file as it stands."""
+    return {
+        "id": document["fit_id"],
         "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
         "model": document["model"],
         "heldout_rms": None,
         "fit_rms": document["rms"],
         "noise": document["noise"],
-        "loss": loss,
+        "loss": document["loss"],
         "key": document["key"],
-        "model_text": model_text(data.campaign),
+        "model_text": text,
     }
-    history["fits"] = [*history["fits"], entry]
-    data.store.commit(tables, {IDENTIFY: document, HISTORY: history}, command="identify")
-    return document
 
 
 def _expectation(data: Ingested, fit: Fit) -> Document:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,12 @@ from stiffcal.workflow.steps import (
     Document,
     Means,
     open_store,
-    stored_document,
 )
 from stiffcal.workflow.valued import ValuedCampaign, valued_campaign
 
 if TYPE_CHECKING:
     from stiffcal.compensation.prediction import Prediction
+    from stiffcal.store.reading import Documents, Stored
 
 Floats = NDArray[np.float64]
 
@@ -198,10 +198,13 @@ def _load_path_document(
 
 def _keep(campaign: Campaign, means: Means, path: Document) -> None:
     """Keep the path in the store, where the report finds it; one of each name and pose."""
-    store = open_store(campaign.folder, means)
-    stored: dict[str, Any] = stored_document(store, LOAD_PATHS) or {"schema": "stiffcal/load-paths/1", "paths": []}
-    others = [one for one in stored["paths"] if (one["name"], one["pose"]) != (path["name"], path["pose"])]
-    store.commit(documents={LOAD_PATHS: stored | {"paths": [*others, path]}}, command="predict")
+
+    def with_path(stored: Stored) -> Documents:
+        kept = stored(LOAD_PATHS) or {"schema": "stiffcal/load-paths/1", "paths": []}
+        others = [one for one in kept["paths"] if (one["name"], one["pose"]) != (path["name"], path["pose"])]
+        return {LOAD_PATHS: kept | {"paths": [*others, path]}}
+
+    open_store(campaign.folder, means).commit(documents=with_path, command="predict")
 
 
 def _table(campaign: Campaign, loads: LoadTable, found: Prediction) -> dict[str, Floats]:

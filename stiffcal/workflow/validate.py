@@ -28,6 +28,7 @@ from stiffcal.workflow.steps import (
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import ThresholdsFile
     from stiffcal.identification.fit import Fit
+    from stiffcal.store.reading import Documents, Stored
 
 
 def validate_campaign(
@@ -124,15 +125,18 @@ def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | 
         tables[UNSEEN_STATES] = observed_table(data.states, unseen.data, predicted, unseen.residual)
     document |= {"fit_id": identified["fit_id"], "key": _key(identified)}
     document |= judgement(data, identified, document, means)
-    history = stored_document(data.store, HISTORY)
-    documents = {VALIDATE: document}
-    if history is not None:
+
+    def with_history(stored: Stored) -> Documents:
+        history = stored(HISTORY)
+        if history is None:
+            return {VALIDATE: document}
         entries = [
             entry | ({"heldout_rms": document["rms"]} if entry["id"] == identified["fit_id"] else {})
             for entry in history["fits"]
         ]
-        documents[HISTORY] = history | {"fits": entries}
-    data.store.commit(tables, documents, command="validate")
+        return {VALIDATE: document, HISTORY: history | {"fits": entries}}
+
+    data.store.commit(tables, with_history, command="validate")
     return document
 
 

@@ -1,0 +1,97 @@
+"""Two at once on one store: one waits or is told; what either has written stays, and nothing is of both."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from stiffcal.store import Store
+from stiffcal.workflow.identify import fit_now, identify_campaign, store_fit
+from stiffcal.workflow.steps import Means, ingested
+from stiffcal.workflow.validate import validate_campaign
+from tests.workflow.small_campaign import write_small_campaign
+
+TOLD = "is writing to it"
+"""What a second writer hears when the first has not ended after twenty seconds, as on a machine that is very busy."""
+
+
+def start(*words: str | Path) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "stiffcal", *map(str, words), "--json"]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def ended_well_or_told(process: subprocess.Popen[str]) -> int:
+    """Wait for a command; return its exit code, 0, or 2 where it was told that another one writes."""
+    out, error = process.communicate(timeout=240)
+    assert "Traceback" not in error
+    document = json.loads(out)
+    assert process.returncode == 0 or (process.returncode == 2 and TOLD in document["error"]["reason"]), out + error
+    return process.returncode
+
+
+def test_four_commands_at_once_on_a_new_campaign(tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=2)
+    running = [start(word, folder) for word in ("ingest", "identify", "validate", "validate")]
+    codes = [ended_well_or_told(process) for process in running]
+    assert 0 in codes
+    validate_campaign(folder)
+    store = Store(folder / "store")
+    with store.snapshot() as snapshot:
+        tables = {name: snapshot.read_table(name).num_rows for name in snapshot.tables}
+        documents = {name: snapshot.read_document(name) for name in snapshot.documents}
+    assert tables["states"] == tables["fit"] == tables["unseen"] > 0
+    # Each fit that was made stands in the history once, whoever made it; the last one is validated.
+    ids = [entry["id"] for entry in documents["history"]["fits"]]
+    assert ids == [str(number + 1) for number in range(len(ids))]
+    assert documents["identify"]["fit_id"] == ids[-1]
+    # What each says is of the same fit, or is made anew on the next call: never taken for something it is not.
+    said: list[str] = []
+    document = validate_campaign(folder, Means(say=said.append))
+    assert document["fit_id"] == identify_campaign(folder)["fit_id"]
+    assert len(list((folder / "store" / "generations").iterdir())) == 1
+
+
+def test_no_fit_of_two_that_end_together_is_lost_from_the_history(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=2)
+    data = ingested(folder, Means())
+    fit = fit_now(data, "linear", Means())
+    together = threading.Barrier(3)
+    begin = Store.begin
+
+    def begin_together(store: Store, command: str = "stiffcal", wait_s: float = 20.0) -> object:
+        # All have done all their thinking by now.
+        together.wait(30)
+        return begin(store, command, wait_s)
+
+    monkeypatch.setattr(Store, "begin", begin_together)
+    losses = ("linear", "huber", "linear")
+    threads = [threading.Thread(target=store_fit, args=(data, fit, loss)) for loss in losses]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    fits = data.store.read_document("history")["fits"]
+    # The third is the first one's fit once more, unless the other has come between.
+    assert [entry["id"] for entry in fits] == [str(number + 1) for number in range(len(fits))]
+    assert {entry["loss"] for entry in fits} == {"linear", "huber"}
+
+
+def test_two_batches_at_once(tmp_path: Path) -> None:
+    cells = tmp_path / "cells"
+    for name in ("a", "b"):
+        write_small_campaign(cells / name, poses=2)
+    running = [start("batch", cells, "--no-report", "--jobs", "1") for _ in range(2)]
+    for process in running:
+        out, error = process.communicate(timeout=240)
+        states = [(one["state"], one["error"] and one["error"]["reason"]) for one in json.loads(out)["campaigns"]]
+        assert all(state == "held" or TOLD in reason for state, reason in states), error
+    again = start("batch", cells, "--no-report", "--jobs", "1")
+    out, _ = again.communicate(timeout=120)
+    assert json.loads(out)["counts"] == {"campaigns": 2, "held": 2, "not_held": 0, "broken": 0, "unchanged": 2}
