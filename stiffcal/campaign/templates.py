@@ -75,7 +75,11 @@ def write_template(folder: Path, kind: str) -> list[Path]:
     """
     for known in get_args(Kind):
         if kind == known:
-            return write_folder(folder, {MANIFEST_FILE: template_text(known), "robot.toml": robot_template()})
+            texts = {MANIFEST_FILE: template_text(known), "robot.toml": robot_template()}
+            for name in ("model", "simulate"):  # what else this kind has
+                file = _HERE / "template_files" / f"{kind}_{name}.toml"
+                texts |= {f"{name}.toml": file.read_text(encoding="utf-8")} if file.exists() else {}
+            return write_folder(folder, texts)
     raise InputError.at("", "--kind", f'there is no kind "{kind}"', "use one of " + ", ".join(get_args(Kind)))
 
 

@@ -9,6 +9,7 @@ import typer
 from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.bodies import show_cartesian, show_joints
 from stiffcal.cli.endings import OK
+from stiffcal.cli.friction import friction_parameters, show_friction
 from stiffcal.cli.links import show_coupling, show_links
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.tables import plain_table, show_parameters
@@ -49,8 +50,13 @@ def identify(
 
 def show_fit(console: Console, document: Document) -> None:
     """Draw the identify document: the table, how well it fits, what cannot be told."""
-    console.print(f"{document['n_states']} load states in {document['n_runs']} runs")
-    show_parameters(console, document["parameters"])
+    taken = (
+        f"{document['n_readings']} readings" if document.get("n_readings") else f"{document['n_states']} load states"
+    )
+    console.print(f"{taken} in {document['n_runs']} runs")
+    elsewhere = friction_parameters(document)
+    show_parameters(console, [one for one in document["parameters"] if one["name"] not in elsewhere])
+    show_friction(console, document)
     noise = document.get("noise")
     against = f", noise {deviation(noise)} (from {document['noise_source']})" if noise else ", noise not known"
     console.print(f"fit {deviation(document['rms'])} rms{against}")
@@ -66,6 +72,8 @@ def show_fit(console: Console, document: Document) -> None:
     if document.get("rejected"):
         console.print(f"{len(document['rejected'])} states set aside before the fit (bumped or excluded)")
     for ambiguity in document["not_identifiable"]:
+        if elsewhere and set(ambiguity["parameters"]) <= elsewhere:
+            continue
         console.print(f"cannot be told: {ambiguity_in_words(ambiguity)}")
     if document.get("expected_error"):
         console.print(document["expected_error"])
