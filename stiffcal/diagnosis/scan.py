@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -179,7 +179,20 @@ class _Ground:
     def score(self, signatures: Sequence[Signature]) -> Score:
         """Score a candidate's shapes, the choice among them repeated in every fold."""
         products = [self.products(self.rows_of(one)) for one in signatures]
-        return score_variants(products, *self.bounds(signatures[0]), self.groups, self.base)
+        score = score_variants(products, *self.bounds(signatures[0]), self.groups, self.base)
+        best = signatures[score.variant]
+        return score if not best.fixed.any() else replace(score, moved=self._moved(best, score))
+
+    def _moved(self, signature: Signature, score: Score) -> Floats:
+        """Return (F,) by how much a candidate moves each pose left out, what it adds without a parameter included."""
+        mine, p = self.rows_of(signature), len(self.rows)
+        change = score.without.copy()
+        change[:, :p] -= self.base.without
+        shift = self.residual[0] - mine[-1]
+        rows = np.concatenate([self.rows, mine[:-1]])
+        return np.array(
+            [np.sum((x @ rows[:, cut] + shift[cut]) ** 2) for x, cut in zip(change, self.cuts, strict=True)]
+        )
 
 
 def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whitening | None = None) -> Scan:

@@ -12,6 +12,7 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Effect, Place, Sort
+from stiffcal.model.equilibrium import NoBalanceError
 from tests.rates.outside import OUTSIDE
 
 Values = dict[str, float]
@@ -173,6 +174,8 @@ def draw_inside(
         name = pool[int(rng.integers(len(pool)))]
         places = catalogue[name].places(state.robot.chain)
         if not places:
+            if only:
+                raise NoBalanceError(f"{only} has no place on this robot")
             continue
         place = places[int(rng.integers(len(places)))]
         values = names[name](rng, PlacedEffect(catalogue[name], place), state)

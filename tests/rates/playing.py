@@ -15,6 +15,7 @@ from stiffcal.measurements.load_states import Floats, LoadStates, RunInfo
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.reduction.screening import set_bumped_aside
@@ -36,7 +37,9 @@ ONE_CYCLE = np.concatenate([LEVELS, -LEVELS])
 MOST_OF_SPRING = 1.5
 # An effect of which the springs absorb more than nine tenths would have to be ten times as large as what is seen.
 MOST_ABSORBED = 10.0
-CLASSES = ("none", "one 4x", "one 1x", "one 0.5x", "several", "outside 4x", "outside 1x", "seat-shift")
+# An encoder's step of 2^-20 turn, behind a gear of 100: about a microradian.
+ENCODER = 1e-6
+CLASSES = ("none", "one 4x", "one 1x", "one 0.5x", "several", "outside 4x", "outside 1x", "seat-shift", "servo")
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,18 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
     plain = _plan(rng, robot, full_pose, force_only)
     noise = (robot.family.translation * rng.uniform(0.7, 1.4), robot.family.rotation * rng.uniform(0.7, 1.4))
     ruler = Ruler.of(truth, observe(plain, robot.chain), noise)
-    hidden, sizes = _hide(kind, rng, ruler, only)
+    hidden: tuple[PlacedEffect, ...]
+    sizes: tuple[float, ...]
+    if kind == "servo":
+        size = float(rng.uniform(0.5, 4.0))
+        plain, pushed = _pushed(rng, plain, ruler, size)
+        hidden, sizes = (pushed,), (size,)
+    else:
+        hidden, sizes = _hide(kind, rng, ruler, only)
+    if kind == "servo" or rng.uniform() < 0.2:
+        read = plain.joints + ENCODER * rng.normal(size=plain.joints.shape)
+    else:
+        read = plain.joints
     whole = with_effects(truth, *hidden)
     states = _measure(rng, plain, truth, whole, robot, noise, full_pose)
     bumped: tuple[int, ...] = ()
@@ -102,6 +116,7 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
         f"{', compensator' if robot.chain.compensator else ''}{'' if masses else ', masses unknown'}"
         f"{', bumped' if bumped else ''}"
     )
+    states = replace(states, joints=read)
     return Hidden(kind, set_bumped_aside(states), model, whole, hidden, sizes, noise, words, bumped)
 
 
@@ -172,6 +187,31 @@ class Ruler:
                 break
             one = scaled(one, size / found)
         return one
+
+
+def _pushed(rng: np.random.Generator, plan: LoadStates, ruler: Ruler, size: float) -> tuple[LoadStates, PlacedEffect]:
+    """Return the plan with one motor pushed off in proportion to its torque, by so much that it has the size."""
+    chain, state = ruler.truth.chain, ruler.state
+    joint = int(rng.integers(1, chain.n_joints + 1))
+    torque = np.asarray(drive_torque(chain, state.loads.wrench, joint))
+    # In proportion to the torque alone it would count as compliance: loops integrate, here more, there less.
+    torque = torque * rng.uniform(0.2, 1.8, len(plan.runs))[plan.run]
+    first = np.searchsorted(plan.run, plan.run)
+    one = PlacedEffect(built_in_effects()["servo-deflection"], Place("joints", (joint,)))
+
+    def with_motion(rate: float) -> LoadStates:
+        joints = plan.joints.copy()
+        joints[:, joint - 1] += rate * (torque - torque[first])
+        return replace(plan, joints=joints)
+
+    rate = 1e-7
+    for _ in range(3):
+        moved = with_motion(rate)
+        found = replace(ruler, state=Linearised.about(ruler.truth, observe(moved, chain))).size(one)
+        if found <= 0.0:
+            raise NoBalanceError("the motor carries nothing")
+        rate *= size / found
+    return with_motion(rate), one
 
 
 def _hide(
@@ -271,7 +311,9 @@ def _measure(
     data = observe(plan, robot.chain)
     moved = predict_observations(whole, data).T
     n = len(plan)
-    rest = solve_balance(springs, robot.chain.model_angles(plan.joints), np.zeros((n, 6)), plan.setup)
+    # What motors do since the reference stands in `moved`.
+    nominal = plan.joints[np.searchsorted(plan.run, plan.run)]
+    rest = solve_balance(springs, robot.chain.model_angles(nominal), np.zeros((n, 6)), plan.setup)
     poses = len(plan.runs)
     off, turn = rng.normal(size=(poses, 3)) * 3e-4, rng.normal(size=(poses, 3)) * 2e-4
     position = rest.target_position[:, 0] + off[plan.run] + moved[:, :3] + noise[0] * rng.normal(size=(n, 3))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -61,15 +63,28 @@ def test_a_slip_is_found_where_it_was() -> None:
     assert placed.values["state"] == pytest.approx(campaign.hidden[0].values["state"], abs=1.0)
 
 
+def test_a_motor_that_is_pushed_off_is_named() -> None:
+    """The joint's own log says by how much: an effect without a parameter, judged as the others are."""
+    campaign = drawn("servo")
+    search = search_missing(campaign.states, campaign.model, built_in_effects())
+    assert [one.candidate.name for one in search.found] == [name_of(campaign.hidden[0])]
+    trial = search.first.trials[0]
+    assert trial.candidate.name == name_of(campaign.hidden[0])
+    # What a right candidate foretells is what the error falls by: |e|² − |e − d|² is |d|² on average.
+    fall = float(np.sum(search.first.base.unseen - trial.score.unseen))
+    assert float(np.sum(trial.score.moved)) == pytest.approx(fall, rel=0.1)
+
+
 def test_a_wandering_target_is_not_noise() -> None:
     """Repeats lie a cycle apart: a random walk in between looks like their noise, and hides the lack of fit."""
-    campaign = play_campaign("outside 4x", np.random.default_rng([6, CLASSES.index("outside 4x"), 11]))
-    assert campaign.hidden[0].effect.name == "wander"
+    campaign = next(
+        one for one in map(partial(drawn, "outside 4x"), range(100)) if one.hidden[0].effect.name == "wander"
+    )
     search = search_missing(campaign.states, campaign.model, built_in_effects())
     assert search.unexplained
     assert not search.found
     assert search.after is not None
-    assert search.after.wander > 2.0
+    assert search.after.wanders
 
 
 def test_the_score_counts() -> None:
