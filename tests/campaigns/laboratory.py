@@ -78,7 +78,7 @@ SETTINGS = """
 schema = "stiffcal/simulate/1"
 [loads]
 directions = [[1.0, 0.1, 0.05], [-0.08, 1.0, 0.1], [0.06, 0.1, 1.0]]
-max_force_N = 400.0
+max_force_N = FORCE
 first_hold_s = 3.0
 level_scatter = 0.03
 LOADS
@@ -111,24 +111,32 @@ STATES_A_RUN = 25
 
 @dataclass(frozen=True)
 class Hidden:
-    """An effect of the robot that the model under test lacks: its name, its place, its true parameters by symbol."""
+    """An effect that the model under test lacks: its name, its place, its true parameters by symbol.
+
+    One that is no law of the robot (a turned frame) is not ``in_model``, but in what simulate.toml says.
+    """
 
     effect: str
     place: Place
     values: Mapping[str, float]
+    in_model: bool = True
 
     @property
     def proposal(self) -> dict[str, Any]:
         """As ``missing`` names it."""
         return {"effect": self.effect, "where": self.place.as_where()}
 
+    @property
+    def parameters(self) -> dict[str, float]:
+        """True values by full name."""
+        return {f"{self.effect}.{self.place.label}.{symbol}": float(value) for symbol, value in self.values.items()}
+
     def entry(self) -> str:
         """Return its entry in a model file."""
         where = {"joints": list(self.place.joints), "pairs": [list(self.place.joints)]}.get(self.place.kind)
         lines = ["", "[[effects]]", f'type = "{self.effect}"']
         lines += [f"{self.place.kind} = {where}"] * (where is not None) + ["[effects.parameters]"]
-        label = f"{self.effect}.{self.place.label}"
-        lines += [f'"{label}.{symbol}" = {{ value = {float(value)!r} }}' for symbol, value in self.values.items()]
+        lines += [f'"{name}" = {{ value = {value!r} }}' for name, value in self.parameters.items()]
         return "\n".join([*lines, ""])
 
 
@@ -148,7 +156,8 @@ class Robot:
     drives : (6,) N·m/rad, what a fit should find for joint-compliance.
     springs, cables : MuJoCo's, beside ``mujoco_drives`` (6,), N·m/rad.
     full_pose : the tracker sees orientation.
-    poses, loads, settings : runs, further lines of ``[loads]``, further lines of simulate.toml.
+    poses, force : runs, and the largest force, N.
+    loads, settings : further lines of ``[loads]``, and of simulate.toml.
     """
 
     seed: int
@@ -158,7 +167,8 @@ class Robot:
     cables: Sequence[Cable] = ()
     mujoco_drives: Floats | None = None
     full_pose: bool = False
-    poses: int = 8
+    poses: int = 7
+    force: float = 400.0
     loads: str = QUICK
     settings: str = ""
 
@@ -168,7 +178,7 @@ def write_source(folder: Path, robot: Robot) -> Path:
     folder.mkdir(parents=True)
     angles = np.degrees(six_axis_joints(np.random.default_rng(robot.seed), robot.poses)).round(3)
     manifest = MANIFEST + (FULL_POSE if robot.full_pose else POSITION_ONLY) + CONTROLLER
-    settings = SETTINGS.replace("LOADS\n", robot.loads) + robot.settings
+    settings = SETTINGS.replace("LOADS\n", robot.loads).replace("FORCE", str(robot.force)) + robot.settings
     for number, pose in enumerate(angles, start=1):
         run = f"pose{number:02d}"
         files = ", ".join(f'{name} = "raw/{run}_{name}.csv"' for name in ("force", "tracker", "controller"))
@@ -177,7 +187,7 @@ def write_source(folder: Path, robot: Robot) -> Path:
     drives = SIX_STIFFNESS if robot.drives is None else robot.drives
     model = MODEL + "[effects.parameters]\n"
     model += "".join(f'"joint-compliance.j{k}.c" = {{ value = {1.0 / float(v)!r} }}\n' for k, v in enumerate(drives, 1))
-    model += "".join(one.entry() for one in robot.hidden)
+    model += "".join(one.entry() for one in robot.hidden if one.in_model)
     for name, text in (("campaign", manifest), ("robot", robot_text()), ("model", model), ("simulate", settings)):
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     return folder

@@ -8,14 +8,21 @@ axes. Their truth in the catalogue's words follows from the springs by hand.
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from scipy.special import chdtrc
 
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.model.effect import Place
+from stiffcal.simulation.settings import load_settings
+from stiffcal.simulation.simulate import simulate_campaign
 from tests.campaigns.conftest import Command
 from tests.campaigns.laboratory import SLOW, STATES_A_RUN, Hidden, Robot, at, forget, write_source
 from tests.campaigns.outside_robot import measure_mujoco
@@ -23,6 +30,7 @@ from tests.independent.mujoco_robot import Cable, Spring
 from tests.independent.robots import SIX_STIFFNESS as DRIVES
 
 Document = dict[str, Any]
+ROOT = Path(__file__).parents[2]
 
 
 def softer(**more: float) -> np.ndarray[Any, Any]:
@@ -36,27 +44,25 @@ _TENDON = 12e3
 _WRIST = np.linalg.inv(np.diag(DRIVES[4:]) + _TENDON * np.array([[1.0, -1.0], [-1.0, 1.0]]))
 NOT_HERE, TURNS = ("rz", "tx", "ty", "tz"), ("rx", "ry", "rz")
 
+# The sensor sits turned by 2° about its axis, and askew by less, against the manifest's 35°.
+TURNED_SENSOR = """
+[frames.ft_sensor]
+xyz_m = [0.0, 0.0, 0.06]
+rpy_deg = [0.6, -0.5, 37.0]
+"""
+_TURN = (Rotation.from_euler("Z", -35.0, True) * Rotation.from_euler("xyz", [0.6, -0.5, 37.0], True)).as_rotvec()
+
 EXACT = {
-    "creep": Robot(7, (Hidden("creep", at(3), {"c": 6e-7, "time": 20.0}),), loads=SLOW),
     "foundation": Robot(
         24, (Hidden("base-compliance", Place("setup"), {"rx": 1.5e-7, "ry": 1e-7} | dict.fromkeys(NOT_HERE, 0.0)),)
     ),
-    "drift": Robot(
-        23, (Hidden("thermal-drift", Place("setup"), {"x": 1e-6, "y": -7e-7, "z": 6e-7} | dict.fromkeys(TURNS, 0.0)),)
+    "turned sensor": Robot(
+        26,
+        (Hidden("wrench-frame", Place("setup"), dict(zip(TURNS, _TURN, strict=True)), in_model=False),),
+        settings=TURNED_SENSOR,
     ),
 }
 MUJOCO = {
-    "friction": Robot(
-        2,
-        (Hidden("friction-hysteresis", at(3), {"c": 5e-7, "slip": 60.0}),),
-        springs=(Spring(3, "turn", 1.0 / 5e-7, friction=60.0),),
-    ),
-    "ball joint that tilts": Robot(
-        3,
-        (Hidden("bearing-tilt", at(2), {"x": 3e-7, "y": 3e-7}),),
-        drives=softer(j2=3e-7),
-        springs=(Spring(2, "ball", 1.0 / 3e-7),),
-    ),
     "spring between stops": Robot(
         4,
         (Hidden("two-slope", at(5), {"c": 6e-6, "knee": 25.0}),),
@@ -69,6 +75,28 @@ MUJOCO = {
         drives=np.concatenate([DRIVES[:4], 1.0 / np.diag(_WRIST)]),
         cables=(Cable(_TENDON, {5: 1.0, 6: -1.0}),),
     ),
+    "spring and damper": Robot(
+        7,
+        (Hidden("creep", at(3), {"c": 6e-7, "time": 20.0}),),
+        springs=(Spring(3, "turn", 1.0 / 6e-7, time=20.0),),
+        loads=SLOW,
+    ),
+    "friction, and a ball joint that tilts": Robot(
+        12,
+        (
+            Hidden("bearing-tilt", at(2), {"x": 3e-7, "y": 3e-7}),
+            Hidden("friction-hysteresis", at(3), {"c": 5e-7, "slip": 60.0}),
+        ),
+        drives=softer(j2=3e-7),
+        springs=(Spring(2, "ball", 1.0 / 3e-7), Spring(3, "turn", 1.0 / 5e-7, friction=60.0)),
+    ),
+}
+BACKLASH = Robot(21, (Hidden("backlash", at(1), {"width": 1e-4, "band": 12.0}),))
+NOTHING = Robot(1)
+# A bearing with dry friction against tilting, or with clearance: the catalogue knows neither across a joint's axis.
+OUTSIDE = {
+    "friction across the axis": Robot(10, springs=(Spring(2, "turn", 1.0 / 2.5e-7, (0.0, 1.0, 0.0), friction=150.0),)),
+    "clearance across the axis": Robot(11, springs=(Spring(2, "turn", 1.0 / 1e-6, (0.0, 1.0, 0.0), reach=4e-5),)),
 }
 
 
@@ -108,7 +136,10 @@ def check_found(robot: Robot, truth: Document, told: dict[str, Document]) -> Non
         if noise is not None:
             assert told["improve"]["heldout_rms"][kind] <= 1.05 * noise
     if [{key: one[key] for key in ("effect", "where")} for one in added] == [one.proposal for one in robot.hidden]:
-        check_values(truth, told["fit"])
+        values = truth["parameters"].copy()
+        for hidden in robot.hidden:
+            values |= hidden.parameters
+        check_values(values, told["fit"])
 
 
 def check_clocks(truth: Document, ingested: Document) -> None:
@@ -117,15 +148,15 @@ def check_clocks(truth: Document, ingested: Document) -> None:
         assert run["clock_ahead_s"]["tracker"]["value"] == pytest.approx(true["clock_ahead_s"]["tracker"], abs=0.02)
 
 
-def check_values(truth: Document, fit: Document) -> None:
+def check_values(truth: dict[str, float], fit: Document) -> None:
     """All parameters jointly by χ² against the truth."""
     known = {one["name"]: one["value"] for one in fit["parameters"]}
     # on its bound a value has no distribution about its truth; the covariance of the others leaves it out
     edge = {one["name"] for one in fit["parameters"] if one["at_bound"]}
-    names = [name for name in fit["free_parameters"] if name in truth["parameters"] and name not in edge]
-    assert len(names) > 6
+    names = [name for name in fit["free_parameters"] if name in truth and name not in edge]
+    assert len(names) >= 6
     order = [fit["free_parameters"].index(name) for name in names]
-    off = np.array([known[name] - truth["parameters"][name] for name in names])
+    off = np.array([known[name] - truth[name] for name in names])
     covariance = np.array(fit["covariance"])[np.ix_(order, order)]
     assert chdtrc(len(off), off @ np.linalg.solve(covariance, off)) > 0.001, dict(zip(names, off, strict=True))
 
@@ -143,3 +174,53 @@ def test_mujoco_robot(name: str, tmp_path: Path, command: Command) -> None:
     robot, folder = MUJOCO[name], tmp_path / "measured"
     truth = measure_mujoco(robot, write_source(tmp_path / "source", robot), folder)
     check_found(robot, truth, tell(forget(folder), command))
+
+
+def test_nothing_hidden(tmp_path: Path, command: Command) -> None:
+    folder = tmp_path / "measured"
+    truth = measure_mujoco(NOTHING, write_source(tmp_path / "source", NOTHING), folder)
+    told = tell(forget(folder), command)
+    assert told["diagnose"]["adequate"]
+    assert told["diagnose"]["missing"] == []
+    assert {one["verdict"] for one in told["diagnose"]["findings"]} <= {"rejected", "possible"}
+    assert [one["action"] for one in told["improve"]["steps"]] == ["start"]
+    check_values(truth["parameters"], told["fit"])
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_what_the_catalogue_does_not_know(name: str, tmp_path: Path, command: Command) -> None:
+    """It is said to be unexplained, whatever else is named, and the model is left alone."""
+    folder = tmp_path / "measured"
+    measure_mujoco(OUTSIDE[name], write_source(tmp_path / "source", OUTSIDE[name]), folder)
+    diagnosis = command("diagnose", forget(folder))
+    assert diagnosis["unexplained"]
+    assert not diagnosis["adequate"]
+    assert diagnosis["missing"] == []
+    assert diagnosis["structure"]
+
+
+def test_in_processes_of_their_own(tmp_path: Path) -> None:
+    """As a user has it: two commands in a shell, no step asked for by name; every answer on standard output."""
+
+    def stiffcal(*words: str | Path) -> Document:
+        command = [sys.executable, "-m", "stiffcal", *map(str, words), "--json"]
+        done = subprocess.run(command, capture_output=True, check=False, cwd=tmp_path, env=_environment())
+        assert done.returncode == 0, done.stderr.decode()
+        document: Document = json.loads(done.stdout)
+        return document
+
+    source = write_source(tmp_path / "source", BACKLASH)
+    simulate_campaign(load_campaign(source, check_files=False), load_settings(source), tmp_path / "measured", 21)
+    forget(tmp_path / "measured")
+    improved = stiffcal("improve", "measured", "--yes")
+    steps = [(one["action"], one["effect"], one["where"]) for one in improved["steps"]]
+    assert steps == [("start", None, {}), ("add", "backlash", {"joints": [1]})]
+    assert improved["adequate"]
+    ladder = stiffcal("history", "measured")["fits"]
+    rungs = [one["heldout_rms"]["translation"] for one in ladder]
+    assert len(rungs) == 2
+    assert rungs[1] < 1.05 * improved["noise"]["translation"] < rungs[0]
+
+
+def _environment() -> dict[str, str]:
+    return os.environ | {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error"}
