@@ -26,6 +26,8 @@ from stiffcal.report.content import (
     SourceFile,
 )
 from stiffcal.store import values_of
+from stiffcal.workflow.report_bodies import joint_pictures
+from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import diagnosis_content
 from stiffcal.workflow.report_friction import friction_curves, friction_set_aside
 from stiffcal.workflow.state_tables import component_block
@@ -97,7 +99,11 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
         drivers=() if report_states is None else tuple(telling_drivers(data, identified, report_states)),
         load_paths=tuple(_load_path(path) for path in paths["paths"]),
         **diagnosis_content(data, identified),
-        extra={"friction": friction_curves(data, identified)},
+        extra={
+            "friction": friction_curves(data, identified),
+            "joint_motion": joint_pictures(data, identified),
+            "compensation": with_and_without(data),
+        },
     )
 
 

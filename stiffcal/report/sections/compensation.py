@@ -1,0 +1,126 @@
+"""With and without compensation, where runs were measured with it (002, Fig. 6, 7; 003, Fig. 7–11)."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, Column, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.compensation_content import ComparedPose, TimePair, WithAndWithout
+from stiffcal.report.content import Floats, ReportContent
+from stiffcal.report.figures import with_and_without as drawing
+
+ORDER = 55
+_TITLE = "With and without compensation"
+_MOST_CURVES = 3
+
+
+def section(content: ReportContent) -> Section | None:
+    """Lay out the pairs of runs; nothing where no run was measured with compensation."""
+    pairs: WithAndWithout | None = content.extra.get("compensation")
+    if pairs is None or not (pairs.poses or pairs.over_time):
+        return None
+    blocks: list[Block] = []
+    static = [pose for pose in pairs.poses if pose.off.name not in {pair.off.name for pair in pairs.over_time}]
+    if static:
+        blocks += [Paragraph(_answer(static), tone="key"), _table(static)]
+        if len(static) > 1:
+            blocks.append(Picture(partial(drawing.draw_errors_by_pose, WithAndWithout(tuple(static))), _CAPTION_BARS))
+        worst_first = sorted(static, key=lambda pose: -pose.largest_off[0])
+        blocks += [
+            Picture(partial(drawing.draw_before_and_after, pose), _caption(pose)) for pose in worst_first[:_MOST_CURVES]
+        ]
+    for pair in pairs.over_time:
+        draw = drawing.draw_step if pair.kind == "step" else drawing.draw_process
+        heading = "A load that comes at once" if pair.kind == "step" else "Forces of the process"
+        blocks += [Subheading(heading), Picture(partial(draw, pair), _caption_over_time(pair))]
+    return Section(_TITLE, tuple(blocks))
+
+
+_CAPTION_BARS = (
+    "Error of the target under load in each pose: bars rms over the loaded states, dashes the largest; the runs with "
+    "the controller correcting beside those without."
+)
+
+
+def _answer(poses: list[ComparedPose]) -> str:
+    before = float(np.sqrt(np.mean([pose.error_off[0] ** 2 for pose in poses])))
+    after = float(np.sqrt(np.mean([pose.error_on[0] ** 2 for pose in poses])))
+    text = (
+        f"With the controller correcting, the error under load falls from {wording.length(before)} to "
+        f"{wording.length(after)} (rms over {wording.count(len(poses), 'pose')} measured both ways): "
+        f"{100.0 * (1.0 - after / before):.0f} % of the deflection is gone."
+    )
+    over = [pose for pose in poses if _turned_back(pose)]
+    if over:
+        names = wording.listing([pose.on.name for pose in over])
+        text += f" In {names} the target moves against the load: more is taken back than the load has moved."
+    return text
+
+
+def _turned_back(pose: ComparedPose) -> bool:
+    """Tell whether the compensated target moves, on the whole, against where the load would move it."""
+    work_off = float(np.sum(pose.off.force * pose.off.moved))
+    work_on = float(np.sum(pose.on.force * pose.on.moved))
+    return work_off > 0.0 and work_on < -0.05 * work_off
+
+
+def _table(poses: list[ComparedPose]) -> Table:
+    columns = (
+        Column("without", align="left", mono=True),
+        Column("with", align="left", mono=True),
+        Column("rms without", "mm"),
+        Column("rms with", "mm"),
+        Column("largest without", "mm"),
+        Column("largest with", "mm"),
+        Column("gone", "%"),
+    )
+    rows = tuple(
+        (
+            pose.off.name,
+            pose.on.name,
+            wording.digits(1e3 * pose.error_off[0]),
+            wording.digits(1e3 * pose.error_on[0]),
+            wording.digits(1e3 * pose.largest_off[0]),
+            wording.digits(1e3 * pose.largest_on[0]),
+            f"{100.0 * pose.gone:.0f}",
+        )
+        for pose in poses
+    )
+    return Table(
+        columns, rows, "Displacement of the target under load, in the same poses without and with compensation."
+    )
+
+
+def _caption(pose: ComparedPose) -> str:
+    return (
+        f"{pose.off.name} and {pose.on.name}, {pose.pose}: deflection as measured, the controller’s own motion in it. "
+        f"The largest falls from {wording.length(pose.largest_off[0])} to {wording.length(pose.largest_on[0])}."
+    )
+
+
+def _caption_over_time(pair: TimePair) -> str:
+    names = f"{pair.off.name} and {pair.on.name}"
+    if pair.kind == "process":
+        side_off, side_on = (_side_force(trace.wrench) for trace in (pair.off, pair.on))
+        return (
+            f"{names}: forces and moments as the sensor read them, its axes. Across the main direction the largest "
+            f"force is {wording.digits(side_off)} N without and {wording.digits(side_on)} N with compensation."
+        )
+    if not np.isfinite(pair.delay):
+        return f"{names}: the displacement of {wording.length(pair.given)} is never taken back by half."
+    return (
+        f"{names}: half of what the load moves is taken back {1e3 * pair.delay:.0f} ms after it came (grey), filter "
+        f"and delay of the controller included; {wording.length(pair.left)} of {wording.length(pair.given)} remain. "
+        "When the load goes, the correction stays as long, and the target swings to the other side."
+    )
+
+
+def _side_force(wrench: Floats) -> float:
+    """Return the largest force across the direction in which the force is largest, N."""
+    force = wrench[:, :3] - np.median(wrench[:20, :3], axis=0)
+    main = force[int(np.argmax(np.linalg.norm(force, axis=1)))]
+    main = main / np.linalg.norm(main)
+    return float(np.linalg.norm(force - np.outer(force @ main, main), axis=1).max())
