@@ -62,6 +62,8 @@ def test_offset_of_each_run_is_taken_out() -> None:
     found = regress_compliance(estimate_link(rods, SHAPE, read), wrench, run)
     np.testing.assert_allclose(found.matrix, compliance(SHAPE), atol=1e-16)
     assert found.dof == 60 * 7 - 21 - 3 * 7
+    # an offset of 40 µm left in would be forty times the noise
+    assert found.reduced_chi2 < 1e-6
 
 
 def test_five_rods_along_the_fibre_leave_the_twist_open() -> None:

@@ -103,12 +103,11 @@ def test_nothing_wrong_nothing_named(seed: int) -> None:
         assert find_rod_faults(rods, SHAPE, read, wrench, TIME, RUN) == ()
 
 
-def test_a_link_that_tapers_is_no_fault() -> None:
-    """Half-way along the link loses a fifth of its stiffness: the rods' readings are off by some percent, together."""
+def test_a_rod_that_reads_a_little_less_is_no_fault() -> None:
+    """15 % less where one rod sits: a rib beside it, a thicker wall. The beam is no better than that."""
     rods = paper_rods(NOISE)
     read, wrench = readings(rods)
-    read[:, 3:] *= 0.96
-    read[:, :3] *= 1.02
+    read[:, 1] *= 0.85
     assert find_rod_faults(rods, SHAPE, read, wrench, TIME, RUN) == ()
 
 

@@ -157,14 +157,30 @@ def test_intervals_hold_over_200_simulations(source: str) -> None:
     loads = WRENCHES
     tip = loads @ compliance(SHAPE)
     read, rng = tip @ rod_matrix(rods, SHAPE).T, np.random.default_rng(4)
-    inside = []
+    inside, pulls = [], []
     for _ in range(200):
         found = estimate_link(rods, SHAPE, read + 1e-6 * rng.standard_normal(read.shape))
         assert found.sigma_source == source
         # one state each: the components of one state share their rods
         inside.append(np.abs(found.displacement - tip) <= found.interval())
+        pulls.append((found.displacement - tip) / np.sqrt(np.diag(found.covariance)))
     assert 0.93 <= np.mean(inside) <= 0.97
     assert np.all(np.mean(inside, axis=(0, 1)) > 0.90)
+    # Student's t has a wider spread than one, with the seven degrees of freedom that seven states leave: 7/5
+    assert np.mean(np.square(pulls)) == pytest.approx(1.0 if source == "stated" else 7.0 / 5.0, rel=0.1)
+
+
+def test_a_noisy_rod_counts_less() -> None:
+    """One rod of 20 µm among those of 1 µm: the end is known nearly as well as without it, and as well as is said."""
+    rods, six = seven_rods(1e-6), seven_rods(1e-6).pick([0, 1, 2, 3, 4, 5])
+    sigma, rng = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 20.0]) * 1e-6, np.random.default_rng(2)
+    tip = np.tile(WRENCHES[:1] @ compliance(SHAPE), (2000, 1))
+    read = tip @ rod_matrix(rods, SHAPE).T
+    found = estimate_link(rods, SHAPE, read + sigma * rng.standard_normal(read.shape), sigma=sigma)
+    scatter = np.std(found.displacement, axis=0)
+    np.testing.assert_allclose(scatter, np.sqrt(np.diag(found.covariance)), rtol=0.06)
+    without = np.sqrt(np.diag(estimate_link(six, SHAPE, read[:1, :6]).covariance))
+    assert np.all(scatter < 1.06 * without)
 
 
 def test_a_fifth_rod_that_disagrees_shows() -> None:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from stiffcal.experiments.rods import estimate_link, rod_design
-from stiffcal.measurements.rods import Rods
+from stiffcal.experiments.rods import Design, estimate_link, rod_design
+from stiffcal.measurements.load_states import Floats
+from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.planning import rods as planning_rods
 from stiffcal.planning.rods import rods_can_see
 from tests.experiments.test_rods import SHAPE, paper_rods, seven_rods
 
@@ -49,11 +52,19 @@ def test_rods_of_one_length_lack_the_moments() -> None:
     assert "(assumed)" in view.sentences[1]
 
 
-def test_advised_rods_never_cross_the_hollow() -> None:
+def test_no_rod_is_tried_through_the_hollow(monkeypatch: pytest.MonkeyPatch) -> None:
     outline = [np.array(corner) for corner in ((-0.12, -0.05), (0.12, -0.05), (0.12, 0.05), (-0.12, 0.05))]
-    view = rods_can_see(paper_rods(), SHAPE, outline)
-    for rod in view.advice:
-        assert np.count_nonzero(rod.start[1:] != rod.end[1:]) <= 1
+    tried, try_it = [], planning_rods._with_one_more
+
+    def noted(rods: Rods, shape: BeamShape, design: Design, start: Floats, end: Floats) -> planning_rods.ExtraRod:
+        tried.append((start, end))
+        return try_it(rods, shape, design, start, end)
+
+    monkeypatch.setattr(planning_rods, "_with_one_more", noted)
+    rods_can_see(paper_rods(), SHAPE, outline)
+    assert len(tried) == 4 * 3 * 3
+    for start, end in tried:
+        assert np.count_nonzero(start[1:] != end[1:]) <= 1
 
 
 def test_more_rods_steady() -> None:
