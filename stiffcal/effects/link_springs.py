@@ -38,9 +38,9 @@ class LinkSprings(DocumentedEffect):
     Assumes that where the link bends does not matter, only by how much it turns. Compared with a beam it has the right
     turn under a pure moment (k = EI/L) but 3/4 of the deflection under a force at the end.
 
-    Limits: as for the beam. The two exclude each other at one link; in most data they cannot be told apart. Rods on such
-    a link read an even curvature over it, whose whole turn is the springs': half-way is where they act, not where the
-    link bends.
+    Limits: as for the beam. The two exclude each other at one link; in most data they cannot be told apart. Rods on
+    such a link read an even curvature over it, whose whole turn is the springs': half-way is where they act, not where
+    the link bends.
     """
 
     name = "link-springs"
