@@ -49,6 +49,14 @@ def show_friction(console: Console, document: Document) -> None:
     console.print(table)
     if more.row_count:
         console.print(more)
+    for one in section.get("bearings", []):
+        coulomb, viscous = ((one[kind], 1.96 * one[f"{kind}_std"]) for kind in ("coulomb", "viscous"))
+        console.print(
+            f"joint {one['joint']}: its drive's shaft turns with other joints too; the joint's own bearing adds "
+            f"{interval(coulomb[0], coulomb[0] - coulomb[1], coulomb[0] + coulomb[1])} N·m and "
+            f"{interval(viscous[0], viscous[0] - viscous[1], viscous[0] + viscous[1])} N·m·s/rad",
+            soft_wrap=True,
+        )
     for words, numbers in silent.items():
         console.print(f"{places({'joints': numbers})}: {words}", soft_wrap=True)
 

@@ -84,7 +84,8 @@ class FrictionFit:
     ----------
     joints : fits by joint, in order. rows : what was fitted.
     friction : (k,) N·m, the model's friction. beside : (k,) N·m, weight, inertia and zeros as fitted.
-    unknowns : (m,) of weight, inertia and zeros; of those that hang together the combination of least size.
+    unknowns, unknowns_std : (m,) of weight, inertia and zeros, and standard uncertainty; of those that hang together
+        the combination of least size.
     residual : (k,) N·m, measured minus both. sigma : (k,) N·m each row was weighted with.
     dof : degrees of freedom. reduced_chi2 : None where the noise is not known.
     condition : of the whitened friction columns, of unit length. scaled : stds are from the residuals.
@@ -95,6 +96,7 @@ class FrictionFit:
     friction: Floats
     beside: Floats
     unknowns: Floats
+    unknowns_std: Floats
     residual: Floats
     sigma: Floats
     dof: int
@@ -138,13 +140,13 @@ def fit_friction(
 def _whole(rows: FrictionRows, parts: list[tuple[Booleans, PartFit]]) -> FrictionFit:
     """Put the parts together in the order of the rows."""
     friction, beside, sigma = np.zeros(len(rows)), np.zeros(len(rows)), np.ones(len(rows))
-    unknowns = np.zeros(rows.beside.shape[1])
+    unknowns, spread = np.zeros(rows.beside.shape[1]), np.zeros(rows.beside.shape[1])
     joints: list[JointFrictionFit] = []
     condition, dof, chi2, scaled = 1.0, 0, 0.0, False
     for part, fit in parts:
         friction[part], sigma[part] = fit.friction(), fit.sigma
         felt = np.any(rows.beside[part] != 0.0, axis=0)
-        unknowns[felt] = fit.unknowns()
+        unknowns[felt], spread[felt] = fit.unknowns(), fit.unknowns_std()
         beside[part] = rows.beside[np.ix_(part, felt)] @ unknowns[felt]
         condition = max(condition, fit.condition())
         estimated = sum(len(law.free_shape) for law in fit.laws) + fit.matrix.shape[1]
@@ -158,6 +160,7 @@ def _whole(rows: FrictionRows, parts: list[tuple[Booleans, PartFit]]) -> Frictio
         friction=friction,
         beside=beside,
         unknowns=unknowns,
+        unknowns_std=spread,
         residual=rows.torque - friction - beside,
         sigma=sigma,
         dof=max(dof, 0),

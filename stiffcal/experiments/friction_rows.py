@@ -32,7 +32,7 @@ class FrictionRows:
     Attributes
     ----------
     joint : (k,) from 1. velocity : (k,) rad/s, of the drive at the joint's side. torque : (k,) N·m.
-    beside : (k, m) what weight, inertia and zeros add per unit of their m unknowns.
+    beside : (k, m) what weight, inertia and zeros add per unit of their m unknowns. unknown : names of these.
     steady : (k,) True for a pass at constant velocity, False for a sample of other motion.
     repeat : (k,) rows with one number here are repeats of each other.
     piece : (k,) what stays together when a part is left out: a speed, or a second of motion.
@@ -49,15 +49,22 @@ class FrictionRows:
     piece: Integers
     source: Integers
     run: NDArray[np.str_]
+    unknown: tuple[str, ...]
 
     def __len__(self) -> int:
         return int(self.joint.size)
 
     def select(self, keep: Booleans | Integers) -> FrictionRows:
         """Return some of the rows; unknowns that none of them feels are left out."""
-        picked = replace(self, **{name: getattr(self, name)[keep] for name in self.__dataclass_fields__})
-        felt = np.any(picked.beside != 0.0, axis=0)
-        return replace(picked, beside=picked.beside[:, felt])
+        names = [name for name in self.__dataclass_fields__ if name != "unknown"]
+        picked = replace(self, **{name: getattr(self, name)[keep] for name in names})
+        return _felt(picked)
+
+
+def _felt(rows: FrictionRows) -> FrictionRows:
+    """Return rows without the unknowns that none of them feels."""
+    felt = np.flatnonzero(np.any(rows.beside != 0.0, axis=0))
+    return replace(rows, beside=rows.beside[:, felt], unknown=tuple(rows.unknown[k] for k in felt))
 
 
 def steady_rows(readings: SteadyReadings) -> FrictionRows:
@@ -77,6 +84,7 @@ def steady_rows(readings: SteadyReadings) -> FrictionRows:
         piece=number,
         source=index,
         run=names,
+        unknown=tuple(f"stretch {number}" for number in stretches),
     )
 
 
@@ -85,18 +93,19 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
     inertia = inertial_regressor(chain, motion.angles, motion.velocity, motion.acceleration)
     inertia = np.einsum("ji,njk->nik", drive_matrix(chain), inertia)
     n, count = motion.torque.shape
-    beside = np.zeros((n, count, inertia.shape[2] + 2 * count))
-    beside[:, :, : inertia.shape[2]] = inertia
+    rotor, zero = np.zeros((n, count, count)), np.zeros((n, count, count))
     for j in range(count):
-        beside[:, j, inertia.shape[2] + j] = motion.drive_acceleration[:, j]
-        beside[:, j, inertia.shape[2] + count + j] = 1.0
-    sample, joint = np.nonzero(motion.one_way)
+        rotor[:, j, j], zero[:, j, j] = motion.drive_acceleration[:, j], 1.0
+    bearing, names_of_bearing, clear = _bearings(motion, chain)
+    beside = np.concatenate([inertia, rotor, zero, bearing], axis=2)
+    unknown = [f"inertia {k + 1}" for k in range(inertia.shape[2])]
+    unknown += [f"rotor j{j + 1}" for j in range(count)] + [f"zero j{j + 1}" for j in range(count)] + names_of_bearing
+    sample, joint = np.nonzero(motion.one_way & clear)
     rows = beside[sample, joint]
-    rows = rows[:, np.any(rows != 0.0, axis=0)]
     second = np.floor((motion.time - motion.time.min()) / PIECE_S).astype(np.int64)
     pieces = np.unique(np.stack([motion.run, second], axis=1), axis=0, return_inverse=True)[1].ravel()
     names = np.array([run.name for run in motion.runs], dtype=np.str_)[motion.run]
-    return FrictionRows(
+    found = FrictionRows(
         joint=joint + 1,
         velocity=motion.drive_velocity[sample, joint],
         torque=motion.torque[sample, joint],
@@ -106,7 +115,36 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
         piece=pieces[sample],
         source=sample,
         run=names[sample],
+        unknown=tuple(unknown),
     )
+    return _felt(found)
+
+
+def _bearings(motion: FreeMotion, chain: Chain) -> tuple[Floats, list[str], Booleans]:
+    """Return friction of the joints' own bearings where drives sit on combined axes, as in a wrist.
+
+    There a drive's friction follows its shaft, which turns with several joints, and the bearing's follows the joint; on
+    all other joints the two turn together and are one.
+
+    Returns
+    -------
+    (n, J, b) torque on each drive per unit, the b names ("bearing coulomb j6", "bearing viscous j6"), and (n, J) True
+    where the sign of every bearing that a drive feels is one number.
+    """
+    n, count = motion.torque.shape
+    matrix = drive_matrix(chain)
+    columns: list[Floats] = []
+    names: list[str] = []
+    clear = np.ones((n, count), dtype=np.bool_)
+    for joint in np.flatnonzero(chain.mechanical & (np.count_nonzero(matrix, axis=1) > 1)):
+        velocity = motion.velocity[:, joint]
+        sign = np.sign(velocity)
+        same = (sign == np.roll(sign, 1)) & (sign == np.roll(sign, -1)) & (sign != 0.0)
+        clear[:, matrix[joint] != 0.0] &= same[:, None]
+        for kind, value in (("coulomb", sign), ("viscous", velocity)):
+            columns.append(value[:, None] * matrix[joint])
+            names.append(f"bearing {kind} j{joint + 1}")
+    return (np.stack(columns, axis=2) if columns else np.zeros((n, count, 0))), names, clear
 
 
 def stacked_rows(parts: Sequence[FrictionRows]) -> FrictionRows:
@@ -138,6 +176,7 @@ def stacked_rows(parts: Sequence[FrictionRows]) -> FrictionRows:
         piece=np.concatenate(piece),
         source=np.asarray(joined("source"), dtype=np.int64),
         run=np.asarray(joined("run"), dtype=np.str_),
+        unknown=tuple(name for part in parts for name in part.unknown),
     )
 
 

@@ -266,6 +266,18 @@ class PartFit:
         left = (self.rows.torque - self.friction()) / self.sigma
         return np.asarray(np.linalg.lstsq(beside / scale, left, rcond=RANK)[0] / scale)
 
+    def unknowns_std(self) -> Floats:
+        """Return (m,) standard uncertainties of these, neighbouring samples taken by whole pieces of motion."""
+        beside = self.rows.beside / self.sigma[:, None]
+        size = np.linalg.norm(beside, axis=0)
+        scale = np.where(size > 0.0, size, 1.0)
+        inverse = np.linalg.pinv(np.concatenate([beside / scale, self.matrix], axis=1), rcond=RANK)[: scale.size]
+        keys = np.stack([self.rows.joint, self.rows.piece], axis=1)
+        clusters = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+        scores = np.zeros((int(clusters.max()) + 1, scale.size))
+        np.add.at(scores, clusters, inverse.T * self.residual[:, None])
+        return np.asarray(np.sqrt((scores**2).sum(axis=0) * len(scores) / max(len(scores) - 1, 1)) / scale)
+
     def condition(self) -> float:
         """Return the condition number of the whitened friction columns, each of unit length."""
         size = np.linalg.norm(self.matrix, axis=0)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from stiffcal.errors import InputError
 from stiffcal.workflow.experiments import Judged, Part
 from stiffcal.workflow.friction_documents import (
+    bearing_entries,
     effects_held,
     expected_words,
     fit_table,
@@ -198,6 +199,7 @@ def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) ->
         "effects": [effect["type"] for effect in effects_held(placed)],
         "joints": [joint_entry(data, fit, one, placed) for one in fit.joints],
         "lack_of_fit": _lack_of_fit(fit),
+        "bearings": bearing_entries(fit),
     }
     names = {one.place.joints[0]: one for one in placed}
     free = [names[one.joint].parameter_name(symbol) for one in fit.joints for symbol in one.free]

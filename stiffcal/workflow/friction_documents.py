@@ -144,6 +144,17 @@ def between_directions(data: Ingested, fit: FrictionFit, joint: int) -> Document
     }
 
 
+def bearing_entries(fit: FrictionFit) -> list[Document]:
+    """Return the friction of bearings that turn otherwise than a drive's shaft, as in a coupled wrist."""
+    found: dict[int, Document] = {}
+    for k, name in enumerate(fit.rows.unknown):
+        if name.startswith("bearing "):
+            _, kind, place = name.split()
+            entry = found.setdefault(int(place[1:]), {"joint": int(place[1:])})
+            entry[kind], entry[f"{kind}_std"] = float(fit.unknowns[k]), float(fit.unknowns_std[k])
+    return list(found.values())
+
+
 def friction_warnings(data: Ingested, fit: FrictionFit) -> list[str]:
     """Return what a reader of the numbers must know, in words."""
     words = []

@@ -58,6 +58,16 @@ class JointOfFriction(TypedDict):
     covariance: Covariance
 
 
+class Bearing(TypedDict):
+    """Friction of a joint's own bearing where the drive's shaft turns with several joints, N·m and N·m·s/rad."""
+
+    joint: int
+    coulomb: float
+    coulomb_std: float
+    viscous: float
+    viscous_std: float
+
+
 class FrictionLack(TypedDict):
     """What is left against what repeats scatter: reduced χ², its degrees of freedom, p-value."""
 
@@ -72,6 +82,7 @@ class Friction(TypedDict):
     joints: list[JointOfFriction]
     effects: NotRequired[list[str]]
     lack_of_fit: NotRequired[FrictionLack | None]
+    bearings: NotRequired[list[Bearing]]
 
 
 class FrictionJudged(TypedDict):

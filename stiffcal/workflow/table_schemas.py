@@ -205,7 +205,7 @@ def _motion() -> FreeMotion:
 
 def _friction_fit() -> FrictionFit:
     rows = steady_rows(_passes())
-    return FrictionFit((), rows, _ONE, _ONE, _ONE, _ONE, _ONE, 0, None, 1.0, False)
+    return FrictionFit((), rows, _ONE, _ONE, _ONE, _ONE, _ONE, _ONE, 0, None, 1.0, False)
 
 
 def schema_texts() -> dict[str, str]:
