@@ -12,6 +12,8 @@ from stiffcal.report.sections.stiffness import where_words
 
 ORDER = 40
 _TITLE = "What these data cannot tell"
+# So many springs of one effect in the noise are named together.
+_MANY = 4
 
 
 def section(content: ReportContent) -> Section | LeftOut | None:
@@ -29,11 +31,13 @@ def section(content: ReportContent) -> Section | LeftOut | None:
         for each in content.identify.get("parameters", [])
         if not each.get("identifiable", True) and each["name"] not in elsewhere
     ]
-    hardly = tuple(
-        f"{where_words(each.get('where', {}), content.joint_names)}, {each.get('effect', each['name'])}: hardly known, "
-        f"{_range_words(each)}"
-        for each in content.identify.get("parameters", [])
-        if each.get("poorly_known") and each["name"] not in elsewhere
+    hardly = _hardly(
+        [
+            each
+            for each in content.identify.get("parameters", [])
+            if each.get("poorly_known") and each["name"] not in elsewhere
+        ],
+        content.joint_names,
     )
     if hardly and not named and not open_ones:
         text = "No parameter is beyond telling, but in these poses the loads tell little of the following."
@@ -50,6 +54,27 @@ def section(content: ReportContent) -> Section | LeftOut | None:
         Items((*named, *open_ones, *hardly)),
     ]
     return Section(_TITLE, tuple(blocks))
+
+
+def _hardly(parameters: list[dict[str, Any]], joint_names: tuple[str, ...]) -> tuple[str, ...]:
+    """Name what is poorly known; springs of one effect that are all lost in the noise in one line."""
+    lost: dict[str, list[str]] = {}
+    for each in parameters:
+        if each.get("above_noise") is False:
+            lost.setdefault(str(each.get("effect")), []).append(str(each["name"]).partition(".")[2])
+    together = {effect for effect, names in lost.items() if len(names) >= _MANY}
+    lines = [
+        f"{effect} {wording.listing(lost[effect], 24)}: within the noise, told from none at all by less than three "
+        "standard uncertainties"
+        for effect in sorted(together)
+    ]
+    lines += [
+        f"{where_words(each.get('where', {}), joint_names)}, {each.get('effect', each['name'])}: hardly known, "
+        f"{_range_words(each)}"
+        for each in parameters
+        if not (each.get("above_noise") is False and str(each.get("effect")) in together)
+    ]
+    return tuple(lines)
 
 
 def _range_words(parameter: dict[str, Any]) -> str:

@@ -99,6 +99,8 @@ def _verdict(parameter: Document) -> str:
         return "cannot be told from these data"
     if parameter.get("at_bound"):
         return "at the edge of what is possible"
+    if parameter.get("above_noise") is False:
+        return "within the noise"
     interval: list[float | None] | None = parameter.get("stiffness_interval")
     value, std = parameter["value"], parameter.get("std")
     poorly = parameter.get("poorly_known", bool(std and value and 1.96 * std > _POORLY_KNOWN * abs(value)))

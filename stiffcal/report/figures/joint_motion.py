@@ -1,0 +1,127 @@
+"""Each joint's six displacements over its wrench (001, Fig. 2a), and all joints about their own axes (2b)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.report.figures import canvas
+from stiffcal.report.joint_curves import JointCurve, JointPicture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_POINTS = 600
+_LINE_POINTS = 121
+
+
+@canvas.styled
+def draw_joint(joint: JointPicture) -> Figure:
+    """Draw one joint: three translations over forces above, three rotations over moments below.
+
+    The same scale in each row, so that what is large looks large.
+    """
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 70)
+    panels = figure.subplots(2, 3)
+    for row in range(2):
+        part = joint.curves[3 * row : 3 * row + 3]
+        for panel, curve in zip(panels[row], part, strict=True):
+            _draw(panel, curve, joint.runs)
+            _label(panel, curve)
+        _same_heights(panels[row], part)
+    canvas.share_legend(figure, _handles(joint.runs))
+    return figure
+
+
+@canvas.styled
+def draw_about_axes(joints: Sequence[JointPicture]) -> Figure:
+    """Draw every joint's turn about its own axis over its torque: the dominant compliances."""
+    columns = min(3, len(joints))
+    rows = -(-len(joints) // columns)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 44 * rows + 8)
+    panels = figure.subplots(rows, columns, squeeze=False)
+    for panel, joint in zip(panels.flat, joints, strict=False):
+        _draw(panel, joint.curves[5], joint.runs)
+        _label(panel, joint.curves[5])
+        panel.set_title(f"{joint.name}: {_words(joint.curves[5])}")
+        _same_heights([panel], [joint.curves[5]])
+    for panel in list(panels.flat)[len(joints) :]:
+        panel.set_axis_off()
+    canvas.share_legend(figure, _handles(joints[0].runs))
+    return figure
+
+
+def _draw(panel: Axes, curve: JointCurve, runs: tuple[str, ...]) -> None:
+    load_scale, moved_scale = _scales(curve)
+    canvas.zero_lines(panel)
+    for number in range(len(runs)):
+        own = np.flatnonzero((curve.run == number) & np.isfinite(curve.moved))
+        shown = own[canvas.thinned(np.abs(curve.moved[own]), MOST_POINTS // max(len(runs), 1))]
+        panel.plot(
+            curve.load[shown] * load_scale, curve.moved[shown] * moved_scale, linestyle="none",
+            marker=canvas.MARKERS[number % len(canvas.MARKERS)], markersize=1.7, markeredgewidth=0.4,
+            color=canvas.COLOURS[number % len(canvas.COLOURS)], markerfacecolor="none", zorder=2,
+        )  # fmt: skip
+    if np.isfinite(curve.curve[0]) and curve.load.size:
+        at = np.linspace(float(curve.load.min()), float(curve.load.max()), _LINE_POINTS)
+        fitted = curve.curve[0] * at + curve.curve[1] * at**2 + curve.curve[2] * at**3
+        panel.plot(
+            at * load_scale, fitted * moved_scale, color=canvas.MODEL, linewidth=1.2,
+            linestyle="-" if curve.above_noise else (0, (2.0, 1.6)), zorder=4,
+        )  # fmt: skip
+    panel.locator_params(nbins=5)
+
+
+def _label(panel: Axes, curve: JointCurve) -> None:
+    axis = curve.component[1]
+    turns = curve.component[0] == "r"
+    panel.set_xlabel(f"moment about {axis} [N·m]" if turns else f"force along {axis} [kN]")
+    panel.set_ylabel(f"turn about {axis} [mrad]" if turns else f"shift along {axis} [mm]")
+    panel.set_title(_words(curve))
+
+
+def _words(curve: JointCurve) -> str:
+    if not np.isfinite(curve.compliance):
+        return "not loaded"
+    if not curve.above_noise:
+        return "within the noise"
+    return "above the noise, curved" if curve.curved else "above the noise"
+
+
+def _scales(curve: JointCurve) -> tuple[float, float]:
+    """Return what SI is multiplied with: kN and mm, N·m and mrad."""
+    return (1.0, 1e3) if curve.component[0] == "r" else (1e-3, 1e3)
+
+
+def _same_heights(panels: Sequence[Axes], curves: Sequence[JointCurve]) -> None:
+    moved = np.concatenate([curve.moved[np.isfinite(curve.moved)] for curve in curves]) * 1e3
+    if moved.size:
+        largest = 1.08 * float(np.max(np.abs(moved))) or 1.0
+        for panel in panels:
+            panel.set_ylim(-largest, largest)
+
+
+def _handles(runs: tuple[str, ...]) -> list[object]:
+    from matplotlib.lines import Line2D
+
+    marks: list[object] = [
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker=canvas.MARKERS[number % len(canvas.MARKERS)],
+            markersize=3.0,
+            color=canvas.COLOURS[number % len(canvas.COLOURS)],
+            markerfacecolor="none",
+            label=name,
+        )
+        for number, name in enumerate(runs[:8])
+    ]
+    return [
+        *marks,
+        Line2D([], [], color=canvas.MODEL, linewidth=1.2, label="above the noise"),
+        Line2D([], [], color=canvas.MODEL, linewidth=1.2, linestyle=(0, (2.0, 1.6)), label="within the noise"),
+    ]

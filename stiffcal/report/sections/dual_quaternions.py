@@ -1,0 +1,37 @@
+"""Joint springs in paper 003's form: beside the matrix form, and its eq. 35 as printed apart."""
+
+from __future__ import annotations
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Column, Paragraph, Section, Table
+from stiffcal.report.content import ReportContent
+
+ORDER = 48
+_TITLE = "The same springs in dual quaternions"
+
+
+def section(content: ReportContent) -> Section | None:
+    """Lay out both forms; nothing where the user has not asked for them (``identify --dual-quaternions``)."""
+    both = (content.identify or {}).get("dual_quaternions")
+    if not both:
+        return None
+    text = (
+        "Paper 003 writes poses as unit dual quaternions, eight numbers with no singular orientation, and identifies "
+        "joint springs from their change (eq. 10 to 35), balanced on the deformed robot with its complementary "
+        "stiffness (eq. 27 to 29). With the weights of the six displacements carried over by the exact linear map this "
+        f"is the same estimate: largest relative difference {both['largest_relative_difference']:.1g}. Eq. 35 as "
+        "printed leaves the weights out and counts lengths and pure numbers alike: it changes with the unit of length."
+    )
+    columns = (
+        Column("parameter", align="left", mono=True), Column("matrices", "N·m/rad"),
+        Column("dual quaternions", "N·m/rad"),
+        Column("eq. 35, metres", "N·m/rad"), Column("eq. 35, millimetres", "N·m/rad"),
+    )  # fmt: skip
+    keys = ("matrix", "dual_quaternion", "unweighted_in_metres", "unweighted_in_millimetres")
+    rows = tuple((str(one["name"]), *(_stiffness(one[key]) for key in keys)) for one in both["parameters"])
+    caption = "Stiffness of the joints that the fit tells, each form carried on until its steps are rounding."
+    return Section(_TITLE, (Paragraph(text), Table(columns, rows, caption)))
+
+
+def _stiffness(compliance: float | None) -> str:
+    return wording.digits(1.0 / compliance, 6) if compliance else wording.DASH

@@ -1,0 +1,130 @@
+"""Several tracked bodies: each joint by itself (paper 001), and the Cartesian stiffness at poses where all is full."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, Column, LeftOut, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.content import Document, ReportContent
+from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint
+from stiffcal.report.joint_curves import JointCurve, JointPicture
+
+ORDER = 47
+_TITLE = "Each joint by itself"
+_NAMES = {
+    "tx": "shift along x", "ty": "shift along y", "tz": "shift along z",
+    "rx": "turn about x", "ry": "turn about y", "rz": "turn about its axis",
+}  # fmt: skip
+
+
+def section(content: ReportContent) -> Section | LeftOut | None:
+    """Lay out the table of all displacements and their pictures; nothing where one body alone is tracked."""
+    joints: tuple[JointPicture, ...] = tuple(content.extra.get("joint_motion", ()))
+    cartesian = list((content.identify or {}).get("cartesian_stiffness", ()))
+    if not joints and not cartesian:
+        return None
+    blocks: list[Block] = []
+    if joints:
+        blocks += [Paragraph(_lead(joints)), _table(joints)]
+        blocks.append(Picture(partial(draw_about_axes, joints), _caption_about_axes(joints)))
+        blocks += [Picture(partial(draw_joint, joint), _caption(joint)) for joint in joints]
+    if cartesian:
+        blocks += _cartesian(cartesian)
+    return Section(_TITLE if joints else "Cartesian stiffness", tuple(blocks), new_page=True)
+
+
+def _told(joints: tuple[JointPicture, ...], kind: str) -> tuple[int, int]:
+    """Return how many of the displacements of a kind ("r", "t") rise above the noise, and how many there are."""
+    curves = [curve for joint in joints for curve in joint.curves if curve.component[0] == kind]
+    return sum(curve.above_noise for curve in curves), len(curves)
+
+
+def _lead(joints: tuple[JointPicture, ...]) -> str:
+    turns, all_turns = _told(joints, "r")
+    shifts, all_shifts = _told(joints, "t")
+    return (
+        "Links on either side of a joint are tracked, so that the joint’s own displacement is measured and not "
+        "inferred: how one link moves against the other, about the joint’s origin in the joint’s axes, over the load’s "
+        "wrench moved there (paper 001, eq. 4). No model takes part. A compliance of more than three standard "
+        f"uncertainties rises above the noise: {turns} of {all_turns} turns and {shifts} of {all_shifts} shifts do."
+    )
+
+
+def _table(joints: tuple[JointPicture, ...]) -> Table:
+    columns = (
+        Column("joint", align="left"), Column("displacement", align="left"), Column("stiffness by itself"),
+        Column("± 95 %"), Column("stiffness, all together"), Column("± 95 %"), Column("unit", align="left"),
+        Column("above the noise", align="left", width=1.0),
+    )  # fmt: skip
+    rows: list[tuple[str, ...]] = []
+    for joint in joints:
+        for curve in sorted(joint.curves, key=lambda one: one.component[0] != "r"):
+            scale, unit = (1.0, "N·m/rad") if curve.component[0] == "r" else (1e-6, "N/µm")
+            own = _stiffness(curve.compliance, curve.std, curve.above_noise, scale)
+            whole = joint.together.get(curve.component)
+            together = (wording.DASH, wording.DASH) if whole is None else _stiffness(*whole, scale)
+            rows.append((joint.name, _NAMES[curve.component], *own, *together, unit, _verdict(curve, whole)))
+    caption = (
+        "All displacements, turns first. By itself: a straight line through the joint’s own displacements. All "
+        "together: the fit of this report, from all bodies at once; a dash where its model holds no such spring. Where "
+        "nothing rises above the noise the stiffness is at least the value that is given."
+    )
+    return Table(columns, tuple(rows), caption)
+
+
+def _stiffness(compliance: float, std: float, above: bool, scale: float) -> tuple[str, str]:
+    """Return a stiffness and its half width; a lower bound where the compliance is lost in the noise."""
+    if not math.isfinite(compliance):
+        return wording.DASH, wording.DASH
+    if not above:
+        most = max(compliance, 0.0) + 1.96 * std
+        return (f"above {wording.digits(scale / most)}" if most > 0.0 else wording.DASH), ""
+    return wording.digits(scale / compliance), wording.digits(1.96 * std * scale / compliance**2, 2)
+
+
+def _verdict(curve: JointCurve, whole: tuple[float, float, bool] | None) -> str:
+    words = ("yes, curved" if curve.curved else "yes") if curve.above_noise else "no"
+    if whole is not None and whole[2] != curve.above_noise:
+        words += "; all together " + ("yes" if whole[2] else "no")
+    return words
+
+
+def _caption_about_axes(joints: tuple[JointPicture, ...]) -> str:
+    bent = [joint.name for joint in joints if joint.curves[5].curved]
+    words = "The dominant compliances: each joint’s turn about its own axis over the torque (paper 001, Fig. 2b)."
+    if bent:
+        words += (
+            f" A straight line does not do for {wording.listing(bent)}: play, or a spring that stiffens or softens."
+        )
+    return words
+
+
+def _caption(joint: JointPicture) -> str:
+    inboard, outboard = joint.between
+    shown = sum(curve.moved.size for curve in joint.curves[:1])
+    return (
+        f"{joint.name}, {outboard} against {inboard}: six displacements of the joint’s origin over the same components "
+        f"of its wrench, {shown} loads; each row to one scale, each run’s offset taken off. Full line: above the noise."
+    )
+
+
+def _cartesian(found: list[Document]) -> list[Block]:
+    columns = (
+        Column("pose", align="left"), Column("way", align="left"), Column("x", "N/µm"), Column("y", "N/µm"),
+        Column("z", "N/µm"), Column("about x", "kN·m/rad"), Column("about y", "kN·m/rad"),
+        Column("about z", "kN·m/rad"),
+    )  # fmt: skip
+    rows = []
+    for one in found:
+        for words, key in (("001, eq. 15", "equation_15"), ("from the compliance", "from_compliance")):
+            diagonal = [one[key][k][k] * (1e-6 if k < 3 else 1e-3) for k in range(6)]
+            rows.append((str(one["run"]), words, *(wording.digits(value) for value in diagonal)))
+    text = (
+        "Where loads at one pose fill all six directions, the Cartesian stiffness at the target follows from wrenches "
+        "and displacements alone. Eq. 15 of paper 001 takes the displacements for exact; what they err by draws the "
+        "stiffness down. The compliance, fitted the other way round and inverted, does not suffer from it."
+    )
+    caption = f"Diagonal of the Cartesian stiffness at {found[0]['target']}, base axes, the other directions held."
+    return [Subheading("Cartesian stiffness"), Paragraph(text), Table(columns, tuple(rows), caption)]

@@ -1,0 +1,75 @@
+"""What the report shows of several tracked bodies: each joint's displacements with the lines fitted to them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stiffcal.experiments.joint_motion import JointMotion, joint_motions
+from stiffcal.report.joint_curves import JointCurve, JointPicture
+from stiffcal.workflow.steps import Document, Ingested
+
+# Component to the springs that give there, by effect and symbol.
+SPRINGS = {
+    "tx": (("joint-translation", "tx"), ("joint-full", "c11")),
+    "ty": (("joint-translation", "ty"), ("joint-full", "c22")),
+    "tz": (("joint-translation", "tz"), ("joint-full", "c33")),
+    "rx": (("bearing-tilt", "x"), ("joint-full", "c44")),
+    "ry": (("bearing-tilt", "y"), ("joint-full", "c55")),
+    "rz": (("joint-compliance", "c"), ("joint-full", "c66")),
+}
+
+
+def joint_pictures(data: Ingested, identified: Document) -> tuple[JointPicture, ...]:
+    """Return the joints that the present `identify` document looks at by themselves; none with one tracked body."""
+    told = {one["joint"]: one for one in identified.get("joints_by_themselves", [])}
+    if not told:
+        return ()
+    names = data.joint_names
+    return tuple(
+        _picture(data, motion, told[motion.joint], identified, f"joint {motion.joint} ({names[motion.joint - 1]})")
+        for motion in joint_motions(data.states, data.campaign.chain)
+        if motion.joint in told
+    )
+
+
+def _picture(data: Ingested, motion: JointMotion, told: Document, identified: Document, name: str) -> JointPicture:
+    numbers, run = np.unique(motion.run, return_inverse=True)
+    curves = []
+    for axis, line in enumerate(told["lines"]):
+        moved = motion.displacement[:, axis].copy()
+        curve = tuple(math.nan if value is None else float(value) for value in line["curve"])
+        fitted = sum(c * motion.wrench[:, axis] ** (k + 1) for k, c in enumerate(curve) if math.isfinite(c))
+        for number in range(len(numbers)):
+            own = (run == number) & np.isfinite(moved)
+            if own.any():
+                moved[own] -= np.mean((moved - fitted)[own])
+        curves.append(
+            JointCurve(
+                component=line["component"],
+                load=motion.wrench[:, axis],
+                moved=moved,
+                run=run.astype(np.int64),
+                curve=(curve[0], curve[1], curve[2]),
+                compliance=math.nan if line["compliance"] is None else line["compliance"],
+                std=math.nan if line["std"] is None else line["std"],
+                above_noise=line["above_noise"],
+                curved=line["curved"],
+            )
+        )
+    runs = tuple(data.states.runs[int(number)].name for number in numbers)
+    between = (str(told["between"][0]), str(told["between"][1]))
+    return JointPicture(name, between, runs, tuple(curves), _together(identified, motion.joint))
+
+
+def _together(identified: Document, joint: int) -> dict[str, tuple[float, float, bool]]:
+    """Return component to (compliance, standard uncertainty, above the noise) by the fit of all joints at once."""
+    found = {one["name"]: one for one in identified["parameters"]}
+    result = {}
+    for component, springs in SPRINGS.items():
+        for effect, symbol in springs:
+            one = found.get(f"{effect}.j{joint}.{symbol}")
+            if one is not None and one["value"] is not None and one["std"] is not None:
+                result[component] = (float(one["value"]), float(one["std"]), bool(one["above_noise"]))
+    return result
