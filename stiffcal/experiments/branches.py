@@ -87,26 +87,26 @@ def _one_direction(angle: Floats, torque: Floats, way: bool) -> tuple[Floats, ..
     return np.nanmean(angle, axis=0), mean, np.full(through.size, float(way)), spread, through.astype(np.float64)
 
 
-def reversal_error(data: Branches) -> float | None:
+def reversal_error(angle: Floats, torque: Floats, sweep: Integers, up: NDArray[np.bool_]) -> float | None:
     """Return the raw width between the branches at zero torque, rad; None where one never comes there.
 
-    The middle of each branch's last crossing: friction alone makes such a width, F/k either way.
+    Friction alone makes such a width, F/k either way. Readings count in their order of time: a joint that friction
+    holds stands still while its torque crosses zero, and an average over angles would not see that.
+
+    Parameters
+    ----------
+    angle, torque : (n,) rad, N·m. sweep, up : as for `average_branches`.
     """
-    crossing = []
-    for way in (True, False):
-        members = data.up == way
-        angle, torque = data.angle[members], data.torque[members]
-        if members.sum() < 2 or torque.min() > 0.0 or torque.max() < 0.0:
-            return None
-        order = np.argsort(angle)
-        angle, torque = angle[order], torque[order]
-        changes = np.flatnonzero(np.diff(np.signbit(torque)))
-        if not changes.size:
-            return None
-        at = [_zero_between(angle[k : k + 2], torque[k : k + 2]) for k in changes]
-        crossing.append(float(np.mean(at)))
-    return crossing[1] - crossing[0]
-
-
-def _zero_between(angle: Floats, torque: Floats) -> float:
-    return float(angle[0] - torque[0] * (angle[1] - angle[0]) / (torque[1] - torque[0]))
+    crossing: dict[bool, list[float]] = {True: [], False: []}
+    for number in range(int(sweep.max(initial=-1)) + 1):
+        own = np.flatnonzero(sweep == number)
+        if own.size < 2:
+            continue
+        a, t = angle[own], torque[own]
+        changes = np.flatnonzero(np.diff(np.signbit(t)))
+        if changes.size:
+            share = t[changes] / (t[changes] - t[changes + 1])
+            crossing[bool(up[own[0]])].append(float(np.median(a[changes] + share * (a[changes + 1] - a[changes]))))
+    if not crossing[True] or not crossing[False]:
+        return None
+    return float(np.mean(crossing[False]) - np.mean(crossing[True]))

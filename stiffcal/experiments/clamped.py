@@ -144,7 +144,7 @@ def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int,
         motion=float(np.ptp(angle[sweeps.number >= 0])),
         encoder_step=step,
         resolution=float(np.hypot(step, noise)),
-        reversal=reversal_error(branches) if branches.up.any() and not branches.up.all() else None,
+        reversal=reversal_error(angle, torque, sweeps.number, sweeps.up),
         saturation=saturation,
         others=chain.share_of_others(laws),
         left_out="" if not holdout else "held out",
@@ -159,7 +159,7 @@ def _unseen(readings: ClampedReadings, chain: ClampedChain) -> ClampedRun:
     none = np.zeros(len(readings), dtype=np.int64) - 1
     return ClampedRun(
         name, chain.joint, False, chain, Sweeps(none, none > 0, 0), nothing,
-        SeriesFit(law, np.zeros((8, 8)), 0.0, 0, play_found=False), None, float("nan"),
+        SeriesFit(law, np.zeros((9, 9)), 0.0, 0, play_found=False), None, float("nan"),
         float(np.ptp(chain.motion[:, chain.joint - 1])), 0.0, float("nan"), None, None, 0.0,
         "in this pose the clamped flange does not feel the joint: other joints can turn it alike",
     )  # fmt: skip

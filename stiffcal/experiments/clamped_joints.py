@@ -13,6 +13,10 @@ from stiffcal.experiments.clamped import ClampedRun
 Floats = NDArray[np.float64]
 
 NORMAL_95 = 1.96
+# Poses that resolve the play this many times more coarsely than the finest do not count for it.
+FINE = 5.0
+# Motions that reached less than this share of the largest torque do not count for the curve.
+FAR = 0.3
 # Torques at which the tangent stiffness is told, as shares of what was reached.
 _TANGENTS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)
 
@@ -94,20 +98,24 @@ def joints_of(runs: Sequence[ClampedRun]) -> list[ClampedJoint]:
 
 
 def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun, ...]) -> ClampedJoint:
-    with_play = [run for run in runs if run.fit.play_found]
-    # a play that the better half of the poses sees is there; else the widest motion decides
-    seen = len(with_play) * 2 > len(runs) or (with_play and max(runs, key=lambda run: run.motion) in with_play)
+    # the pose that sees finest decides whether there is a play, and those tell it that see about as well
+    finest = min(runs, key=lambda run: run.resolution)
+    with_play = [run for run in runs if run.fit.play_found and run.resolution < FINE * finest.resolution]
+    seen = finest in with_play or len(with_play) * 2 > len(runs)
+    # a motion that reached little torque says little of the curve
+    most = max(_largest_torque(run) for run in runs)
+    far = tuple(run for run in runs if _largest_torque(run) >= FAR * most)
     plays = np.array([run.play for run in with_play]) if seen else np.zeros(0)
-    resolution = float(np.mean([run.resolution for run in runs]))
+    resolution = float(np.mean([run.resolution for run in (with_play if seen else [finest])]))
     within = [run.cycle_spread / np.sqrt(run.sweeps.cycles) for run in with_play if np.isfinite(run.cycle_spread)]
     between = float(np.std(plays, ddof=1) / np.sqrt(plays.size)) if plays.size > 1 else 0.0
     width, width_std = _mean([(run.fit.law.width, run.fit.std("width")) for run in with_play]) if seen else (0.0, 0.0)
     band, band_std = _mean([(run.fit.law.band, run.fit.std("band")) for run in with_play]) if seen else (0.0, 0.0)
-    curve, covariance = _pooled(runs)
-    frictions = [run for run in runs if run.friction_found]
+    curve, covariance = _pooled(far)
+    frictions = [run for run in far if run.friction_found]
     friction, friction_std = _mean([(run.fit.law.friction, run.fit.std("friction")) for run in frictions])
-    reversals = [run.reversal for run in runs if run.reversal is not None]
-    reach = min(run.fit.law.reach[0] for run in runs), max(run.fit.law.reach[1] for run in runs)
+    reversals = [run.reversal for run in far if run.reversal is not None]
+    reach = min(run.fit.law.reach[0] for run in far), max(run.fit.law.reach[1] for run in far)
     ends = np.array(curve) @ np.array([[x, x * x, x**3] for x in reach]).T
     middle = 0.5 * resolution
     return ClampedJoint(
@@ -122,7 +130,7 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         band=band,
         band_std=band_std,
         resolution=resolution,
-        friction=friction if 2 * len(frictions) > len(runs) else None,
+        friction=friction if 2 * len(frictions) > len(far) else None,
         friction_std=friction_std,
         reversal=float(np.mean(reversals)) if reversals else None,
         curve=curve,
@@ -131,6 +139,11 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         torque=(float(ends[0]), float(ends[1])),
         source=runs[0].chain.source,
     )
+
+
+def _largest_torque(run: ClampedRun) -> float:
+    """Return the largest torque that a run reached, N·m."""
+    return float(np.abs(run.branches.torque).max(initial=0.0))
 
 
 def _mean(values: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -165,6 +178,6 @@ def _pooled(runs: Sequence[ClampedRun]) -> tuple[tuple[float, float, float], Flo
         covariance = covariance * max(1.0, apart / (3.0 * (len(runs) - 1)))
     # An encoder's step stretches the angle by its own error, alike in all cycles: no averaging takes that off.
     stretch = float(np.mean([run.encoder_step / np.sqrt(12.0) / max(np.ptp(run.fit.law.reach), 1e-12) for run in runs]))
-    covariance = covariance + (2.0 * stretch) ** 2 * np.outer(mean, mean)
+    covariance = covariance + stretch**2 * np.outer(mean, mean)
     values = mean / unit
     return (float(values[0]), float(values[1]), float(values[2])), covariance / unit[:, None] / unit

@@ -2,9 +2,10 @@
 
 The joint's angle is what the arm turns against the motor, φ = φ_a − φ_m (004, section 4.4), its torque what the
 surroundings do about the axis. With τ₀ the torque at which the play is crossed (weight, a sensor's zero), P the
-spring's cubic (004, Table 2) and F the friction between the branches (physics, section 7):
+spring's cubic (004, Table 2), F the friction between the branches at all angles (physics, section 7) and μ what of it
+grows with the load, as it does between teeth:
 
-    φ = φ₀ + x + (b/2) tanh(P(x)/w),    τ = τ₀ + P(x) ± F (up, down)
+    φ = φ₀ + x + (b/2) tanh(P(x)/w),    τ = τ₀ + P(x) ± (F + μ |P(x)|) (up, down)
 
 so that P counts its angle x from the flanks, not from the middle of the play. P rises everywhere in the range x₀ … x₁
 that was reached: its slope is written in Bernstein's basis there, with end values s₀, s₁ ≥ 0 and a middle value of no
@@ -29,7 +30,10 @@ _LAW_POINTS = 201
 _CROWDING = 7.0
 # Bands tried at first, as shares of the largest torque.
 _FIRST_BAND = 0.02
-_STARTS = (0.0, 0.15, 0.4, 0.7)
+# A crossing that takes more than this share of the torque is no play but a soft spring.
+WIDEST_BAND = 0.12
+_STARTS = (0.0, 0.15, 0.3, 0.45, 0.65, 0.85)
+MOST_STARTS = 3
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class Law:
     zero : τ₀, N·m. friction : F, N·m. lag : rad by which the torque stays behind the angle (two clocks).
     curve : (3,) p1, p2, p3 in N·m/rad, N·m/rad², N·m/rad³.
     reach : x₀, x₁, rad: the spring's angles that were reached, counted from the flanks.
+    drag : μ, friction that grows with the load, as a share of it.
     """
 
     middle: float
@@ -52,6 +57,7 @@ class Law:
     lag: float
     curve: tuple[float, float, float]
     reach: tuple[float, float]
+    drag: float = 0.0
 
     def spring(self, x: Floats) -> Floats:
         """Return P(x), N·m, at angles counted from the flank, rad."""
@@ -80,7 +86,8 @@ class Law:
         """Return (m,) the torque on the branches, N·m."""
         grid, torque = self.grid()
         sign = np.where(up, 1.0, -1.0)
-        return np.asarray(np.interp(angle - sign * self.lag, grid, torque) + sign * self.friction)
+        even = np.interp(angle - sign * self.lag, grid, torque)
+        return np.asarray(even + sign * (self.friction + self.drag * np.abs(even - self.zero)))
 
     def width_correction(self, data: Branches) -> float:
         """Return by how much a few branches would have the play wider: one Gauss-Newton step, middle and zero free."""
@@ -105,7 +112,7 @@ class SeriesFit:
 
     Attributes
     ----------
-    law : as fitted. covariance : (8, 8) of middle, width, band, zero, friction, p1, p2, p3.
+    law : as fitted. covariance : (9, 9) of `PARAMETERS`.
     rms : N·m, of the residual over the bins. dof : bins less parameters.
     play_found : False where the data do with no play; ``law.width`` is then 0.
     """
@@ -123,10 +130,10 @@ class SeriesFit:
     @property
     def curve_covariance(self) -> Floats:
         """(3, 3) covariance of p1, p2, p3."""
-        return self.covariance[5:, 5:]
+        return self.covariance[6:, 6:]
 
 
-PARAMETERS = ("middle", "width", "band", "zero", "friction", "p1", "p2", "p3")
+PARAMETERS = ("middle", "width", "band", "zero", "friction", "drag", "p1", "p2", "p3")
 
 
 @dataclass(frozen=True)
@@ -158,7 +165,8 @@ def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
     both = bool(data.up.any() and not data.up.all())
     without = _fit(data, with_play=False, with_friction=both, with_lag=with_lag and both)
     with_play = _fit(data, with_play=True, with_friction=both, with_lag=with_lag and both)
-    noise = max(with_play.rms, 1e-12)
+    # what repeats from cycle to cycle is shape: the scatter between cycles decides, but for misfits of the law itself
+    noise = max(data.noise, 0.5 * with_play.rms, 1e-12)
     n = data.angle.size
     gain = n * (without.rms**2 - with_play.rms**2) / noise**2
     segment = play_segment(with_play.law)
@@ -189,7 +197,7 @@ def _fit(data: Branches, *, with_play: bool, with_friction: bool, with_lag: bool
     starts.sort(key=lambda v: float(np.sum(misfit(v) ** 2)))
     found = [
         least_squares(misfit, v, bounds=(lower, upper), x_scale=np.maximum(np.abs(v), 0.05), max_nfev=80)
-        for v in starts[:2]
+        for v in starts[:MOST_STARTS]
     ]
     best = min(found, key=lambda one: float(one.cost))
     law = _law_of(scaled, best.x)
@@ -197,29 +205,41 @@ def _fit(data: Branches, *, with_play: bool, with_friction: bool, with_lag: bool
 
 
 def _start(scaled: _Scaled, share: float) -> Floats:
-    """Return middle, width, log band, zero, friction, lag, slopes at the ends and what the middle has more."""
-    order = np.argsort(scaled.angle)
-    angle, torque = scaled.angle[order], scaled.torque[order]
-    size = max(len(angle) // 6, 2)
+    """Return middle, width, log band, zero, friction, lag, drag, slopes at the ends and what the middle has more."""
+    grid = np.linspace(scaled.angle.min(), scaled.angle.max(), 121)
+    sides = [_over(scaled, grid, way) for way in (True, False) if np.any(scaled.data.up == way)]
+    middle_curve = np.mean(sides, axis=0)
+    friction = 0.5 * float(np.median(sides[0] - sides[-1])) if scaled.with_friction else 0.0
+    # the play is where the middle of the branches rises least over so long a window
+    count = min(max(round(share * (grid.size - 1)), 1), grid.size - 2)
+    rise = middle_curve[count:] - middle_curve[:-count]
+    at = int(np.argmin(np.abs(rise))) if share > 0.0 else int(np.argmin(np.abs(middle_curve)))
     width = 2.0 * share
-    ends = (torque[-size:].mean() - torque[:size].mean()) / max(angle[-size:].mean() - angle[:size].mean() - width, 0.1)
-    middle = float(angle[np.argmin(np.abs(torque))])
-    up, down = scaled.torque[scaled.data.up], scaled.torque[~scaled.data.up]
-    friction = 0.5 * float(np.median(up) - np.median(down)) if scaled.with_friction else 0.0
-    middle = middle if abs(middle) < 0.8 else 0.0
-    slope = max(ends, 0.05)
-    return np.array([middle, width, np.log(_FIRST_BAND), 0.0, max(friction, 0.0), 0.0, slope, slope, 2.0 * slope])
+    middle = 0.5 * float(grid[at] + grid[min(at + count, grid.size - 1)]) if share > 0.0 else float(grid[at])
+    zero = float(np.mean(middle_curve[at : at + count + 1])) if share > 0.0 else 0.0
+    slope = max(float(middle_curve[-5:].mean() - middle_curve[:5].mean()) / max(2.0 - width, 0.1), 0.05)
+    return np.array(
+        [middle, width, np.log(_FIRST_BAND), zero, max(friction, 0.0), 0.0, 0.0, slope, slope, 2.0 * slope],
+        dtype=np.float64,
+    )
+
+
+def _over(scaled: _Scaled, grid: Floats, way: bool) -> Floats:
+    """Return one branch's torque over a grid of angles."""
+    members = np.flatnonzero(scaled.data.up == way)
+    order = members[np.argsort(scaled.angle[members])]
+    return np.asarray(np.interp(grid, scaled.angle[order], scaled.torque[order]))
 
 
 def _bounds(scaled: _Scaled) -> tuple[Floats, Floats]:
     tiny = 1e-7
-    lower = np.array([-1.0, 0.0, np.log(1e-3), -0.5, -0.9, -0.2, 0.0, 0.0, 0.0])
-    upper = np.array([1.0, 1.95, np.log(0.4), 0.5, 0.9, 0.2, 1e3, 1e3, 1e3])
+    lower = np.array([-1.0, 0.0, np.log(1e-3), -0.5, -0.9, -0.2, -0.3, 0.0, 0.0, 0.0])
+    upper = np.array([1.0, 1.95, np.log(WIDEST_BAND), 0.5, 0.9, 0.2, 0.9, 1e3, 1e3, 1e3])
     if not scaled.with_play:
         lower[[1, 3]], upper[[1, 3]] = -tiny, tiny
         lower[2], upper[2] = np.log(_FIRST_BAND) - tiny, np.log(_FIRST_BAND) + tiny
     if not scaled.with_friction:
-        lower[4], upper[4] = -tiny, tiny
+        lower[[4, 6]], upper[[4, 6]] = -tiny, tiny
     if not scaled.with_lag:
         lower[5], upper[5] = -tiny, tiny
     return lower, upper
@@ -227,54 +247,54 @@ def _bounds(scaled: _Scaled) -> tuple[Floats, Floats]:
 
 def _law_of(scaled: _Scaled, v: Floats) -> Law:
     """Return the law in the data's own units."""
-    middle, width, band, zero, friction, lag, first, last, more = (float(value) for value in v)
+    middle, width, band, zero, friction, lag, drag, first, last, more = (float(value) for value in v)
     low = min(float(scaled.angle.min()) - middle + 0.5 * width, -1e-3)
     high = max(float(scaled.angle.max()) - middle - 0.5 * width, 1e-3)
     inner = more - np.sqrt(first * last)
     size = high - low
     rise, bend = 2.0 * (inner - first) / size, (first - 2.0 * inner + last) / size**2
     curve = (first - rise * low + bend * low * low, 0.5 * rise - bend * low, bend / 3.0)
-    return Law(middle, max(width, 0.0), float(np.exp(band)), zero, friction, lag, curve, (low, high))
+    return Law(middle, max(width, 0.0), float(np.exp(band)), zero, friction, lag, curve, (low, high), drag)
 
 
 def _unscaled(scaled: _Scaled, law: Law, centre: float) -> SeriesFit:
     """Return the fit in rad and N·m, with the covariance of its parameters at that place."""
     a, t = scaled.angle_unit, scaled.torque_unit
-    values = np.array([law.middle, law.width, law.band, law.zero, law.friction, *law.curve])
-    free = np.array(
-        [True, scaled.with_play, scaled.with_play, scaled.with_play, scaled.with_friction, True, True, True]
-    )
+    values = np.array([law.middle, law.width, law.band, law.zero, law.friction, law.drag, *law.curve])
+    play, both = scaled.with_play, scaled.with_friction
+    free = np.array([True, play, play, play, both, both, True, True, True])
     up = scaled.data.up
 
     def at(v: Floats, lag: float) -> Floats:
-        moved = Law(v[0], v[1], v[2], v[3], v[4], lag, (v[5], v[6], v[7]), law.reach)
+        moved = Law(v[0], v[1], v[2], v[3], v[4], lag, (v[6], v[7], v[8]), law.reach, v[5])
         return moved.torque_at(scaled.angle, up)
 
     residual = at(values, law.lag) - scaled.torque
     steps = np.maximum(1e-4 * np.abs(values), 1e-5)
     columns = []
     for k in np.flatnonzero(free):
-        shift = np.zeros(8)
+        shift = np.zeros(9)
         shift[k] = steps[k]
         columns.append((at(values + shift, law.lag) - at(values - shift, law.lag)) / (2.0 * steps[k]))
     if scaled.with_lag:
         columns.append((at(values, law.lag + 1e-4) - at(values, law.lag - 1e-4)) / 2e-4)
     jacobian = np.stack(columns, axis=1)
     dof = max(len(residual) - jacobian.shape[1], 1)
-    variance = float(residual @ residual) / dof
     size = np.linalg.norm(jacobian, axis=0)
     size = np.where(size > 0.0, size, 1.0)
     inverse = np.linalg.pinv(jacobian / size, rcond=1e-10) / size[:, None]
-    whole = inverse @ inverse.T * variance
-    covariance = np.zeros((8, 8))
+    # Noise of the angle counts on the steep flanks, noise of the torque in the play: each bin's own misfit weighs it.
+    spread = inverse * residual
+    whole = spread @ spread.T * (len(residual) / dof)
+    covariance = np.zeros((9, 9))
     chosen = np.flatnonzero(free)
     covariance[np.ix_(chosen, chosen)] = whole[: len(chosen), : len(chosen)]
-    units = np.array([a, a, t, t, t, t / a, t / a**2, t / a**3])
+    units = np.array([a, a, t, t, t, 1.0, t / a, t / a**2, t / a**3])
     covariance *= units[:, None] * units
     p = law.curve
     real = Law(
         centre + a * law.middle, a * law.width, t * law.band, t * law.zero, t * law.friction, a * law.lag,
-        (t / a * p[0], t / a**2 * p[1], t / a**3 * p[2]), (a * law.reach[0], a * law.reach[1]),
+        (t / a * p[0], t / a**2 * p[1], t / a**3 * p[2]), (a * law.reach[0], a * law.reach[1]), law.drag,
     )  # fmt: skip
     return SeriesFit(real, covariance, t * float(np.sqrt(np.mean(residual**2))), dof, scaled.with_play)
 

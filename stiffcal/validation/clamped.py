@@ -79,7 +79,10 @@ def angle_residual(data: Branches, law: Law) -> Floats:
     Inside the play the torque does not tell the angle.
     """
     grid, torque = law.grid()
-    total = np.where(data.up, data.torque - law.friction, data.torque + law.friction)
+    # friction that grows with the load: τ = P ± (F + μ |P|), solved for P on either side
+    way = np.where(data.up, 1.0, -1.0)
+    even = data.torque - law.zero - way * law.friction
+    total = law.zero + even / (1.0 + way * np.sign(even) * law.drag)
     band = 3.0 * max(law.band, data.noise) if law.width > 0.0 else 0.0
     outside = (np.abs(total - law.zero) > band) & (total > torque[0]) & (total < torque[-1])
     lag = np.where(data.up, law.lag, -law.lag)

@@ -98,6 +98,7 @@ def run_entry(run: ClampedRun) -> Document:
         "friction_found": run.friction_found,
         "law": {
             "middle": law.middle, "width": law.width, "band": law.band, "zero": law.zero, "friction": law.friction,
+            "drag": law.drag,
             "lag": law.lag, "curve": list(law.curve), "reach": list(law.reach),
         },
         "rms_torque": run.fit.rms,
