@@ -52,7 +52,8 @@ def shared_signal(source: str, blocks: Blocks) -> SharedSignal:
         if names:
             values = np.concatenate([blocks.mean[name] for name in names], axis=1)
             # of a force along one axis the others, and the moments, are no signal
-            values = values[:, np.ptp(values, axis=0) > 0.0] if values.any() else values
+            moving = np.ptp(values, axis=0) > 0.0
+            values = values[:, moving] if moving.any() else values
             return SharedSignal(source, blocks.time, values, leads=stem == "wrench")
     names = list(blocks.mean)
     return SharedSignal(source, blocks.time, np.concatenate([blocks.mean[name] for name in names], axis=1), False)

@@ -31,6 +31,17 @@ def logs_of(seed: int, ahead: float = 0.4, first: float = 0.0, last: float = 1e9
     return logs, holds
 
 
+def test_joints_that_read_the_same_all_through() -> None:
+    """A controller that rounds what it shows writes one number for each joint: it shares nothing, and need not."""
+    logs, holds = logs_of(3)
+    at = np.arange(7.0, 107.0, 0.05)
+    logs["controller"] = blocks_of(at, {"joints": np.tile([0.3, -0.7, 0.1, 0.0, 1.2, 0.4], (at.size, 1))})
+    run = reduce_run(Run(id="a"), logs)
+    assert len(run.states.run) == len(holds)
+    assert run.clocks["controller"].value is None
+    np.testing.assert_allclose(run.states.signals["joints"][:, 4], 1.2)
+
+
 def test_means_over_holds_and_their_scatter() -> None:
     logs, holds = logs_of(1)
     run = reduce_run(Run(id="a"), logs)
