@@ -15,7 +15,7 @@ from stiffcal.workflow.steps import Document, Ingested
 if TYPE_CHECKING:
     import pyarrow as pa
 
-MEASURES = ("translation", "rotation", "length", "motor_angle", "torque")
+NOTHING: dict[str, float | None] = {"translation": None, "rotation": None}
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def with_parts(document: Document, parts: Sequence[Part]) -> Document:
     for key in ("parameters", "not_identifiable", "warnings"):
         merged[key] = [*document[key], *(item for part in parts for item in getattr(part, key))]
     merged["rms"] = _merged(document["rms"], [part.rms for part in parts])
-    noise = _merged(document["noise"] or {}, [part.noise for part in parts])
+    noise = _merged(document["noise"] or dict(NOTHING), [part.noise for part in parts])
     merged["noise"] = noise if any(value is not None for value in noise.values()) else None
     if merged["noise_source"] == "none":
         merged["noise_source"] = next((part.noise_source for part in parts if part.noise_source != "none"), "none")
@@ -154,7 +154,7 @@ def judged_with(document: Document, parts: Sequence[Judged]) -> Document:
     merged = dict(document)
     for key, own in (("rms", "rms"), ("max", "largest"), ("relative", "relative"), ("zero_model", "zero_model")):
         merged[key] = _merged(document[key], [getattr(part, own) for part in parts])
-    noise = _merged(document["noise"] or {}, [part.noise for part in parts])
+    noise = _merged(document["noise"] or dict(NOTHING), [part.noise for part in parts])
     merged["noise"] = noise if any(value is not None for value in noise.values()) else None
     merged["warnings"] = [*document["warnings"], *(words for part in parts for words in part.warnings)]
     schemes = [document["scheme"] if document["n_states"] else "", *(f"{part.name}: {part.scheme}" for part in parts)]
