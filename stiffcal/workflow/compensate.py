@@ -53,6 +53,15 @@ class CompensateWish:
     judge: Path | None = None
 
 
+@dataclass(frozen=True)
+class Verdict:
+    """What another robot makes of the targets: its campaign's name, and (n, 6) pose errors without and with them."""
+
+    name: str
+    before: Floats
+    after: Floats
+
+
 def compensate_campaign(
     folder: Path,
     wish: CompensateWish,
@@ -153,8 +162,8 @@ def _check_reached(path: CompensationPath, found: Corrected) -> None:
 
 def _judge(
     valued: ValuedCampaign, wish: CompensateWish, path: CompensationPath, found: Corrected, means: Means
-) -> tuple[Floats, Floats]:
-    """Return (n, 6) pose errors without and with the correction, by another campaign's robot."""
+) -> Verdict:
+    """Return the pose errors without and with the correction, by another campaign's robot."""
     from stiffcal.compensation.targets import Wish, errors_of
 
     assert wish.judge is not None
@@ -165,7 +174,7 @@ def _judge(
     solve = Wish(goal, wish.orientation, other.robot.has_memory, path.time)
     told = path.joints, found.joints
     before, after = (errors_of(other.robot, path.joints, one, path.wrench, path.setup, solve) for one in told)
-    return before, after
+    return Verdict(other.campaign.name, before, after)
 
 
 def left_over(found: Corrected) -> Floats:
@@ -185,7 +194,7 @@ def _document(
     found: Corrected,
     target: str,
     wish: CompensateWish,
-    judged: tuple[Floats, Floats] | None,
+    judged: Verdict | None,
 ) -> Document:
     std = np.sqrt(np.einsum("nii->ni", found.covariance))
     rows = [
@@ -215,7 +224,7 @@ def _document(
         "rows": rows,
     }
     if judged is not None:
-        before, after = judged
+        before, after = judged.before, judged.after
         document["judged"] = {
             "by": str(wish.judge),
             "rms_before": {"translation": _rms(before[:, :3]), "rotation": _rms(before[:, 3:])},
@@ -237,9 +246,7 @@ def _warnings(path: CompensationPath, found: Corrected, wish: CompensateWish) ->
     return said
 
 
-def _table(
-    valued: ValuedCampaign, path: CompensationPath, found: Corrected, judged: tuple[Floats, Floats] | None
-) -> dict[str, Any]:
+def _table(valued: ValuedCampaign, path: CompensationPath, found: Corrected, judged: Verdict | None) -> dict[str, Any]:
     """Return the result as columns: degrees, N, N·m, mm, mrad, each with its unit."""
     columns: dict[str, Any] = {}
     if path.time is not None:
@@ -257,8 +264,8 @@ def _table(
     columns["residual, 95 % [mm]"] = 1e3 * left_over(found)
     columns["reached"] = found.reached.astype(np.int64)
     if judged is not None:
-        columns["judged before [mm]"] = 1e3 * np.linalg.norm(judged[0][:, :3], axis=1)
-        columns["judged after [mm]"] = 1e3 * np.linalg.norm(judged[1][:, :3], axis=1)
+        columns["judged before [mm]"] = 1e3 * np.linalg.norm(judged.before[:, :3], axis=1)
+        columns["judged after [mm]"] = 1e3 * np.linalg.norm(judged.after[:, :3], axis=1)
     return columns
 
 
@@ -267,7 +274,7 @@ def _path_error(
     path: CompensationPath,
     found: Corrected,
     wish: CompensateWish,
-    judged: tuple[Floats, Floats] | None,
+    judged: Verdict | None,
 ) -> PathError:
     from stiffcal.mechanics.kinematics import attached_poses
     from stiffcal.report.content import PathError
@@ -277,16 +284,16 @@ def _path_error(
         place = path.goal.position
     else:
         place, _ = attached_poses(chain, chain.model_angles(path.joints), path.setup.targets[0])
-    before, after = (found.before, found.after) if judged is None else judged
+    source = found if judged is None else judged
     direction, words = _direction(wish.normal, place)
     return PathError(
         place=place,
-        before=before[:, :3],
-        after=after[:, :3],
+        before=source.before[:, :3],
+        after=source.after[:, :3],
         covariance=found.covariance[:, :3, :3],
         direction=direction,
         along=words,
-        judge="the model itself" if wish.judge is None else wish.judge.resolve().name,
+        judge="the model itself" if judged is None else judged.name,
         name=valued.campaign.name,
     )
 

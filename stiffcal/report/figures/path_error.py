@@ -92,6 +92,7 @@ def _plane_of_line(path: PathError, span: Floats) -> tuple[int, int]:
     """Return the axes of the plane that shows a straight path and most of its error."""
     first = int(np.argmax(span))
     others = [axis for axis in range(3) if axis != first]
-    second = max(others, key=lambda axis: float(np.abs(path.before[:, axis]).max()))
+    shown = path.before if path.direction is None else path.direction
+    second = max(others, key=lambda axis: float(np.abs(shown[:, axis]).max()))
     i, j = sorted((first, second))
     return i, j
