@@ -76,7 +76,7 @@ def _one_direction(angle: Floats, torque: Floats, way: bool) -> tuple[Floats, ..
     through = np.count_nonzero(np.isfinite(torque), axis=0) if len(torque) else np.zeros(0, dtype=np.int64)
     seen = through > 0
     # At the ends the noise of the angle chooses what falls into a bin: its mean is not the mean of the curve there.
-    ends = np.flatnonzero(seen)[[0, -1]] if seen.sum() > LEAST_BINS else []
+    ends: Integers = np.flatnonzero(seen)[[0, -1]] if seen.sum() > LEAST_BINS else np.zeros(0, dtype=np.int64)
     seen[ends] = False
     if not seen.any():
         return tuple(np.zeros(0) for _ in range(5))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import defaultdict
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.signals import Joints
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
+from stiffcal.reduction.motion import gauge_directions
 from stiffcal.report.content import (
     Driver,
     Instrument,
@@ -29,8 +31,9 @@ from stiffcal.store import values_of
 from stiffcal.workflow.report_bodies import joint_pictures
 from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import diagnosis_content
+from stiffcal.workflow.report_clamped import clamped_curves
 from stiffcal.workflow.report_friction import friction_curves, friction_set_aside
-from stiffcal.workflow.state_tables import component_block
+from stiffcal.workflow.state_tables import component_block, gauge_block
 from stiffcal.workflow.steps import (
     FIT_STATES,
     INGEST,
@@ -101,6 +104,7 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
         **diagnosis_content(data, identified),
         extra={
             "friction": friction_curves(data, identified),
+            "clamped": clamped_curves(data, identified),
             "joint_motion": joint_pictures(data, identified),
             "compensation": with_and_without(data),
         },
@@ -108,19 +112,21 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
 
 
 def report_states_of(data: Ingested) -> ReportStates:
-    """Return the load states as the report draws them: first target, base axes."""
+    """Return the load states as the report draws them: first target, base axes; of gauges what they read alone."""
     states, chain = data.states, data.campaign.chain
-    target = states.setup.target_names[0]
-    n = len(states)
     fit, unseen = data.store.read_table(FIT_STATES), data.store.read_table(UNSEEN_STATES)
-    measured = component_block(fit, target, "measured", n)
-    predicted = component_block(fit, target, "predicted", n)
-    unseen_measured = component_block(unseen, target, "measured", n)
-    left = component_block(unseen, target, "residual", n)
+    block = partial(component_block, target=states.setup.target_names[0], n_states=len(states))
+    along = None
+    if not states.has_poses and states.setup.gauges:
+        along = gauge_directions(states, chain)
+        names = [gauge.name for gauge in states.setup.gauges]
+        block = partial(gauge_block, names=names, directions=along, n_states=len(states))
+    measured, predicted = block(fit, kind="measured"), block(fit, kind="predicted")
+    unseen_measured, left = block(unseen, kind="measured"), block(unseen, kind="residual")
     # Runs held out of the fit are in the second table alone.
     outside = ~np.isfinite(measured).any(axis=1)
     measured[outside] = unseen_measured[outside]
-    predicted[outside] = component_block(unseen, target, "predicted", n)[outside]
+    predicted[outside] = block(unseen, kind="predicted")[outside]
     measured = _with_states_set_aside(states, measured)
     rotations = bool(np.isfinite(measured[:, 3:]).any())
     width = 6 if rotations else 3
@@ -136,7 +142,14 @@ def report_states_of(data: Ingested) -> ReportStates:
         predicted_unseen=(measured - left)[:, :width],
         set_aside=states.set_aside,
         reference=states.reference & (not states.deflection_given),
+        along=None if along is None else _read_along(states, along),
     )
+
+
+def _read_along(states: LoadStates, directions: Floats) -> Floats:
+    """Return (n, 3) the direction of the gauge that was read in each state; zero where none was."""
+    read = np.isfinite(states.displacement)
+    return np.asarray(np.einsum("ng,ngi->ni", read.astype(np.float64), directions))
 
 
 def _with_states_set_aside(states: LoadStates, measured: Floats) -> Floats:
