@@ -45,6 +45,13 @@ class Section:
     triangles: Integers
     warping: Floats
 
+    def shear_share(self, length: float) -> tuple[float, float]:
+        """Return what shear adds to the deflection of a force at the end of a cantilever, along x2 and x3, relative.
+
+        3 EI/(GA_s L²); the Euler–Bernoulli beam leaves it out, and rods, which see bending alone, cannot see it.
+        """
+        return 3.0 * self.EI3 / (self.shear_2 * length**2), 3.0 * self.EI2 / (self.shear_3 * length**2)
+
     def warping_at(self, points: Floats) -> Floats:
         """Return Ψ at (p, 2) places, m²; beside the section that of the nearest point of it.
 

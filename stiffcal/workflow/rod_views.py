@@ -28,7 +28,22 @@ def rod_views(campaign: Campaign, setup: MeasurementSetup) -> list[dict[str, Any
                 "carried": list(view.carried),
                 "blind": list(view.blind),
                 "spare": view.spare,
-                "says": list(view.sentences),
+                "says": [*view.sentences, *_of_section(campaign, rods.link)],
             }
         )
     return views
+
+
+def _of_section(campaign: Campaign, link: str) -> list[str]:
+    """Return what the drawn section says of the Euler–Bernoulli beam on it."""
+    beam = campaign.chain.beams[link]
+    if beam.section is None:
+        return []
+    along_2, along_3 = (f"{100.0 * share:.2g} %" for share in beam.section.shear_share(beam.length))
+    said = (
+        f"shear, which the beam leaves out and rods do not see, adds {along_2} (x2) and {along_3} (x3) to what a force "
+        f"at the end of {link} does there"
+    )
+    decay = beam.shape.warping_decay
+    fades = "" if decay is None else f"; warping held back at the clamp decays within {1e3 * decay:.3g} mm"
+    return [said + fades]

@@ -42,6 +42,12 @@ def test_full_rectangle() -> None:
     np.testing.assert_allclose([section.shear_2, section.shear_3], 8.1e10 * a * b * 5 / 6, rtol=1e-4)
 
 
+def test_shear_share_of_a_full_rectangle() -> None:
+    """3 EI/(5/6 GA L²) = 3 (E/G) h²/(10 L²), h the depth along the force."""
+    section = solve_section(rectangle(0.2, 0.1), young=2.6, shear=1.0)
+    np.testing.assert_allclose(section.shear_share(1.0), [0.3 * 2.6 * 0.2**2, 0.3 * 2.6 * 0.1**2], rtol=1e-4)
+
+
 def test_warping_of_a_full_rectangle() -> None:
     a, b = 0.2, 0.1
     section = solve_section(rectangle(a, b))
