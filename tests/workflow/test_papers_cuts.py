@@ -34,7 +34,7 @@ def test_a_milling_cut_that_the_normal_force_should_lift_goes_too_deep(tmp_path:
     pushed = np.array([row["wrench"][2] for row in cutting])
     normal = np.array([row["error_before"][2] for row in cutting])
     assert np.all(pushed > 0.0)  # away from the surface …
-    assert np.all(normal < -0.25e-3)  # … and yet too deep: 002's negative stiffness
+    assert np.all(normal < -0.2e-3)  # … and yet too deep: 002's negative stiffness
     assert document["judged"]["gone"] > 0.60
     assert document["judged"]["rms_after"]["translation"] < 1e-4
     assert document["judged"]["rms_before"]["translation"] > 1e-3
