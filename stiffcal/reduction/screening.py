@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.reduction.load_cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles
+from stiffcal.reduction.load_cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles, load_vector
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -26,6 +26,7 @@ Booleans = NDArray[np.bool_]
 ALARM_EXPONENT = 16.0
 LIKE_LOAD = 0.08  # of the run's largest load, as in load_cycles
 MOST_SET_ASIDE = 0.34  # of the readings of one direction and branch: more is no accident but an effect
+LEAST_LOADED = 0.1  # of the most loaded direction of a run: below, how it gives that way is not known
 NOT_SMOOTH = 2.5  # times the noise, left by a line with a jump: then it is not that
 
 
@@ -75,6 +76,7 @@ def bumped_readings(states: LoadStates) -> dict[int, str]:
         return {}
     cycles = find_load_cycles(states)
     groups = _groups(states, cycles)
+    readings = readings - _askew(readings, states, cycles)
     noise = _noise(readings, groups)
     if noise is None:
         return {}
@@ -117,6 +119,33 @@ def _readings(states: LoadStates) -> tuple[Floats, int]:
                 turned[members] = vector_from_rotation(states.rotation[members, b] @ first.T)
             parts.append(turned)
     return np.concatenate(parts, axis=1), 3
+
+
+def _askew(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Floats:
+    """Return (n, k): what the readings owe to forces that were not quite along their direction.
+
+    A heavy load set askew by half a degree moves a soft robot sideways by several times the tracker's noise. How the
+    run's readings follow the force is told well enough by a straight line for this share of a hundredth.
+    """
+    result = np.zeros_like(readings)
+    force = load_vector(states.wrench)
+    for number in np.unique(states.run):
+        members = np.flatnonzero((states.run == number) & states.used & np.isfinite(readings).all(axis=1))
+        off = np.zeros((members.size, 3))
+        for direction in np.unique(cycles.direction[members]):
+            own = cycles.direction[members] == direction
+            along = force[members[own]].sum(axis=0)
+            size = float(np.linalg.norm(along))
+            if direction >= 0 and size > 0.0:
+                along = along / size
+                off[own] = force[members[own]] - (force[members[own]] @ along)[:, None] * along
+        if not off.any():
+            continue
+        loads = force[members] - force[members].mean(axis=0)
+        moved = readings[members] - readings[members].mean(axis=0)
+        # Directions in which the run was hardly loaded say nothing of how it gives there.
+        result[members] = off @ (np.linalg.pinv(loads, rcond=LEAST_LOADED) @ moved)
+    return result
 
 
 def _groups(states: LoadStates, cycles: LoadCycles) -> list[_Group]:

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.measurements.load_states import Sigma
 from stiffcal.reduction.load_cycles import find_load_cycles
 from stiffcal.reduction.screening import bumped_readings, load_is_good, set_bumped_aside
+from tests.identification.played import LOAD_POINT, cycles_of, medium_robot, played
 from tests.reduction.practice import needs_practice, reduced
 
 OTHERS = ["01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "12", "13-table"]
@@ -82,3 +84,20 @@ def test_the_load_of_a_bumped_reading_is_good_that_of_an_excluded_row_in_doubt()
     reasons = states.set_aside.copy().astype("<U80")
     reasons[7] = "excluded in the manifest: bumped the table"
     assert np.flatnonzero(~load_is_good(replace(states, set_aside=reasons))).tolist() == [7]
+
+
+def test_loads_set_askew_are_no_bumps() -> None:
+    """A force of 1.2 kN two degrees off its direction moves a soft robot sideways by many times the tracker's noise."""
+    generator = np.random.default_rng(8)
+    wrench = []
+    for _ in range(4):
+        run = cycles_of(np.linalg.qr(generator.normal(size=(3, 3)))[0], cycles=3, force=1200.0)
+        size = np.linalg.norm(run[:, :3], axis=1, keepdims=True)
+        run[:, :3] += 0.035 * size * generator.normal(size=(len(run), 3))
+        run[:, 3:] = np.cross(LOAD_POINT, run[:, :3])
+        wrench.append(run)
+    states = played(medium_robot(), runs=4, wrench=wrench, noise=Sigma(16e-6, 30e-6, 0.5, 0.1))
+    assert not bumped_readings(states)
+    position = states.position.copy()
+    position[6, 0] += [6e-4, 0.0, -4e-4]
+    assert set(bumped_readings(replace(states, position=position))) == {6}
