@@ -23,7 +23,8 @@ class Section:
     shear_2, shear_3 : shear rigidities for forces along x2 and x3, N; the Euler–Bernoulli beam takes them as infinite.
     neutral : (x2, x3) of the centroid. twist_centre : of the shear centre (Trefftz).
     warping_rigidity : E ∫Ψ² dA, N·m⁴.
-    warping_decay : m, over which warping held back at a clamp decays; None where the section does not warp.
+    warping_decay : m, over which warping held back at a clamp decays; None where the section does not warp. From one
+        mode of warping: near for open sections, of the right order for closed ones (`tests.benchmarks.solid_link`).
     warping_hold : share of the twist that the clamp takes away there.
     nodes : (p, 2) of the mesh. triangles : (t, 3). warping : (p,) Ψ about the twist centre, m², without mean and tilt.
     """
@@ -48,7 +49,7 @@ class Section:
     def shear_share(self, length: float) -> tuple[float, float]:
         """Return what shear adds to the deflection of a force at the end of a cantilever, along x2 and x3, relative.
 
-        3 EI/(GA_s L²); the Euler–Bernoulli beam leaves it out, and rods, which see bending alone, cannot see it.
+        3 EI/(GA_s L²); the Euler–Bernoulli beam leaves it out, and rods along the link cannot see it.
         """
         return 3.0 * self.EI3 / (self.shear_2 * length**2), 3.0 * self.EI2 / (self.shear_3 * length**2)
 
