@@ -32,6 +32,7 @@ Floats = NDArray[np.float64]
 
 # The controller runs from before any log starts until after all have stopped, s.
 _RUNS_BESIDE = 5.0
+_GUIDED_ROUNDS = 6
 
 
 def controllers_model(robot: CompliantRobot, controller: Controller) -> CompliantRobot:
@@ -80,10 +81,14 @@ def compensated(
     if not played:
         return []
     model = controllers_model(robot, controller)
-    offsets = {one.act.name: _offsets(model, one, tool) for one in played}
-    told = play(robot, [one.act for one in played], frames, tool, settle, offsets)
+    told: Sequence[Played] = played
+    # Where a guide pushes a displaced tool back, the correction changes the force that it is made for.
+    rounds = _GUIDED_ROUNDS if any(one.wrench is not None for one in played) else 1
+    for _ in range(rounds):
+        offsets = {one.act.name: _offsets(model, one, tool) for one in told}
+        told = play(robot, [one.act for one in played], frames, tool, settle, offsets)
     return [
-        replace(off, correction=_in_time(off, on, offsets[off.act.name], list(frames), controller))
+        replace(off, wrench=on.wrench, correction=_in_time(off, on, offsets[off.act.name], list(frames), controller))
         for off, on in zip(played, told, strict=True)
     ]
 
@@ -105,7 +110,7 @@ def _offsets(model: CompliantRobot, played: Played, tool: ToolWeight) -> Floats:
         tool_com=tool.com,
     )
     chain = model.chain
-    wrench = played.act.program.wrench_at(played.node)
+    wrench = played.wrench_at(played.node)
     angles = chain.model_angles(np.repeat(played.act.joints[None], len(wrench), axis=0))
     moved = solve_balance(model, angles, wrench, setup).displacement[:, 0]
     jacobian = jacobians(chain, angles[:1], point)[0] @ chain.coupling

@@ -210,7 +210,7 @@ def _lengths(signal: Lengths, samples: Samples, place: str) -> Reading:
 def _wrench(signal: Wrench, samples: Samples) -> Reading:
     """Force and moment as the sensor's axes and origin see them, both moved along with the robot."""
     played = samples.played
-    load = played.act.program.wrench_at(samples.path)
+    load = played.wrench_at(samples.path)
     axes = samples.stand(signal.axes_frame or "base")[1]
     point = samples.place(signal.point_frame or played.act.loads.point)[0]
     acts_at = samples.place(played.act.loads.point)[0]

@@ -10,7 +10,8 @@ Another robot may answer in its place (`Settle`): a physics engine with no law o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -24,6 +25,7 @@ from stiffcal.model.effect import Observed, Sort, StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.simulation.correction import Correction
 from stiffcal.simulation.cycles import LoadProgram
+from stiffcal.simulation.guided import settle_guided
 from stiffcal.simulation.settings import FILE_NAME, Loads
 
 Floats = NDArray[np.float64]
@@ -68,6 +70,8 @@ class Played:
     nodes : (s, 2J + 2, 6) the nodes' own displacements since the run's start, node axes, m and rad; None where the
         robot that answers does not tell them. Rods on links see these.
     correction : what a correcting controller adds over time; None where none corrects.
+    wrench : (s, 6) what really acts at the load point where the program alone does not say it: a guided tool's side
+        force too; N and N·m, base axes. None: the program's.
     """
 
     act: Act
@@ -77,6 +81,11 @@ class Played:
     unloaded: Mapping[str, Floats]
     nodes: Floats | None = None
     correction: Correction | None = None
+    wrench: Floats | None = None
+
+    def wrench_at(self, path: Floats) -> Floats:
+        """Return (n, 6) what acts at path coordinates, N and N·m, base axes, about the load point."""
+        return self.act.program.wrench_at(path) if self.wrench is None else self.between(self.wrench, path)
 
     def position_at(self, frame: str, path: Floats) -> Floats:
         """Return (n, 3) the frame's origin in base axes at path coordinates, m; without corrections."""
@@ -175,11 +184,19 @@ def play(
         group = [act for act in acts if act.loads.point == point]
         nodes = [_nodes_of(act) for act in group]
         joints = [_joints_of(act, mine, told) for act, mine in zip(group, nodes, strict=True)]
-        places = _solve(robot, group, nodes, np.concatenate(joints), (frames, tool), settle or _balanced(robot))
+        wrench = [act.program.wrench_at(mine.path[mine.first]) for act, mine in zip(group, nodes, strict=True)]
+        asked = _Asked(group, nodes, np.concatenate(joints), frames, tool)
+        solve = partial(_solve, robot, asked, settle=settle or _balanced(robot))
+        stiffness = [act.loads.guide_N_per_m for act in group]
+        sizes, at = [mine.first.size for mine in nodes], names.index(point)
+        places, acting = settle_guided(np.concatenate(wrench), np.repeat(stiffness, sizes), sizes, at, solve)
         start = 0
         for act, mine in zip(group, nodes, strict=True):
             stop = start + mine.first.size
-            played.append(_cut(act, mine, places, slice(start, stop), names))
+            one = _cut(act, mine, places, slice(start, stop), names)
+            if act.loads.guide_N_per_m > 0.0:
+                one = replace(one, wrench=acting[start:stop][mine.solved])
+            played.append(one)
             start = stop
     order = {act.name: number for number, act in enumerate(acts)}
     return sorted(played, key=lambda one: order[one.act.name])
@@ -227,30 +244,31 @@ def _joints_of(act: Act, nodes: _Nodes, told: Mapping[str, Floats] | None) -> Fl
     return joints if told is None else joints + told[act.name][nodes.first]
 
 
-def _solve(
-    robot: CompliantRobot,
-    acts: Sequence[Act],
-    nodes: Sequence[_Nodes],
-    logged: Floats,
-    looked_at: tuple[Mapping[str, Attachment], ToolWeight],
-    settle: Settle,
-) -> Places:
-    """Find the places in several runs with one load point; observation effects included."""
-    frames, tool = looked_at
+@dataclass(frozen=True)
+class _Asked:
+    """Runs with one load point: what is solved, at which logged angles (b, L), and what is looked at."""
+
+    acts: Sequence[Act]
+    nodes: Sequence[_Nodes]
+    logged: Floats
+    frames: Mapping[str, Attachment]
+    tool: ToolWeight
+
+
+def _solve(robot: CompliantRobot, asked: _Asked, wrench: Floats, settle: Settle) -> Places:
+    """Find the places in several runs with one load point under wrenches (b, 6); observation effects included."""
     setup = MeasurementSetup(
         wrench_axes=_BASE,
-        wrench_point=acts[0].load_point,
-        targets=tuple(frames.values()),
-        target_names=tuple(frames),
+        wrench_point=asked.acts[0].load_point,
+        targets=tuple(asked.frames.values()),
+        target_names=tuple(asked.frames),
         moments_measured=True,
         base_from_tracker=np.eye(4),
-        tool_mass=tool.mass,
-        tool_com=tool.com,
+        tool_mass=asked.tool.mass,
+        tool_com=asked.tool.com,
     )
-    wrench = np.concatenate(
-        [act.program.wrench_at(mine.path[mine.first]) for act, mine in zip(acts, nodes, strict=True)]
-    )
-    order = _order_of(robot, acts, nodes)
+    logged = asked.logged
+    order = _order_of(robot, asked.acts, asked.nodes)
     places = settle(robot.chain.model_angles(logged), wrench, setup, order)
     shift = _observed_shift(robot, places.displacement, order)
     turned = rotation_from_vector(shift[..., 3:]) @ places.rotation

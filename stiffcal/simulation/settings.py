@@ -116,6 +116,9 @@ class Loads(Table):
     )
     waves: int = Field(6, ge=1, description="so often on each ramp")
     hold_points: int = Field(1, ge=1, description="balances solved in each hold; 3 or more for robots that creep")
+    guide_N_per_m: NotNegative = Field(
+        0.0, description="side force on a tool that is held across the load, per displacement (a drill in its hole)"
+    )
 
     @model_validator(mode="after")
     def _does_not_run_back(self) -> Loads:
