@@ -14,8 +14,10 @@ from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, 
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.clocks import ClockOffset
 from stiffcal.reduction.free_motion import free_motion
 from stiffcal.reduction.holds import Dropped
+from stiffcal.reduction.motion_clocks import torque_clock
 from stiffcal.reduction.steady import JointLog, Moved, angle_noise, readings_of, steady_passes
 
 Floats = NDArray[np.float64]
@@ -25,6 +27,7 @@ Floats = NDArray[np.float64]
 LEAST_TRAVEL_RAD = 1e-3
 TRAVEL_SHARE = 0.02
 TRAVEL_NOISE = 8.0
+LEAST_READINGS = 8
 # A velocity as logged that differs from that of the angles by more than this is of another unit or side of the gear.
 VELOCITY_AGREES = 0.1
 
@@ -37,6 +40,7 @@ class FrictionRun:
     ----------
     info, moved_joint : as the manifest says; the joint from 1, None where it is to be found.
     time : (n,) s. angle, torque : (n, J) rad, N·m. velocity : (n, J) rad/s as logged, or None.
+    clocks : source to how much its clock shows more than the first source's.
     """
 
     info: RunInfo
@@ -45,6 +49,7 @@ class FrictionRun:
     angle: Floats
     torque: Floats
     velocity: Floats | None
+    clocks: Mapping[str, ClockOffset] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -89,9 +94,10 @@ def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
     lead = position or speed or ""
     blocks = logs[lead]
     time = blocks.time
+    clocks = _given_clocks(run, logs)
     velocity = None
     if speed is not None:
-        velocity = _on_clock(run, logs, speed, "joints.velocity", lead)
+        velocity = _on_clock(run, logs, speed, "joints.velocity", lead, clocks)
     if position is not None:
         angle = blocks.mean["joints"]
     else:
@@ -100,10 +106,64 @@ def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
         angle = np.concatenate([np.zeros((1, velocity.shape[1])), np.cumsum(steps, axis=0)])
     if velocity is not None and position is not None:
         _check_velocity(place, time, angle, velocity)
+    if torque != lead and (torque not in clocks or lead not in clocks):
+        _find_clock(run, clocks, torque, lead, time, angle, logs[torque])
+    needed = _on_clock(run, logs, torque, "joints.torque", lead, clocks)
     info = RunInfo(run.id, run.experiment, run.holdout, run.tags)
-    return FrictionRun(
-        info, run.moved_joint, time, angle, _on_clock(run, logs, torque, "joints.torque", lead), velocity
-    )  # fmt: skip
+    # Blocks hold one or two samples where a log is as fast as they are: even steps are what differences need.
+    first, last = _in_common(time, logs, [torque, *([speed] if speed is not None else [])], lead, clocks)
+    even = np.arange(first, last, float(np.median(np.diff(time)))) if time.size > 2 else time
+    if even.size < LEAST_READINGS:
+        raise InputError.at(
+            "campaign.toml", place, "angles and torques were logged at different times",
+            "check which files belong together, and clock_ahead_s",
+        )  # fmt: skip
+    angle, needed = _evenly(even, time, angle), _evenly(even, time, needed)
+    velocity = None if velocity is None else _evenly(even, time, velocity)
+    return FrictionRun(info, run.moved_joint, even, angle, needed, velocity, clocks)
+
+
+def _in_common(
+    time: Floats, logs: Mapping[str, Blocks], sources: list[str], lead: str, clocks: Mapping[str, ClockOffset]
+) -> tuple[float, float]:
+    """Return from when to when all sources logged, s on the lead's clock."""
+    first, last = float(time[0]), float(time[-1])
+    for source in sources:
+        if source != lead:
+            shift = (clocks[lead].value or 0.0) - (clocks[source].value or 0.0)
+            first = max(first, float(logs[source].time[0]) + shift)
+            last = min(last, float(logs[source].time[-1]) + shift)
+    return first, last
+
+
+def _evenly(even: Floats, time: Floats, values: Floats) -> Floats:
+    return np.stack([np.interp(even, time, column) for column in values.T], axis=1)
+
+
+def _given_clocks(run: Run, logs: Mapping[str, Blocks]) -> dict[str, ClockOffset]:
+    """Return the clocks that are known without looking: the first source's, and what the manifest says."""
+    given = {name: ClockOffset(value, 0.0, "given in the manifest") for name, value in run.clock_ahead_s.items()}
+    return {next(iter(logs)): ClockOffset(0.0, 0.0), **{name: given[name] for name in logs if name in given}}
+
+
+def _find_clock(
+    run: Run, clocks: dict[str, ClockOffset], torque: str, lead: str, time: Floats, angle: Floats, blocks: Blocks
+) -> None:
+    """Find the torques' clock against that of the angles, one of which is known; raise where it cannot be found."""
+    moved = [k - 1 for k in _moving(angle)]
+    found = ClockOffset(None, None, "no joint moved")
+    if moved:
+        found = torque_clock(time, angle[:, moved], blocks.time, blocks.mean["joints.torque"][:, moved])
+    if found.value is None:
+        reason = f"torques and angles come from devices with clocks of their own: {found.reason}"
+        raise InputError.at(
+            "campaign.toml", f"run {run.id}", reason,
+            f"give clock_ahead_s = {{ {torque if lead in clocks else lead} = … }} for this run",
+        )  # fmt: skip
+    if lead in clocks:
+        clocks[torque] = ClockOffset((clocks[lead].value or 0.0) + found.value, found.std)
+    else:
+        clocks[lead] = ClockOffset((clocks[torque].value or 0.0) - found.value, found.std)
 
 
 def _source_of(logs: Mapping[str, Blocks], signal: str) -> str | None:
@@ -124,20 +184,20 @@ def _no_torque(place: str, logs: Mapping[str, Blocks]) -> InputError:
     )  # fmt: skip
 
 
-def _on_clock(run: Run, logs: Mapping[str, Blocks], source: str, signal: str, lead: str) -> Floats:
+def _on_clock(
+    run: Run, logs: Mapping[str, Blocks], source: str, signal: str, lead: str, clocks: Mapping[str, ClockOffset]
+) -> Floats:
     """Return a signal at the times of the lead's log."""
     blocks = logs[source]
     if source == lead:
         return blocks.mean[signal]
-    ahead = run.clock_ahead_s
-    first = next(iter(logs))
-    unknown = [name for name in (source, lead) if name != first and name not in ahead]
+    unknown = [name for name in (source, lead) if name not in clocks]
     if unknown:
         raise InputError.at(
             "campaign.toml", f"run {run.id}", f"{signal} and the angles come from devices with clocks of their own",
             f"give clock_ahead_s = {{ {unknown[0]} = … }} for this run",
         )  # fmt: skip
-    shown = logs[lead].time - ahead.get(lead, 0.0) + ahead.get(source, 0.0)
+    shown = logs[lead].time - (clocks[lead].value or 0.0) + (clocks[source].value or 0.0)
     return np.stack([np.interp(shown, blocks.time, column) for column in blocks.mean[signal].T], axis=1)
 
 
@@ -158,8 +218,12 @@ def _check_velocity(place: str, time: Floats, angle: Floats, velocity: Floats) -
 
 def moved_joints(run: FrictionRun) -> list[int]:
     """Return the joints that moved, from 1."""
-    travel = np.ptp(run.angle, axis=0)
-    least = np.maximum(LEAST_TRAVEL_RAD, TRAVEL_NOISE * np.array([angle_noise(column) for column in run.angle.T]))
+    return _moving(run.angle)
+
+
+def _moving(angle: Floats) -> list[int]:
+    travel = np.ptp(angle, axis=0)
+    least = np.maximum(LEAST_TRAVEL_RAD, TRAVEL_NOISE * np.array([angle_noise(column) for column in angle.T]))
     return [int(k) + 1 for k in np.flatnonzero(travel > np.maximum(least, TRAVEL_SHARE * travel.max(initial=0.0)))]
 
 

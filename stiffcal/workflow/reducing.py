@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.campaign.frames import frames_to_estimate, measurement_setup, resolve_frames
+from stiffcal.campaign.frames import frames_to_estimate, holding, measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
@@ -19,6 +19,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.readers import Wanted
 from stiffcal.reduction.blocks import BlockAverager, Blocks
+from stiffcal.reduction.clamped_states import clamped_states
 from stiffcal.reduction.friction_runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
 from stiffcal.reduction.holds import Dropped, Holds, given_holds
 from stiffcal.reduction.logs import read_batches, read_rows
@@ -27,7 +28,7 @@ from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
 from stiffcal.reduction.screening import set_bumped_aside
 from stiffcal.reduction.states import Gathered, load_states, no_states, of_run, stacked, tabled_states
-from stiffcal.reduction.sweeps import clamped_readings
+from stiffcal.reduction.sweeps import clamped_readings, moved_joint
 from stiffcal.store import TableStream, Writing
 from stiffcal.workflow.logged_runs import log_files, logged_runs
 from stiffcal.workflow.logged_runs import of_run as rows_of_run
@@ -81,7 +82,7 @@ class Beside:
             return
         self.friction = reduce_friction(self.friction_runs, chain)
         self.warnings += self.friction.warnings
-        self.entries += [_friction_entry(run.info.name, self.friction) for run in self.friction_runs]
+        self.entries += [_friction_entry(run, self.friction) for run in self.friction_runs]
 
 
 @dataclass(frozen=True)
@@ -134,7 +135,13 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     raise_faults(faults)
     states = set_bumped_aside(states)
     document = _document(states, runs)
-    document["runs"] += beside.entries
+    listed = {entry["id"]: entry for entry in document["runs"]}
+    for entry in beside.entries:
+        # a clamped run that is fitted with the others has both readings and states
+        if entry["id"] in listed:
+            listed[entry["id"]] |= {key: value for key, value in entry.items() if key not in ("n_states", "dropped")}
+        else:
+            document["runs"].append(entry)
     document["warnings"] += beside.warnings + watches.remarks() + warnings
     if registration is not None:
         document["registration"] = registration.as_document()
@@ -171,7 +178,7 @@ def gather(
         try:
             if run.experiment == "clamped":
                 if len(logs) == len(sources):
-                    _read_clamped(run, logs, beside)
+                    parts += _read_clamped(campaign, run, logs, beside)
             elif run.experiment == "friction":
                 if len(logs) == len(sources) and not reading.quick:
                     beside.friction_runs.append(friction_run(run, logs))
@@ -190,9 +197,10 @@ def gather(
     return (stacked(parts) if parts else None), runs
 
 
-def _read_clamped(run: Run, logs: dict[str, Blocks], beside: Beside) -> None:
-    """Bring the logs of a clamped run together."""
+def _read_clamped(campaign: Campaign, run: Run, logs: dict[str, Blocks], beside: Beside) -> list[Gathered]:
+    """Bring the logs of a clamped run together; return its load states where other runs make some to fit with."""
     readings, clocks = clamped_readings(run, logs)
+    joint = moved_joint(run.id, readings.joints, run.moved_joint, campaign.chain.joint_names)
     beside.clamped.append(readings)
     beside.entries.append(
         {
@@ -203,11 +211,15 @@ def _read_clamped(run: Run, logs: dict[str, Blocks], beside: Beside) -> None:
             "dropped": [],
         }
     )
+    # alone, clamped runs are told joint by joint, from all their readings
+    together = any(one.experiment == "load" for one in campaign.manifest.runs)
+    states = clamped_states(readings, joint) if together else None
+    return [] if states is None else [states]
 
 
-def _friction_entry(name: str, friction: FrictionReduction) -> dict[str, Any]:
+def _friction_entry(run: FrictionRun, friction: FrictionReduction) -> dict[str, Any]:
     """Return what the ingest document says of a friction run: readings that are used, strokes that gave none."""
-    steady, motion = friction.steady, friction.motion
+    name, steady, motion = run.info.name, friction.steady, friction.motion
     readings, dropped = 0, summed_up(friction.dropped.get(name, ()))
     if steady is not None:
         own = np.array([steady.runs[k].name == name for k in steady.run], dtype=np.bool_)
@@ -216,7 +228,8 @@ def _friction_entry(name: str, friction: FrictionReduction) -> dict[str, Any]:
         dropped += [{"why": str(why), "pieces": int(count)} for why, count in zip(reasons, counts, strict=True)]
     if motion is not None:
         readings += int(np.sum([motion.runs[k].name == name for k in motion.run]))
-    return {"id": name, "clock_ahead_s": {}, "n_states": 0, "n_readings": readings, "dropped": dropped}
+    clocks = {source: offset.as_document() for source, offset in run.clocks.items()}
+    return {"id": name, "clock_ahead_s": clocks, "n_states": 0, "n_readings": readings, "dropped": dropped}
 
 
 def _within(progress: Progress, start: float, width: float, text: str, fraction: float | None = None) -> None:
@@ -240,13 +253,16 @@ def _read_logs(
 def placed_states(campaign: Campaign, gathered: Gathered) -> tuple[LoadStates, Registration | None]:
     """Return load states in base axes; frames to be estimated are found first, from the references."""
     manifest, chain = campaign.manifest, campaign.chain
-    states = load_states(gathered, manifest, chain, measurement_setup(manifest, chain, resolve_frames(manifest, chain)))
+    clamped = {run.id for run in manifest.runs if run.experiment == "clamped"}
+    held = bool(clamped.intersection(gathered.run))
+    setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
+    states = load_states(gathered, manifest, chain, holding(setup) if held else setup)
     names = frames_to_estimate(manifest)
     if not names:
         return states, None
     found = register_frames(in_instrument_axes(states), manifest, chain, names)
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain, found.frames))
-    return load_states(gathered, manifest, chain, setup), found
+    return load_states(gathered, manifest, chain, holding(setup) if held else setup), found
 
 
 def _document(states: LoadStates, runs: Sequence[ReducedRun]) -> dict[str, Any]:

@@ -1,0 +1,125 @@
+"""The clock of a log of torques against that of a log of angles: what a drive needs follows how it moves.
+
+First the lag at which torque and direction of motion agree best over all that both logs hold, by Fourier transforms;
+then the one at which friction, inertia and weight of each joint leave least of its torque.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.reduction.clocks import ClockOffset
+from stiffcal.reduction.free_motion import smoothed
+
+Floats = NDArray[np.float64]
+
+MOST_POINTS = 1 << 15
+WINDOW = 11
+# The best lag has to stand out from the next peak by this factor: strokes that repeat exactly tell no cycle.
+STANDS_OUT = 1.03
+# Of a torque's variance, what the best lag has to explain.
+LEAST_EXPLAINED = 0.3
+NEARBY_S = 0.3
+PARTS = 4
+
+
+def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats) -> ClockOffset:
+    """Return by how much the torques' clock is ahead of that of the angles.
+
+    Parameters
+    ----------
+    time : (n,) s. angle : (n, c) rad, of the joints that moved. other_time : (m,) s. torque : (m, c) N·m of the same.
+
+    Returns
+    -------
+    Its ``value`` is None, with the reason, where the torques do not follow the motion or fit it at several lags.
+    """
+    span = max(np.ptp(time), np.ptp(other_time))
+    step = max(float(np.median(np.diff(time))), float(np.median(np.diff(other_time))), span / MOST_POINTS)
+    even = np.arange(time[0], time[-1], step)
+    away = np.arange(other_time[0], other_time[-1], step)
+    if min(even.size, away.size) < 4 * WINDOW:
+        return ClockOffset(None, None, "the logs are too short to be aligned")
+    moved = np.stack([np.interp(even, time, column) for column in angle.T], axis=1)
+    place, velocity, acceleration = smoothed(moved, WINDOW, step)
+    even = even[WINDOW // 2 : WINDOW // 2 + velocity.shape[0]]
+    still = 0.01 * np.abs(velocity).max(axis=0)
+    way = np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
+    needed = np.stack([np.interp(away, other_time, column) for column in torque.T], axis=1)
+    coarse = _coarse(way, needed, step)
+    if coarse is None:
+        return ClockOffset(None, None, "the torques fit the motion at more than one time: the strokes repeat")
+    lag = coarse + float(away[0] - even[0])
+    designs = [
+        np.stack([way[:, k], velocity[:, k], acceleration[:, k], np.cos(place[:, k]), np.sin(place[:, k]),
+                  np.ones(even.size)], axis=1)
+        for k in range(way.shape[1])
+    ]  # fmt: skip
+    whole = np.ones(even.size, dtype=np.bool_)
+    value, left = _refined(designs, even, other_time, torque, lag, NEARBY_S, whole)
+    if left > 1.0 - LEAST_EXPLAINED:
+        return ClockOffset(None, None, "the torques do not follow the motion")
+    parts = np.array_split(np.arange(even.size), PARTS)
+    answers = []
+    for part in parts:
+        inside = np.zeros(even.size, dtype=np.bool_)
+        inside[part] = True
+        if any(np.ptp(design[inside, 0]) < 2.0 for design in designs):
+            continue
+        answers.append(_refined(designs, even, other_time, torque, value, 0.1 * NEARBY_S, inside)[0])
+    spread = float(np.std(answers, ddof=1) / np.sqrt(len(answers))) if len(answers) > 1 else step
+    # the direction of motion is known sample by sample
+    return ClockOffset(value, max(spread, step / np.sqrt(12.0)))
+
+
+def _coarse(way: Floats, torque: Floats, step: float) -> float | None:
+    """Return the lag, s, at which torque and direction of motion agree best; None where two lags do alike."""
+    torque = torque - torque.mean(axis=0)
+    size = 1 << int(np.ceil(np.log2(way.shape[0] + torque.shape[0])))
+    product = np.zeros(size)
+    for k in range(way.shape[1]):
+        scale = float(np.linalg.norm(way[:, k] - way[:, k].mean()) * np.linalg.norm(torque[:, k]))
+        spectrum = np.fft.rfft(torque[:, k], size) * np.conj(np.fft.rfft(way[:, k] - way[:, k].mean(), size))
+        product += np.fft.irfft(spectrum, size) / max(scale, 1e-300)
+    best = int(np.argmax(product))
+    away = np.abs((np.arange(size) - best + size // 2) % size - size // 2)
+    falls = np.flatnonzero(product < 0.5 * product[best])
+    beyond = away > (away[falls].min() if falls.size else 0)
+    if beyond.any() and product[best] < STANDS_OUT * product[beyond].max():
+        return None
+    return (best if best < torque.shape[0] else best - size) * step
+
+
+def _refined(
+    designs: list[Floats], time: Floats, other_time: Floats, torque: Floats, lag: float, width: float,
+    inside: NDArray[np.bool_],
+) -> tuple[float, float]:  # fmt: skip
+    """Return the lag near another one at which least is left, and the share of the variance that is left there."""
+    low, high = lag - width, lag + width
+    share = 1.0
+    for _ in range(6):
+        lags = np.linspace(low, high, 13)
+        left = [_left(designs, time, other_time, torque, each, inside) for each in lags]
+        k = int(np.argmin(left))
+        share = left[k]
+        low, high = float(lags[max(k - 1, 0)]), float(lags[min(k + 1, 12)])
+    return 0.5 * (low + high), share
+
+
+def _left(
+    designs: list[Floats], time: Floats, other_time: Floats, torque: Floats, lag: float, inside: NDArray[np.bool_]
+) -> float:
+    """Return the mean over joints of the share of the torque's variance that motion leaves unexplained."""
+    shown = time + lag
+    common = inside & (shown >= other_time[0]) & (shown <= other_time[-1])
+    if common.sum() < 30:
+        return 1.0
+    shares = []
+    for k, design in enumerate(designs):
+        y = np.interp(shown[common], other_time, torque[:, k])
+        X = design[common]
+        gram = X.T @ X
+        answer = np.linalg.solve(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), X.T @ y)
+        shares.append(float(np.mean((y - X @ answer) ** 2) / max(float(y.var()), 1e-300)))
+    return float(np.mean(shares))
