@@ -138,6 +138,8 @@ class ReportStates:
         not validated.
     set_aside : (n,) why a state was not used, "" where it was. Such states are drawn as crosses.
     reference : (n,) True for the run's reference state; it carries no information of its own.
+    along : (n, 3) unit vectors along which alone displacements were read (gauges, a load-displacement device), base
+        axes; None where all components were. Displacements across it are zero then, and mean nothing.
     """
 
     run: Integers
@@ -150,6 +152,7 @@ class ReportStates:
     predicted_unseen: Floats | None = None
     set_aside: Strings | None = None
     reference: NDArray[np.bool_] | None = None
+    along: Floats | None = None
 
     def __len__(self) -> int:
         return int(self.run.shape[0])

@@ -33,6 +33,7 @@ from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import diagnosis_content
 from stiffcal.workflow.report_clamped import clamped_curves
 from stiffcal.workflow.report_friction import friction_curves, friction_set_aside
+from stiffcal.workflow.report_links import link_pictures
 from stiffcal.workflow.state_tables import component_block, gauge_block
 from stiffcal.workflow.steps import (
     FIT_STATES,
@@ -107,6 +108,7 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
             "clamped": clamped_curves(data, identified),
             "joint_motion": joint_pictures(data, identified),
             "compensation": with_and_without(data),
+            "links": link_pictures(data, identified),
         },
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,6 +65,29 @@ def _named_rows(states: LoadStates, data: Observations) -> Iterator[tuple[str, i
                 read = data.layout.gauges.gauge[component] == number
                 if read.any():
                     yield f"{gauge.name}_displacement_m", place, read
+
+
+def gauge_block(table: pa.Table, names: Sequence[str], directions: Floats, kind: str, n_states: int) -> Floats:
+    """Return (n_states, 6): what gauges read, as displacements along their directions; NaN where none was read.
+
+    Across a gauge's direction nothing was measured; those components are zero.
+
+    Parameters
+    ----------
+    table : of `observed_table`.
+    names : of the gauges. directions : (n_states, G, 3) base axes.
+    kind, n_states : as in `component_block`.
+    """
+    block = np.full((n_states, 6), np.nan)
+    where = values_of(table.column("state"))
+    for number, gauge in enumerate(names):
+        name = f"{gauge}_displacement_m_{kind}"
+        if name in table.column_names:
+            along = np.full(n_states, np.nan)
+            along[where] = values_of(table.column(name))
+            read = np.isfinite(along)
+            block[read, :3] = along[read, None] * directions[read, number]
+    return block
 
 
 def component_block(table: pa.Table, target: str, kind: str, n_states: int) -> Floats:

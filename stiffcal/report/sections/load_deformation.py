@@ -9,6 +9,7 @@ import numpy as np
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, Picture, Section, Subheading
 from stiffcal.report.content import ReportContent, ReportStates
+from stiffcal.report.figures import along_lines as lines
 from stiffcal.report.figures import load_deformation as drawing
 from stiffcal.report.figures.canvas import AXES_NAMES
 
@@ -24,6 +25,8 @@ def section(content: ReportContent) -> Section | LeftOut:
     states = content.states
     if states is None or not states.used.any():
         return LeftOut(_TITLE, "there are no load states to draw")
+    if states.along is not None:
+        return Section(_TITLE, tuple(_along_lines(content, states)))
     counts = np.bincount(states.run[states.used], minlength=len(content.runs))
     curves = [number for number in range(len(content.runs)) if counts[number] >= _FEWEST_STATES]
     blocks: list[Block] = []
@@ -33,6 +36,25 @@ def section(content: ReportContent) -> Section | LeftOut:
     if singles:
         blocks.extend(_singles(content, states, singles))
     return Section(_TITLE, tuple(blocks))
+
+
+def _along_lines(content: ReportContent, states: ReportStates) -> list[Block]:
+    """Lay out runs in which displacement was read along the load alone: a panel each."""
+    text = (
+        "Displacement of the target along the line in which each run’s force acts: nothing else was read. Filled "
+        "marks: the force grows; hollow: it goes back; lines: the fitted model. Below, what the model leaves."
+    )
+    blocks: list[Block] = [Paragraph(text)]
+    runs = [number for number in range(len(content.runs)) if (states.used & (states.run == number)).any()]
+    for sheet in map(list, wording.in_sheets(runs, lines.PER_SHEET, multiple=lines.PER_ROW)):
+        names = [content.runs[number].name for number in sheet]
+        off = np.linalg.norm((states.measured - states.predicted)[np.isin(states.run, sheet) & states.used, :3], axis=1)
+        caption = (
+            f"Displacement along the force in {wording.listing(names)}; the fitted model is nowhere more than "
+            f"{wording.length(float(np.nanmax(off)))} off."
+        )
+        blocks.append(Picture(partial(lines.draw_along_lines, states, sheet, names), caption))
+    return blocks
 
 
 def _run_rms(content: ReportContent) -> dict[str, float]:

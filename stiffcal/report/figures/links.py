@@ -1,0 +1,187 @@
+"""Links with rods: rods over force (000, Fig. 5), the link's end (Fig. 6), the tool with and without it (Fig. 7)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.report.figures import canvas
+from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+
+NORMAL_95 = 1.96
+ROW_MM = 62.0
+COMPONENTS = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
+# A bent link is drawn with its largest displacement as long as this share of the link.
+BENT_SHARE = 0.12
+
+
+@canvas.styled
+def draw_rods(picture: LinkPicture) -> Figure:
+    """Draw every rod's change over the force, run by run: marks as read, lines the model."""
+    figure, panels = _grid(len(picture.shown))
+    for panel, number in zip(panels, picture.shown, strict=False):
+        run = picture.runs[number]
+        for rod, name in enumerate(picture.rods):
+            label = f"{name}, {1e3 * picture.rod_lengths[rod]:.0f} mm"
+            colour = canvas.COLOURS[rod % len(canvas.COLOURS)]
+            _marks(panel, run, 1e6 * run.lengths[:, rod], colour, canvas.MARKERS[rod % len(canvas.MARKERS)], label)
+            if run.modelled is not None:
+                _line(panel, run.force, 1e6 * run.modelled[:, rod], colour, "-", None)
+        _dress(panel, run, "change of length [µm]")
+    canvas.share_legend(figure, _handles(panels))
+    return figure
+
+
+@canvas.styled
+def draw_end(picture: LinkPicture, number: int) -> Figure:
+    """Draw the six displacements of the link's end over the force: marks from the rods, lines by the compliance."""
+    run = picture.runs[number]
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 78)
+    for panel, first, factor, unit in zip(figure.subplots(1, 2), (0, 3), (1e6, 1e6), ("µm", "µrad"), strict=True):
+        for k in range(first, first + 3):
+            if not np.isfinite(run.end[:, k]).any():
+                continue
+            colour = canvas.COLOURS[k - first]
+            half = NORMAL_95 * factor * float(run.end_std[k])
+            label = f"{COMPONENTS[k]} ± {half:.2g} {unit}"
+            _marks(panel, run, factor * run.end[:, k], colour, canvas.MARKERS[k - first], label)
+            _line(panel, run.force, factor * run.by_wrench[:, k], colour, "-", None)
+        _dress(panel, run, f"{'displacement' if first == 0 else 'turn'} of the link's end [{unit}]")
+        panel.legend(loc="best")
+    return figure
+
+
+@canvas.styled
+def draw_tool(picture: LinkPicture) -> Figure:
+    """Draw the tool's displacement along the force: measured, by the model with the link and with the link rigid."""
+    chosen = [number for number in picture.shown if picture.runs[number].tool is not None]
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 66.0 * ((len(chosen) + 1) // 2))
+    rows = (len(chosen) + 1) // 2
+    panels = figure.subplots(2 * rows, 2, squeeze=False, gridspec_kw={"height_ratios": [2.0, 1.0] * rows})
+    for place, number in enumerate(chosen):
+        run = picture.runs[number]
+        above, below = panels[2 * (place // 2), place % 2], panels[2 * (place // 2) + 1, place % 2]
+        _draw_tool_run(above, below, run)
+    for place in range(len(chosen), 2 * rows):
+        for row in (0, 1):
+            panels[2 * (place // 2) + row, place % 2].set_axis_off()
+    canvas.share_legend(figure, _handles([panels[0, 0]]))
+    return figure
+
+
+def _draw_tool_run(above: Axes, below: Axes, run: LinkRun) -> None:
+    """Draw one run: displacement above, what the model leaves of it below."""
+    assert run.tool is not None
+    assert run.with_link is not None
+    canvas.zero_lines(above)
+    _marks(above, run, 1e3 * run.tool, canvas.COLOURS[0], "o", "measured")
+    _line(above, run.force, 1e3 * run.with_link, canvas.MODEL, "-", "model with the link")
+    if run.without_link is not None:
+        _line(above, run.force, 1e3 * run.without_link, canvas.COLOURS[1], (0, (4, 2)), "the same, link rigid")
+    above.set_title(f"{run.name}, along {run.along}")
+    above.set_ylabel("tool [mm]")
+    above.tick_params(labelbottom=False)
+    canvas.zero_lines(below)
+    _marks(below, run, 1e6 * (run.tool - run.with_link), canvas.COLOURS[0], "o", None)
+    if run.without_link is not None:
+        _line(below, run.force, 1e6 * (run.with_link - run.without_link), canvas.COLOURS[1], (0, (4, 2)), None)
+    below.set_ylabel("left [µm]")
+    below.set_xlabel(f"force along {run.along} [N]")
+
+
+@canvas.styled
+def draw_bent(picture: LinkPicture) -> Figure:
+    """Draw the link bent, magnified, in its two planes, with its rods: longer red, shorter blue."""
+    bent = picture.bent
+    size = float(np.abs(bent.moved).max())
+    factor = _round_down(BENT_SHARE * float(bent.x1[-1]) / size) if size > 0.0 else 1.0
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 72)
+    for panel, across in zip(figure.subplots(2, 1, sharex=True), (1, 2), strict=True):
+        _draw_bent_plane(panel, picture, across, factor)
+    times = f"{factor:,.0f}".replace(",", " ")
+    panel.set_xlabel(f"x1, along the link from its clamped end [m]; displacements drawn {times} times")
+    canvas.share_legend(figure, _handles([panel]))
+    return figure
+
+
+def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: float) -> None:
+    """Draw the plane of x1 and one axis across."""
+    bent: BentLink = picture.bent
+    panel.plot(bent.x1, np.zeros_like(bent.x1), color=canvas.QUIET, linewidth=0.8, label="axis at rest")
+    moved = bent.x1 + factor * bent.moved[:, 0]
+    panel.plot(moved, factor * bent.moved[:, across], color=canvas.MODEL, linewidth=1.6, label="axis, bent")
+    scale = float(np.abs(bent.change).max()) or 1.0
+    for rod, name in enumerate(picture.rods):
+        colour = canvas.COLOURS[1] if bent.change[rod] > 0.0 else canvas.COLOURS[5]
+        word = "rod that got longer" if bent.change[rod] > 0.0 else "rod that got shorter"
+        x, y = (bent.start[rod, 0], bent.end[rod, 0]), (bent.start[rod, across], bent.end[rod, across])
+        width = 0.6 + 2.4 * abs(float(bent.change[rod])) / scale
+        panel.plot(x, y, color=colour, linewidth=width, label=word, solid_capstyle="butt", zorder=2)
+        # rods of one height lie one behind the other: their names stand apart along the link
+        wanted = float(bent.x1[-1]) * (0.08 + 0.84 * rod / max(len(picture.rods) - 1, 1))
+        place = float(np.clip(wanted, min(x), max(x)))
+        words = f"{name} {1e6 * bent.change[rod]:+.1f} µm"
+        # the outermost rods are named on their outer side, the others towards the axis
+        outermost = abs(y[0]) >= float(np.abs(bent.start[:, across]).max()) - 1e-9
+        up = (y[0] >= 0.0) == outermost
+        panel.annotate(
+            words, (place, y[0]), xytext=(0, 2.5 if up else -2.5), textcoords="offset points", fontsize=5.5,
+            color=colour, ha="center", va="bottom" if up else "top",
+        )  # fmt: skip
+    panel.set_ylabel(f"x{across + 1} [m]")
+    panel.margins(x=0.03, y=0.22)
+
+
+def _grid(count: int) -> tuple[Figure, list[Axes]]:
+    """Return a figure of panels, two in a row."""
+    rows = (count + 1) // 2
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, ROW_MM * rows + 6)
+    panels = list(figure.subplots(rows, 2, squeeze=False).flat)
+    for panel in panels[count:]:
+        panel.set_axis_off()
+    return figure, panels[:count]
+
+
+def _marks(panel: Axes, run: LinkRun, values: Floats, colour: str, marker: str, label: str | None) -> None:
+    """Draw readings, hollow where the load went back."""
+    for back in (False, True):
+        own = run.unloading == back
+        panel.plot(
+            run.force[own], values[own], linestyle="none", marker=marker, color=colour, markersize=2.6,
+            markerfacecolor="none" if back else colour, markeredgewidth=0.5, label=None if back else label, zorder=3,
+        )  # fmt: skip
+
+
+def _line(panel: Axes, force: Floats, values: Floats, colour: str, style: object, label: str | None) -> None:
+    """Draw a model over the force, in order of the force."""
+    order = np.argsort(force, kind="stable")
+    panel.plot(force[order], values[order], color=colour, linestyle=style, linewidth=0.8, label=label, zorder=2)
+
+
+def _dress(panel: Axes, run: LinkRun, words: str) -> None:
+    canvas.zero_lines(panel)
+    panel.set_title(f"{run.name}, load along {run.along}")
+    panel.set_xlabel(f"force along {run.along} [N]")
+    panel.set_ylabel(words)
+
+
+def _handles(panels: list[Axes]) -> list[object]:
+    found: dict[str, object] = {}
+    for panel in panels:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            found.setdefault(str(label), handle)
+    return list(found.values())
+
+
+def _round_down(value: float) -> float:
+    """Return the value with one digit, never larger."""
+    decade = 10.0 ** np.floor(np.log10(value))
+    return float(np.floor(value / decade) * decade)

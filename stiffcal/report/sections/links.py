@@ -1,0 +1,130 @@
+"""Links measured by rods: what the rods read, how the link's end moved, the tool with and without the link (000)."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, Column, Items, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.content import Document, ReportContent
+from stiffcal.report.figures import links as drawing
+from stiffcal.report.link_pictures import LinkPicture
+
+ORDER = 55
+_TITLE = "Links measured by rods"
+# Element of the 6×6, words, factor from SI, unit.
+_ELEMENTS = (
+    (0, 0, "stretch per force along x1", 1e9, "µm/kN"),
+    (1, 1, "u2 per force along x2", 1e9, "µm/kN"),
+    (5, 5, "turn about x3 per moment", 1e9, "µrad/(kN·m)"),
+    (2, 2, "u3 per force along x3", 1e9, "µm/kN"),
+    (4, 4, "turn about x2 per moment", 1e9, "µrad/(kN·m)"),
+    (3, 3, "twist per moment", 1e9, "µrad/(kN·m)"),
+)
+
+
+def section(content: ReportContent) -> Section | None:
+    """Lay out the pages of every link with rods; nothing where there are none."""
+    pictures: tuple[LinkPicture, ...] = tuple(content.extra.get("links", ()))
+    if not pictures:
+        return None
+    told = {one["link"]: one for one in (content.identify or {}).get("links", [])}
+    blocks: list[Block] = []
+    for picture in pictures:
+        if len(pictures) > 1:
+            blocks.append(Subheading(picture.link))
+        blocks += _of_link(picture, told.get(picture.link))
+    return Section(_TITLE, tuple(blocks), new_page=True)
+
+
+def _of_link(picture: LinkPicture, told: Document | None) -> list[Block]:
+    words = (
+        f"{wording.count(len(picture.rods), 'rod')} on link {picture.link} tell how the link itself bends and "
+        "stretches, apart from drives and bearings. Beam axes: x1 along the link from its clamped end, x3 along its "
+        "joint’s axis made perpendicular to it, x2 across both."
+    )
+    blocks: list[Block] = [Paragraph(words)]
+    if told is not None:
+        blocks.append(_compliance(picture, told))
+    if picture.sentences:
+        blocks.append(Items(picture.sentences))
+    blocks.append(Picture(partial(drawing.draw_rods, picture), _rods_caption(picture)))
+    lead = next(k for k, run in enumerate(picture.runs) if run.name == picture.bent.run)
+    blocks.append(Picture(partial(drawing.draw_end, picture, lead), _end_caption(picture, lead)))
+    if any(picture.runs[number].tool is not None for number in picture.shown):
+        blocks.append(Picture(partial(drawing.draw_tool, picture), _tool_caption(picture, told)))
+    blocks.append(Picture(partial(drawing.draw_bent, picture), _bent_caption(picture)))
+    return blocks
+
+
+def _compliance(picture: LinkPicture, told: Document) -> Table:
+    rows = []
+    low, high = told["compliance_interval"]
+    for row, column, words, factor, unit in _ELEMENTS:
+        value, ends = told["compliance"][row][column], (low[row][column], high[row][column])
+        if value is None or ends[0] is None or ends[1] is None:
+            rows.append((words, "cannot be told", "", unit))
+            continue
+        half = 0.5 * factor * (ends[1] - ends[0])
+        if half > abs(factor * value):
+            rows.append((words, f"below {wording.digits(factor * ends[1], 2)}", "", unit))
+            continue
+        rows.append((words, wording.digits(factor * value), wording.digits(half, 2), unit))
+    share = told.get("share_of_tool")
+    of_tool = "" if share is None else f" {wording.percent(share)} of the tool’s deflection is this link’s."
+    return Table(
+        (Column("of the link’s end", align="left"), Column("value"), Column("± 95 %"), Column("unit", align="left")),
+        tuple(rows),
+        f"Compliance of the end of {picture.link}, from rods and load alone: with it the link is foretold without rods."
+        f"{of_tool}",
+    )
+
+
+def _rods_caption(picture: LinkPicture) -> str:
+    text = "Change of the rods’ lengths over the force, filled marks loading, hollow unloading"
+    text += "; lines: the fitted model." if picture.runs[picture.shown[0]].modelled is not None else "."
+    for one, other in picture.opposite:
+        reads = [float(np.abs(picture.runs[number].lengths[:, [one, other]]).max()) for number in picture.shown]
+        run, size = picture.runs[picture.shown[int(np.argmax(reads))]], max(reads)
+        apart = np.abs(run.lengths[:, one] + run.lengths[:, other]).max()
+        text += (
+            f" {picture.rods[one]} and {picture.rods[other]} are on opposite sides: in run {run.name} they mirror each "
+            f"other within {wording.percent(float(apart / size))} of their reading."
+        )
+    return text
+
+
+def _end_caption(picture: LinkPicture, lead: int) -> str:
+    run = picture.runs[lead]
+    unknown = [name for k, name in enumerate(drawing.COMPONENTS) if not np.isfinite(run.end[:, k]).any()]
+    text = (
+        f"Displacement of the outboard end of {picture.link} in run {run.name}, from the rods (marks, with the 95 % "
+        "half-width of one state) and by the compliance of the table times the wrench that the link carries (lines)."
+    )
+    return text + (f" {wording.listing(unknown)}: not told by these rods." if unknown else "")
+
+
+def _tool_caption(picture: LinkPicture, told: Document | None) -> str:
+    chosen = [picture.runs[k] for k in picture.shown if picture.runs[k].tool is not None]
+    first = chosen[0]
+    text = (
+        "Displacement of the tool along the force: measured, by the fitted model, and by the same model with the link "
+        "rigid. Below: what the model leaves (marks), and what the link alone does (dashed)."
+    )
+    if first.without_link is None:
+        return text + " The model holds no effect on this link: its part is in the others."
+    assert first.with_link is not None
+    parts = [float(np.abs(run.with_link - run.without_link).max()) for run in chosen if run.without_link is not None]  # type: ignore[operator]
+    return text + f" The link’s part is up to {wording.length(max(parts))} in these runs."
+
+
+def _bent_caption(picture: LinkPicture) -> str:
+    bent = picture.bent
+    largest = float(np.sqrt(np.sum(bent.moved**2, axis=1)).max())
+    return (
+        f"Link {picture.link} in run {bent.run} under {wording.digits(abs(bent.force))} N, seen along its two "
+        f"transverse axes; its end moves by {wording.length(largest)}. Rods are drawn where they sit, the thicker the "
+        "more they read."
+    )

@@ -1,0 +1,175 @@
+"""What the report shows of links with rods: readings, the link's end, the tool with and without the link."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.document import values_of
+from stiffcal.identification.measured_links import MeasuredLink, measure_links
+from stiffcal.identification.observation import Observations, observe
+from stiffcal.identification.rows import LENGTH, TRANSLATION
+from stiffcal.identification.weighing import predict_observations
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.beam import axis_displacement
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.reduction.load_cycles import UNLOADING, find_load_cycles
+from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
+from stiffcal.validation.validate import load_in_base
+from stiffcal.workflow.steps import Document, Ingested, placed_robot
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Runs drawn large: the paper shows four (Fig. 7).
+HOW_MANY = 4
+# Two rods are on opposite sides where their middles lie across the axis, this near to opposite and equally long.
+OPPOSITE_M = 0.02
+POINTS = 41
+
+
+def link_pictures(data: Ingested, identified: Document) -> tuple[LinkPicture, ...]:
+    """Return what is shown of every link with rods; none where there are no rods."""
+    states = data.states
+    if not states.setup.rods or not len(states):
+        return ()
+    robot = placed_robot(data.campaign).with_values(values_of(identified))
+    readings = observe(states, robot.chain)
+    noise = (identified.get("noise_per_axis") or {}).get("length")
+    seen = _Seen.of(readings, states, robot)
+    return tuple(_picture(link, seen) for link in measure_links(readings, robot, noise))
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What was read and what the model says of it, (m, n) rows by states; the load in base axes, (n, 3) N."""
+
+    data: Observations
+    states: LoadStates
+    robot: CompliantRobot
+    predicted: Floats
+    load: Floats
+    unloading: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, data: Observations, states: LoadStates, robot: CompliantRobot) -> _Seen:
+        """Predict everything once."""
+        branch = find_load_cycles(states).branch[data.index]
+        predicted = predict_observations(robot, data)
+        return cls(data, states, robot, predicted, load_in_base(data, robot), branch == UNLOADING)
+
+    def without(self, link: str) -> Floats:
+        """Return (m, n) the prediction with one link rigid, all else as fitted."""
+        kept = tuple(one for one in self.robot.placed if one.place.link != link)
+        return predict_observations(replace(self.robot, placed=kept), self.data)
+
+
+def _picture(link: MeasuredLink, seen: _Seen) -> LinkPicture:
+    rods, shape = link.estimate.rods, link.estimate.shape
+    held = any(one.place.link == link.link for one in seen.robot.placed)
+    rigid = seen.without(link.link) if held else None
+    runs = tuple(_run(int(number), link, seen, rigid) for number in np.unique(link.run))
+    size = [float(np.nanmax(np.abs(run.lengths), initial=0.0)) for run in runs]
+    shown = sorted(int(k) for k in np.argsort(size)[::-1][: HOW_MANY - 1])
+    # the campaign's first run beside those with the largest readings
+    shown = sorted({0, *shown})
+    lead = int(np.argmax(size))
+    state = int(np.argmax(np.abs(runs[lead].lengths).max(axis=1)))
+    x1 = np.linspace(0.0, shape.length, POINTS)
+    tip = np.nan_to_num(runs[lead].end[state])[None]
+    bent = BentLink(
+        x1, axis_displacement(shape, tip, x1)[0][:, :3], rods.start, rods.end, runs[lead].lengths[state],
+        float(runs[lead].force[state]), runs[lead].name,
+    )  # fmt: skip
+    return LinkPicture(
+        link.link, rods.names, rods.length, _opposite(rods.start, rods.end), runs, tuple(shown), bent,
+        _sentences(link),
+    )  # fmt: skip
+
+
+def _run(number: int, link: MeasuredLink, seen: _Seen, rigid: Floats | None) -> LinkRun:
+    """Gather one run, in the states in which all the link's rods were read."""
+    own = np.flatnonzero(link.run == number)
+    where = link.index[own]
+    load = seen.load[where]
+    direction = load[int(np.argmax(np.sum(load**2, axis=1)))]
+    direction = direction / max(float(np.linalg.norm(direction)), 1e-300)
+    # a device that pushes and pulls is called by its own direction, not by the larger of its two ends
+    direction = direction * (1.0 if direction[int(np.argmax(np.abs(direction)))] > 0.0 else -1.0)
+    rows = _rows_of(link, seen.data)
+    measured = seen.data.measured[np.ix_(rows, where)]
+    reference = int(np.argmin(np.sum(load**2, axis=1)))
+    modelled = seen.predicted[np.ix_(rows, where)]
+    shift = (measured - modelled).mean(axis=1, keepdims=True)
+    still = measured[:, [reference]].mean(axis=1, keepdims=True) if rigid is None else shift
+    along = _tool_reader(seen, where, direction)
+    tool, with_link = along(seen.data.measured), along(seen.predicted)
+    offset = 0.0 if tool is None or with_link is None else float(np.mean(tool - with_link))
+    zero = link.estimate.displacement[own[reference]]
+    return LinkRun(
+        name=seen.states.runs[number].name,
+        along=_words(direction),
+        force=load @ direction,
+        unloading=seen.unloading[where],
+        lengths=(measured - still).T,
+        modelled=None if rigid is None else modelled.T,
+        end=link.estimate.displacement[own] - zero,
+        end_std=np.sqrt(np.diag(link.estimate.covariance)),
+        by_wrench=link.compliance.predict(link.wrench[own] - link.wrench[own[reference]]),
+        tool=None if tool is None else tool - offset,
+        with_link=with_link,
+        without_link=None if rigid is None else along(rigid),
+    )
+
+
+def _rows_of(link: MeasuredLink, data: Observations) -> Integers:
+    """Return the rows of the link's rods."""
+    number = next(k for k, rods in enumerate(data.setup.rods) if rods.link == link.link)
+    return np.flatnonzero((data.kind == LENGTH) & (data.body == number))
+
+
+def _tool_reader(seen: _Seen, where: Integers, direction: Floats) -> Callable[[Floats], Floats | None]:
+    """Return what reads the first target's displacement along a direction out of (m, n) rows; None if not measured."""
+    data = seen.data
+    rows = data.rows_of(TRANSLATION)
+    rows = rows[data.body[rows] == 0]
+    if len(rows) == 3:
+        return lambda values: np.asarray(direction @ values[np.ix_(rows, where)])
+    gauges = data.layout.gauges
+    if gauges is None:
+        return lambda values: None
+    row, sign = int(gauges.row[0]), np.sign(direction @ gauges.direction[0][:, where])
+    return lambda values: np.asarray(values[row, where] * sign)
+
+
+def _words(direction: Floats) -> str:
+    """Return a direction in words: the base axis that it lies along, or its components."""
+    axis = int(np.argmax(np.abs(direction)))
+    if abs(direction[axis]) > 0.99:
+        return "xyz"[axis]
+    return "(" + ", ".join(f"{part:.2f}" for part in direction) + ")"
+
+
+def _opposite(start: Floats, end: Floats) -> tuple[tuple[int, int], ...]:
+    """Return pairs of rods that lie on opposite sides of the link, at the same height along it."""
+    middle, length = 0.5 * (start + end), np.linalg.norm(end - start, axis=1)
+    found = []
+    for one in range(len(middle)):
+        for other in range(one):
+            across = np.abs(middle[one, 1:] + middle[other, 1:]).max()
+            alike = abs(middle[one, 0] - middle[other, 0]) + abs(length[one] - length[other])
+            if across < OPPOSITE_M and alike < 2.0 * OPPOSITE_M:
+                found.append((other, one))
+    return tuple(found)
+
+
+def _sentences(link: MeasuredLink) -> tuple[str, ...]:
+    """Return what must be known of the pictures, in words."""
+    told = [fault.sentence for fault in link.faults]
+    told += link.compliance.not_identifiable
+    if not link.estimate.torsion.identifiable:
+        told.append(f"the twist is not known: {link.estimate.torsion.why}")
+    return tuple(dict.fromkeys(told))
