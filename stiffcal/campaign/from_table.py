@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -109,16 +108,9 @@ def propose_campaign(
         target = folder / name
         if target.exists() and target.resolve() != source.resolve():
             raise InputError.at(str(target), "", "the file is there already", "name another folder")
-    written = write_folder(folder, {MANIFEST_FILE: proposal.manifest, "robot.toml": proposal.robot})
-    for name, source in proposal.copies.items():
-        target = folder / name
-        if not target.exists():
-            shutil.copyfile(source, target)
-            written.append(target)
-    note = folder / "raw" / "README.txt"
-    if note in written:  # raw/ is no longer empty
-        note.unlink()
-        written.remove(note)
+    copies = {name: source for name, source in proposal.copies.items() if not (folder / name).exists()}
+    texts = {MANIFEST_FILE: proposal.manifest, "robot.toml": proposal.robot}
+    written = write_folder(folder, texts, copies)
     return replace(proposal, files=written)
 
 

@@ -12,6 +12,7 @@ from tomlkit.items import AoT, Comment, Table, Whitespace
 from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile, default_model_text, place_names
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import InputError
+from stiffcal.files import replacing
 
 Places: TypeAlias = dict[str, list[Any]]
 """``joints``, ``links`` and ``pairs``, as far as they are not empty."""
@@ -224,7 +225,6 @@ def _save(folder: Path, document: tomlkit.TOMLDocument) -> None:
     """Write the file whole or not at all; what was written must be a model file."""
     path = folder / MODEL_FILE
     text = tomlkit.dumps(document)
-    waiting = path.with_name(f".{MODEL_FILE}.new")
-    waiting.write_text(text, encoding="utf-8", newline="\n")
-    validate(read_toml(waiting, MODEL_FILE), MODEL_FILE, ModelFile)
-    waiting.replace(path)
+    with replacing(path) as beside:
+        beside.write_text(text, encoding="utf-8", newline="\n")
+        validate(read_toml(beside, MODEL_FILE), MODEL_FILE, ModelFile)

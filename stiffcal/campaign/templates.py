@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
 from stiffcal.campaign.checks import MANIFEST_FILE
 from stiffcal.errors import InputError
+from stiffcal.files import replacing, write_whole
 
 Kind: TypeAlias = Literal["load", "clamped", "ids", "friction"]
 
@@ -83,17 +87,17 @@ def write_template(folder: Path, kind: str) -> list[Path]:
     raise InputError.at("", "--kind", f'there is no kind "{kind}"', "use one of " + ", ".join(get_args(Kind)))
 
 
-def write_folder(folder: Path, texts: dict[str, str]) -> list[Path]:
-    """Write the files of a new campaign folder and its `raw/`.
+def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path] | None = None) -> list[Path]:
+    """Write the files of a new campaign folder and its `raw/`: all of them or, where that cannot be, none.
 
     Parameters
     ----------
-    folder : the campaign folder. texts : file name to contents.
+    folder : the campaign folder. texts : file name to contents. copies : file name to the file that is copied there.
 
     Raises
     ------
     InputError
-        One of the files is there already; then nothing is written.
+        One of the files is there already, or cannot be written; then nothing is written.
     """
     for name in texts:
         if (folder / name).exists():
@@ -101,14 +105,35 @@ def write_folder(folder: Path, texts: dict[str, str]) -> list[Path]:
             raise InputError.at(str(folder / name), "", "the file is there already", mend)
     if folder.exists() and not folder.is_dir():
         raise InputError.at(str(folder), "", "this is a file, not a folder", "name another folder")
-    written = []
-    (folder / "raw").mkdir(parents=True, exist_ok=True)
-    for name, text in texts.items():
-        path = folder / name
-        path.write_text(text, encoding="utf-8", newline="\n")
-        written.append(path)
-    if not any((folder / "raw").iterdir()):
-        note = folder / "raw" / "README.txt"
-        note.write_text(_RAW_NOTE, encoding="utf-8", newline="\n")
-        written.append(note)
-    return written
+    if folder.is_dir():
+        return _fill(folder, texts, copies or {})
+    beside = folder.with_name(f".{folder.name}.{os.getpid()}")
+    try:
+        beside.mkdir(parents=True)
+        written = _fill(beside, texts, copies or {})
+        beside.rename(folder)
+    except BaseException:
+        shutil.rmtree(beside, ignore_errors=True)
+        raise
+    return [folder / path.relative_to(beside) for path in written]
+
+
+def _fill(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path]) -> list[Path]:
+    written: list[Path] = []
+    try:
+        (folder / "raw").mkdir(exist_ok=True)
+        for name, source in copies.items():
+            with replacing(folder / name) as beside:
+                shutil.copyfile(source, beside)
+            written.append(folder / name)
+        if not any((folder / "raw").iterdir()):
+            texts = {**texts, "raw/README.txt": _RAW_NOTE}
+        # The manifest, which stands first, is written last: a folder that was left half-made is no campaign yet.
+        for name, text in reversed(list(texts.items())):
+            write_whole(folder / name, text)
+            written.append(folder / name)
+    except BaseException:
+        for path in written:
+            path.unlink(missing_ok=True)
+        raise
+    return [folder / name for name in (*texts, *copies)]

@@ -19,6 +19,7 @@ import typer
 from stiffcal import __version__
 from stiffcal.cli.endings import INTERRUPTED, OK, WRONG_INPUT, report_fault, report_input_error, report_usage
 from stiffcal.errors import InputError
+from stiffcal.files import refusal
 
 COMMANDS = {
     "init": "Make a commented campaign folder, or propose one from a table.",
@@ -87,7 +88,11 @@ def _run(given: list[str]) -> int:
     except Exception as error:
         if debug:
             raise
-        return report_fault(error, given, as_json)
+        refused = refusal(error) if isinstance(error, OSError) else None
+        if refused is None:
+            return report_fault(error, given, as_json)
+        report_input_error(refused, as_json)
+        return WRONG_INPUT
     # typer turns an interruption inside a command into this exit code and says nothing
     if code == INTERRUPTED:
         sys.stderr.write("interrupted; the store is whole: finished steps stay, of the one that was not nothing does\n")

@@ -55,9 +55,12 @@ def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
     stamp = time.strftime("%Y%m%d-%H%M%S")
     log = Path(tempfile.gettempdir()) / f"stiffcal-fault-{stamp}-{os.getpid()}.log"
     lines = [f"stiffcal {__version__}, Python {sys.version}, {sys.platform}", f"stiffcal {shlex.join(given)}", ""]
-    log.write_text("\n".join(lines) + "\n" + "".join(traceback.format_exception(error)), encoding="utf-8")
     reason = f"internal fault, not your input: {type(error).__name__}: {_one_line(str(error))}"
     mend = f"please report it with the log file {log}"
+    try:
+        log.write_text("\n".join(lines) + "\n" + "".join(traceback.format_exception(error)), encoding="utf-8")
+    except OSError:
+        mend = "please report it; no log file could be written"
     if as_json:
         _print_document({"error": {"file": str(log), "place": "stiffcal", "reason": reason, "mend": mend}})
     else:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.files import replacing
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, Picture, Section, Subheading, Table
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.canvas import save_figure
@@ -100,10 +100,5 @@ def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:
 
 
 def _write_whole(output: Path, content: bytes) -> None:
-    """Write beside the goal, then replace it: a reader never sees half a report."""
-    beside = output.with_name(f".{output.name}.{os.getpid()}")
-    try:
+    with replacing(output) as beside:
         beside.write_bytes(content)
-        beside.replace(output)
-    finally:
-        beside.unlink(missing_ok=True)

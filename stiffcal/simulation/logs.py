@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.manifest import Source
 from stiffcal.errors import InputError
+from stiffcal.files import replacing
 
 Floats = NDArray[np.float64]
 Column = Floats | Sequence[str]
@@ -104,16 +105,16 @@ def write_log(path: Path, log_format: str, columns: Mapping[str, Column], dialec
         the format cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    if log_format == "csv":
-        _write_text(path, columns, dialect)
-    elif log_format == "hdf5":
-        _write_hdf5(path, columns, group)
-    elif log_format == "parquet":
-        _write_parquet(path, columns)
-    else:
-        raise InputError.at(
-            "campaign.toml", path.name, f"logs of format {log_format} cannot be simulated", "use csv, hdf5 or parquet"
-        )
+    with replacing(path) as beside:
+        if log_format == "csv":
+            _write_text(beside, columns, dialect)
+        elif log_format == "hdf5":
+            _write_hdf5(beside, columns, group)
+        elif log_format == "parquet":
+            _write_parquet(beside, columns)
+        else:
+            reason = f"logs of format {log_format} cannot be simulated"
+            raise InputError.at("campaign.toml", path.name, reason, "use csv, hdf5 or parquet")
 
 
 def _write_text(path: Path, columns: Mapping[str, Column], dialect: Dialect) -> None:

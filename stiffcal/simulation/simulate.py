@@ -21,6 +21,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.files import replacing, write_whole
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.clamped import play_clamped
 from stiffcal.simulation.controller import compensated
@@ -82,7 +83,7 @@ def simulate_campaign(
     out.mkdir(parents=True, exist_ok=True)
     files = _write_logs(out, campaign, switched_on, logs, progress)
     truth = truth_document(robot, stage, switched_on, logs)
-    (out / TRUTH_FILE).write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
+    write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")
     files.append(TRUTH_FILE)
     if out.resolve() != campaign.folder.resolve():
         files += _copy_documents(campaign, out)
@@ -191,17 +192,19 @@ def _write_file(path: Path, file: str, source: Source, device: Device, parts: Se
 
 def _copy_documents(campaign: Campaign, out: Path) -> list[str]:
     """Copy manifest, robot and plugins as they are, and the model file without its values."""
-    names = [MANIFEST_FILE, campaign.manifest.robot, *campaign.manifest.plugins]
+    names = [campaign.manifest.robot, *campaign.manifest.plugins]
     if campaign.robot.urdf is not None:
         names.append(str(Path(campaign.manifest.robot).parent / campaign.robot.urdf))
-    for name in names:
-        (out / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(campaign.folder / name, out / name)
+    # The manifest last: without it a folder that was left half-made is no campaign yet.
+    names.append(MANIFEST_FILE)
     text = campaign.model_path.read_text(encoding="utf-8") if campaign.model_written else None
     if text is not None:
-        (out / MODEL_FILE).write_text(without_values(text), encoding="utf-8")
-        names.append(MODEL_FILE)
-    return [Path(name).as_posix() for name in names]
+        write_whole(out / MODEL_FILE, without_values(text))
+    for name in names:
+        (out / name).parent.mkdir(parents=True, exist_ok=True)
+        with replacing(out / name) as beside:
+            shutil.copyfile(campaign.folder / name, beside)
+    return [Path(name).as_posix() for name in (*names, *([MODEL_FILE] if text is not None else []))]
 
 
 def without_values(model: str) -> str:

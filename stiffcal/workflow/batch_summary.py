@@ -7,9 +7,9 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.files import write_whole
 from stiffcal.workflow.batch import unchanged
 from stiffcal.workflow.batch_task import HELD, NOT_HELD, STEPS
-from stiffcal.workflow.export import write_text
 from stiffcal.workflow.steps import Document
 
 # What XML 1.0 has no place for, not even escaped.
@@ -44,7 +44,7 @@ def write_summary(text: str, output: Path) -> None:
     if output.exists() and not output.is_file():
         output.write_text(text, encoding="utf-8")
     else:
-        write_text(text, output)
+        write_whole(output, text)
 
 
 def fault_text(error: Document) -> str:

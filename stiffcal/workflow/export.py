@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError
+from stiffcal.files import replacing, write_whole
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import UNSEEN_STATES, Document, Ingested, Means, ingested
 from stiffcal.workflow.validate import validated
@@ -53,12 +53,12 @@ def export_campaign(folder: Path, means: Means | None = None, output: Path = Pat
         if len(data.states):
             holds = f"{table.num_rows} load states with measured, predicted and residual (unseen poses)"
     elif ending == ".json":
-        write_text(json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n", output)
+        write_whole(output, json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n")
         holds = f"the model of fit {identified['fit_id']} with uncertainty"
     else:
         from stiffcal.workflow.urdf_export import urdf_text
 
-        write_text(urdf_text(data.campaign, identified), output)
+        write_whole(output, urdf_text(data.campaign, identified))
         holds = f"the robot as URDF with the joint stiffness of fit {identified['fit_id']}"
     return {"schema": "stiffcal/export/1", "warnings": [], "file": str(output), "holds": holds}
 
@@ -105,7 +105,7 @@ def write_table(table: pa.Table | Mapping[str, Any], output: Path) -> None:
     from stiffcal.store import table_of
 
     whole = table if isinstance(table, pa.Table) else table_of(dict(table))
-    with _replacing(output) as beside:
+    with replacing(output) as beside:
         if output.suffix.lower() == ".parquet":
             import pyarrow.parquet as parquet
 
@@ -114,35 +114,6 @@ def write_table(table: pa.Table | Mapping[str, Any], output: Path) -> None:
             from pyarrow import csv
 
             csv.write_csv(whole, beside, csv.WriteOptions(quoting_style="needed"))
-
-
-def write_text(text: str, output: Path) -> None:
-    """Write a text file in UTF-8; raises `InputError` where that cannot be."""
-    with _replacing(output) as beside:
-        beside.write_text(text, encoding="utf-8")
-
-
-class _replacing:  # noqa: N801  (used as a verb)
-    """Hand out a name beside the goal, and put it in the goal's place when all is written."""
-
-    def __init__(self, output: Path) -> None:
-        self._output = output
-        self._beside = output.with_name(f".{output.name}.{os.getpid()}")
-
-    def __enter__(self) -> Path:
-        if not self._output.parent.is_dir():
-            raise InputError.at(str(self._output), "", "its folder does not exist", "make the folder first")
-        return self._beside
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
-        try:
-            if kind is None:
-                self._beside.replace(self._output)
-        finally:
-            self._beside.unlink(missing_ok=True)
-        if isinstance(error, OSError):
-            mend = "choose a place that can be written"
-            raise InputError.at(str(self._output), "", f"cannot be written ({error.strerror})", mend) from error
 
 
 def _model_document(data: Ingested, identified: Document) -> Document:

@@ -7,6 +7,7 @@ from pathlib import Path
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.errors import InputError
+from stiffcal.files import write_whole
 from stiffcal.workflow.identify import NO_HISTORY
 from stiffcal.workflow.steps import HISTORY, Document, Means, open_store, stored_document
 
@@ -55,7 +56,7 @@ def restore_model(folder: Path, means: Means, identifier: str) -> str:
         raise InputError.at("command line", "--restore", f"no fit has the id {identifier}", f"known: {known}")
     path = campaign.folder / MODEL_FILE
     if entry["model_text"]:
-        path.write_text(entry["model_text"], encoding="utf-8")
+        write_whole(path, entry["model_text"])
     else:
         path.unlink(missing_ok=True)
     return f"model.toml is that of fit {identifier} again"

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
+from stiffcal.files import replacing
 from stiffcal.report.content import Floats, Integers
 
 if TYPE_CHECKING:
@@ -114,7 +115,8 @@ def save_figure(figure: Figure, path: Path, text_as_shapes: bool = True) -> None
         matplotlib.rcdefaults()
         style = _STYLE | {"svg.fonttype": "path" if text_as_shapes else "none"}
         matplotlib.rcParams.update(cast(Any, style))
-        figure.savefig(path, format=kind, metadata=metadata, dpi=200)
+        with replacing(path) as beside:
+            figure.savefig(beside, format=kind, metadata=metadata, dpi=200)
 
 
 def thinned(size: Floats, limit: int) -> Integers:
