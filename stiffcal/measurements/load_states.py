@@ -150,7 +150,8 @@ class LoadStates:
     n_readings : (n,) readings averaged into the state.
     wrench_scatter : (n, 6) standard deviation of single readings within the hold, NaN where not known.
     position_scatter : (n, B, 3) likewise, m.
-    set_aside : (n,) reason why the state is not used ("" where it is): excluded in the manifest, or a bumped reading.
+    set_aside : (n,) reason why the state is not used ("" where it is): excluded in the manifest, a bumped reading, or
+        held too briefly to be read.
     setup : where the instruments sit.
     lengths : (n, R) m, of each rod as read: changes are what counts; NaN where not logged. R may be 0.
     displacement : (n, G) m, of each gauge as read, along its direction; NaN where not logged. G may be 0.

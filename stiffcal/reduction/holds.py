@@ -34,6 +34,7 @@ SLICE = 0.05  # of what most of the time is spent in: a slice of a ramp, not a h
 SHORT_HOLD = 0.35  # of the usual duration: shorter ones are pauses or settling
 SHORT_PAUSE = 0.1  # likewise: shorter ones are not worth telling from the ramps
 LONG_END = 1.25  # of the median: a log that runs on before the first or after the last load is cut to the median
+BRIEF = "held too briefly"  # the reason why such a stretch is not read
 EDGE_SHARE = 0.03  # of a hold: the window that looks for its edges, and the margin left off at each
 
 
@@ -344,8 +345,7 @@ def _with_edges(
     reached, left = time[edges[:, 0]], time[edges[:, 1]]
     margin = np.minimum(EDGE_SHARE * (left - reached), 0.25 * (left - reached))
     start, end = reached + margin, left - margin
-    pause = "held too briefly: a pause or settling"
-    dropped = [Dropped(float(time[piece.first]), float(time[piece.last - 1]), pause) for piece in pauses]
+    dropped = [Dropped(float(time[piece.first]), float(time[piece.last - 1]), BRIEF) for piece in pauses]
     for number in range(1, len(kept)):
         dropped.append(Dropped(float(end[number - 1]), float(start[number]), "load changing or settling"))
     start, end, ends = _short_ends(start, end)

@@ -12,7 +12,7 @@ from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clocks import ClockOffset, SharedSignal, align_clocks, moves
-from stiffcal.reduction.holds import Dropped, Holds, find_holds
+from stiffcal.reduction.holds import BRIEF, Dropped, Holds, find_holds
 from stiffcal.reduction.states import Gathered
 from stiffcal.reduction.swept_loads import find_sweeps, is_swept
 
@@ -83,6 +83,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
             'hold each load for a second or more, or write states = "….csv" with columns start, end',
         )  # fmt: skip
     warnings: list[str] = []
+    holds, brief = _with_brief_ones(holds)
     dropped = list(holds.dropped)
     keep = np.ones(len(holds), dtype=np.bool_)
     placed: list[tuple[str, Blocks, float | None]] = []
@@ -99,7 +100,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
             dropped.append(Dropped(float(holds.start[k]), float(holds.end[k]), f"{source} was not logging"))
         keep &= seen
         holds = replace(holds, start=np.where(seen, start, holds.start), end=np.where(seen, end, holds.end))
-    if not keep.any():
+    if not (keep & ~brief).any():
         raise InputError.at(
             f"run {run.id}",
             "",
@@ -108,6 +109,8 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         )
     numbers = np.flatnonzero(keep)
     states = _averaged(run, holds, numbers, placed)
+    aside = [f"{BRIEF} to be read: {end - start:.2g} s" for start, end in zip(holds.reached, holds.left, strict=True)]
+    states = replace(states, set_aside=[aside[k] if brief[k] else "" for k in numbers])
     dropped = sorted(dropped, key=lambda stretch: stretch.start)
     return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes)
 
@@ -174,6 +177,22 @@ def _ahead(run: Run, source: str, blocks: Blocks, clock: ClockOffset, warnings: 
         f"run {run.id}", f"clock of {source}", clock.reason or "not known",
         f"give clock_ahead_s = {{ {source} = … }} for this run",
     )  # fmt: skip
+
+
+def _with_brief_ones(holds: Holds) -> tuple[Holds, NDArray[np.bool_]]:
+    """Return the holds in order together with what was held too briefly to be read, and which those are (h,).
+
+    They become states that are set aside: their load was there, and friction and creep remember it.
+    """
+    pauses = [piece for piece in holds.dropped if piece.reason == BRIEF]
+    reached = np.array([piece.start for piece in pauses])
+    left = np.array([piece.end for piece in pauses])
+    quarter = 0.25 * (left - reached)
+    ends = ((holds.start, reached + quarter), (holds.end, left - quarter), (holds.reached, reached), (holds.left, left))
+    order = np.argsort(np.concatenate([holds.start, reached + quarter]), kind="stable")
+    start, end, reached, left = (np.concatenate(pair)[order] for pair in ends)
+    others = tuple(piece for piece in holds.dropped if piece.reason != BRIEF)
+    return Holds(start, end, reached, left, others), order >= len(holds)
 
 
 def _averaged(

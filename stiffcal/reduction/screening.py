@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.reduction.holds import BRIEF
 from stiffcal.reduction.load_cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles, load_vector
 
 Floats = NDArray[np.float64]
@@ -63,10 +64,11 @@ def set_bumped_aside(states: LoadStates) -> LoadStates:
 def load_is_good(states: LoadStates) -> Booleans:
     """Return (n,) True where the load was what the state says, whether or not its reading is used.
 
-    A bumped reading was taken under a good load, which laws with memory (play, creep) must pass through; what the
-    manifest excludes is in doubt as a whole.
+    A bumped reading was taken under a good load, which laws with memory (play, creep) must pass through, and so was one
+    that was held too briefly; what the manifest excludes is in doubt as a whole.
     """
-    return np.asarray(states.used | np.char.startswith(states.set_aside, BUMPED))
+    remembered = np.char.startswith(states.set_aside, BUMPED) | np.char.startswith(states.set_aside, BRIEF)
+    return np.asarray(states.used | remembered)
 
 
 def bumped_readings(states: LoadStates) -> dict[int, str]:

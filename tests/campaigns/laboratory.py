@@ -106,6 +106,7 @@ resolution = { angle_rad = 1e-7 }
 """
 QUICK = "levels = [0.5, 1.0]\nhold_s = 1.2\nramp_s = 0.4\nsettle_s = 0.4\n"
 SLOW = "levels = [0.5, 1.0]\nhold_s = 4.0\nhold_points = 3\nhold_scatter = 0.2\nramp_s = 0.4\nsettle_s = 0.4\n"
+IRREGULAR = "levels = [0.5, 1.0]\nhold_s = 2.0\nhold_scatter = 0.5\nramp_s = 0.4\nsettle_s = 0.4\n"
 STATES_A_RUN = 25
 
 

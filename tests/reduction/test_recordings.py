@@ -31,6 +31,26 @@ def logs_of(seed: int, ahead: float = 0.4, first: float = 0.0, last: float = 1e9
     return logs, holds
 
 
+def test_a_load_held_too_briefly_is_remembered() -> None:
+    """It is no reading, but the load was there: it stays in the order, set aside, for what has a memory."""
+    generator = np.random.default_rng(5)
+    levels = np.array([0.0, 100.0, 200.0, 100.0, 0.0, 100.0, 220.0, 100.0, 0.0, -100.0, -200.0, -100.0, 0.0])
+    lasting = np.where(levels == 220.0, 0.4, 2.0)
+    corners = np.cumsum(np.stack([np.full(levels.size, 0.5), lasting], axis=1).ravel())
+    at = np.arange(0.0, corners[-1], 0.02)
+    load = np.interp(at, corners, np.repeat(levels, 2))
+    wrench = np.zeros((at.size, 6))
+    wrench[:, 2] = load
+    wrench += generator.normal(size=wrench.shape)
+    position = 1e-6 * load[:, None] * np.ones(3) + 1e-5 * generator.normal(size=(at.size, 3))
+    logs = {"ft": blocks_of(at, {"wrench": wrench}), "tracker": blocks_of(at, {"position.target": position})}
+    states = reduce_run(Run(id="a"), logs).states
+    np.testing.assert_allclose(states.signals["wrench"][:, 2], levels, atol=2.0)
+    assert [bool(why) for why in states.set_aside] == (levels == 220.0).tolist()
+    assert states.set_aside[6].startswith("held too briefly to be read: 0.")
+    assert states.number.tolist() == list(range(1, 14))
+
+
 def test_joints_that_read_the_same_all_through() -> None:
     """A controller that rounds what it shows writes one number for each joint: it shares nothing, and need not."""
     logs, holds = logs_of(3)
