@@ -12,7 +12,7 @@ from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.figures import links as drawing
 from stiffcal.report.link_pictures import LinkPicture
 
-ORDER = 55
+ORDER = 53
 _TITLE = "Links measured by rods"
 # Element of the 6×6, words, factor from SI, unit.
 _ELEMENTS = (

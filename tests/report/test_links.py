@@ -1,0 +1,118 @@
+"""Pages on links with rods, and on displacement read along a line: what is drawn and what is said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stiffcal.report.blocks import Items, LeftOut, Picture, Section, Table
+from stiffcal.report.figures.along_lines import draw_along_lines
+from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
+from stiffcal.report.sections import links, load_deformation
+from tests.report.made_up import made_up_content
+
+FORCE = np.concatenate([np.linspace(0, 900, 7), np.linspace(750, -900, 12), np.linspace(-750, 0, 6)])
+START = np.array([[0.05, 0.09, 0.1], [0.05, -0.09, -0.1], [0.5, 0.11, 0.0]])
+END = np.array([[0.85, 0.09, 0.1], [0.85, -0.09, -0.1], [0.9, 0.11, 0.0]])
+
+
+def run_of(name: str, with_model: bool = True) -> LinkRun:
+    rods = FORCE[:, None] * np.array([1e-8, -1e-8, 0.4e-8])
+    end = FORCE[:, None] * np.array([1e-9, 6e-8, 2e-8, np.nan, 3e-8, 1e-7])
+    tool = 2e-6 * FORCE
+    return LinkRun(
+        name=name, along="y", force=FORCE, unloading=np.abs(np.append(FORCE[1:], 0.0)) < np.abs(FORCE), lengths=rods,
+        modelled=rods if with_model else None, end=end, end_std=np.full(6, 1e-6), by_wrench=np.nan_to_num(end),
+        tool=tool, with_link=tool, without_link=0.9 * tool if with_model else None,
+    )  # fmt: skip
+
+
+def picture_of(with_model: bool = True) -> LinkPicture:
+    x1 = np.linspace(0.0, 0.95, 11)
+    moved = np.stack([0.0 * x1, 1e-4 * x1**2, -2e-5 * x1**2], axis=1)
+    runs = tuple(run_of(f"pose{k}", with_model) for k in (1, 2, 3))
+    bent = BentLink(x1, moved, START, END, runs[0].lengths[6], 900.0, "pose2")
+    said = ("the twist is not known: rods along the fibre are blind to it",)
+    return LinkPicture(
+        "swing", ("ids1", "ids2", "ids3"), np.array([0.8, 0.8, 0.4]), ((0, 1),), runs, (0, 1, 2), bent, said
+    )
+
+
+def laid_out(picture: LinkPicture) -> Section:
+    content = made_up_content()
+    told = {
+        "link": "swing", "share_of_tool": 0.039,
+        "compliance": np.diag([8e-10, 3e-8, 4e-8, 1e-7, 1.4e-7, 1.2e-7]).tolist(),
+        "compliance_interval": [
+            np.diag([7e-10, 2.9e-8, 3.9e-8, -2e-7, 1.3e-7, 1.1e-7]).tolist(),
+            np.diag([9e-10, 3.1e-8, 4.1e-8, 4e-7, 1.5e-7, 1.3e-7]).tolist(),
+        ],
+    }  # fmt: skip
+    content = replace(content, identify=(content.identify or {}) | {"links": [told]}, extra={"links": (picture,)})
+    made = links.section(content)
+    assert isinstance(made, Section)
+    return made
+
+
+def test_without_rods_there_is_no_such_page() -> None:
+    assert links.section(made_up_content()) is None
+
+
+def test_rods_end_tool_and_the_bent_link_are_drawn() -> None:
+    made = laid_out(picture_of())
+    pictures = [block for block in made.blocks if isinstance(block, Picture)]
+    assert len(pictures) == 4
+    words = [" ".join(text.get_text() for axes in p.draw().axes for text in (axes.xaxis.label, axes.yaxis.label))
+             for p in pictures]  # fmt: skip
+    assert "change of length [µm]" in words[0]
+    assert "displacement of the link's end [µm]" in words[1]
+    assert "turn of the link's end [µrad]" in words[1]
+    assert "tool [mm]" in words[2]
+    assert "force along y [N]" in words[2]
+    assert "displacements drawn 1 000 times" in words[3]
+    assert "φ1: not told by these rods" in pictures[1].caption
+    assert "they mirror each other within 0" in pictures[0].caption
+    assert "The link’s part is up to 0.180 mm" in pictures[2].caption
+    items = [block for block in made.blocks if isinstance(block, Items)]
+    assert "the twist is not known" in items[0].texts[0]
+
+
+def test_the_links_compliance_says_what_is_not_told() -> None:
+    (table,) = [block for block in laid_out(picture_of()).blocks if isinstance(block, Table)]
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["u2 per force along x2"] == ("30.0", "1.0", "µm/kN")
+    assert rows["twist per moment"][0] == "below 400"
+    assert "3.90 % of the tool’s deflection" in table.caption
+
+
+def test_a_model_without_the_link_is_said_so() -> None:
+    captions = [block.caption for block in laid_out(picture_of(with_model=False)).blocks if isinstance(block, Picture)]
+    assert "The model holds no effect on this link" in captions[2]
+    assert "the fitted model" not in captions[0]
+
+
+def test_displacement_along_a_line_has_a_panel_per_run() -> None:
+    content = made_up_content(n_runs=4)
+    assert content.states is not None
+    line = np.tile([0.0, -1.0, 0.0], (len(content.states), 1))
+    along = np.sum(line * content.states.force, axis=1)[:, None] * line
+    states = replace(content.states, force=along, measured=2e-6 * along, predicted=1.9e-6 * along, along=line)
+    figure = draw_along_lines(states, [0, 1, 2, 3], ["a", "b", "c", "d"])
+    assert [axes.get_title(loc="left") or axes.get_title() for axes in figure.axes if axes.axison][::2]
+    made = load_deformation.section(replace(content, states=states))
+    assert not isinstance(made, LeftOut)
+    (picture,) = [block for block in made.blocks if isinstance(block, Picture)]
+    assert picture.caption.endswith("the fitted model is nowhere more than 30.0 µm off.")
+
+
+@pytest.mark.parametrize("name", ["draw_rods", "draw_end", "draw_tool", "draw_bent"])
+def test_no_picture_leaves_a_panel_without_units(name: str) -> None:
+    from stiffcal.report.figures import links as drawing
+
+    picture = picture_of()
+    figure = drawing.draw_end(picture, 0) if name == "draw_end" else getattr(drawing, name)(picture)
+    for axes in figure.axes:
+        if axes.axison:
+            assert "[" in axes.get_ylabel()
