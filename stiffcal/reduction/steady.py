@@ -106,8 +106,9 @@ def turning_points(angle: Floats) -> list[int]:
 
     Examples
     --------
-    >>> turning_points(np.array([0.0, 1.0, 2.0, 1.0, 0.0, 1.0]))
-    [0, 2, 4, 5]
+    >>> there, back = np.linspace(0.0, 2.0, 21), np.linspace(1.9, 0.0, 20)
+    >>> turning_points(np.concatenate([there, back, there[1:11]]))
+    [0, 20, 40, 50]
     """
     least = max(TURN_SHARE * float(np.ptp(angle)), TURN_NOISE * angle_noise(angle))
     values = angle.tolist()
