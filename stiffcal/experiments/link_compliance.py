@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.rods import Design, LinkEstimate
+from stiffcal.experiments.rods import LEAST_TORSION, Design, LinkEstimate
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.mechanics.beam import (
@@ -39,6 +39,8 @@ Integers = NDArray[np.int64]
 
 # Below this share of the largest singular value a combination of loads counts as not applied.
 SMALLEST_LOAD = 1e-9
+# Where the twist stands among an even beam's flexibilities.
+TWIST = 3
 
 
 @dataclass(frozen=True)
@@ -113,24 +115,52 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     centred = _centring(run, len(read))
     rows = centred(np.moveaxis(columns, 0, 1) * weight[None, :, None]).reshape(-1, len(basis))
     target = centred(read * weight).reshape(-1)
+    offsets = 0 if run is None else len(np.unique(run)) * read.shape[1]
+    solved = _solve(rows, target, offsets, stated)
+    if not whole and _twist_is_guessed(solved, stated):
+        rows[:, TWIST] = 0.0
+        solved = _solve(rows, target, offsets, stated)
+    told = _told(slopes / solved.size, solved.lost, estimate.torsion.identifiable or not whole)
+    matrix = np.where(told, (slopes @ solved.coefficients).reshape(6, 6), np.nan)
+    std = np.sqrt(np.einsum("ip,pq,iq->i", slopes, solved.covariance, slopes)).reshape(6, 6)
+    return LinkCompliance(
+        estimate.rods.link, matrix, np.where(told, std, np.nan), slopes, solved.coefficients, solved.covariance,
+        "symmetric" if whole else "beam", solved.chi2 if stated else np.nan, solved.dof,
+        _factor(solved.dof, stated), _untold(estimate, told),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """Least squares of p coefficients; ``lost``: (l, p) combinations, scaled by ``size``, that no load turned."""
+
+    coefficients: Floats
+    covariance: Floats
+    size: Floats
+    lost: Floats
+    chi2: float
+    dof: int
+
+
+def _solve(rows: Floats, target: Floats, offsets: int, stated: bool) -> _Solved:
     size = np.linalg.norm(rows, axis=0)
     size[size == 0.0] = 1.0
     left, singular, right = np.linalg.svd(rows / size, full_matrices=False)
     kept = singular > SMALLEST_LOAD * max(float(singular[0]), np.finfo(float).tiny)
     inverse = (right[kept].T / singular[kept]) / size[:, None]
     coefficients = inverse @ (left[:, kept].T @ target)
-    offsets = 0 if run is None else len(np.unique(run)) * read.shape[1]
     dof = len(target) - int(kept.sum()) - offsets
     chi2 = float(np.sum((target - rows @ coefficients) ** 2) / dof) if dof > 0 else np.nan
-    covariance = inverse @ inverse.T * (1.0 if stated else chi2)
-    told = _told(slopes / size, right[~kept], estimate.torsion.identifiable or not whole)
-    matrix = np.where(told, (slopes @ coefficients).reshape(6, 6), np.nan)
-    std = np.sqrt(np.einsum("ip,pq,iq->i", slopes, covariance, slopes)).reshape(6, 6)
-    return LinkCompliance(
-        estimate.rods.link, matrix, np.where(told, std, np.nan), slopes, coefficients, covariance,
-        "symmetric" if whole else "beam",
-        chi2 if stated else np.nan, dof, _factor(dof, stated), _untold(estimate, told),
-    )  # fmt: skip
+    return _Solved(coefficients, inverse @ inverse.T * (1.0 if stated else chi2), size, right[~kept], chi2, dof)
+
+
+def _twist_is_guessed(solved: _Solved, stated: bool) -> bool:
+    """Return whether the twist's flexibility is known no better than what a closed section can have at most."""
+    about_3, about_2 = solved.coefficients[:2]
+    if min(about_3, about_2) <= 0.0:
+        return True
+    most = 1.0 / (LEAST_TORSION * (1.0 / about_3 + 1.0 / about_2))
+    return bool(_factor(solved.dof, stated) * np.sqrt(solved.covariance[TWIST, TWIST]) > 0.5 * most)
 
 
 def _symmetric_basis(design: Design) -> list[tuple[Floats, Floats]]:

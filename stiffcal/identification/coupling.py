@@ -23,7 +23,8 @@ from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import RX, NodeLoads
 from stiffcal.reduction.motion import gauge_directions
 
 Floats = NDArray[np.float64]
@@ -54,7 +55,11 @@ class Coupling:
         return {
             one.name: (float(one.value), float(one.std))
             for one in self.fits[way].parameters
-            if one.identifiable and one.value is not None and one.std is not None
+            if one.identifiable
+            and not one.fixed
+            and one.value is not None
+            and one.std is not None
+            and np.isfinite([one.value, one.std]).all()
         }
 
 
@@ -73,19 +78,52 @@ def identify_both_ways(
     rodded = tuple(rods.link for rods in states.setup.rods)
     alone = without_rods(states)
     jointed = replace(robot, placed=tuple(one for one in robot.placed if one.place.kind != "links"))
-    rest = replace(robot, placed=tuple(one for one in robot.placed if one.place.link not in rodded))
     links = measure_links(observe(states, robot.chain), CompliantRobot(robot.chain, ()))
-    ways: tuple[tuple[Way, LoadStates, CompliantRobot], ...] = (
-        ("links-rigid", alone, jointed),
-        ("tool-alone", alone, robot),
-        ("links-taken-out", without_links(states, robot.chain, links), rest),
-        ("with-rods", states, robot),
+    rest, held = _without_what_rods_see(robot, links)
+    taken_out = replace(settings, fixed=settings.fixed | held)
+    ways: tuple[tuple[Way, LoadStates, CompliantRobot, Settings], ...] = (
+        ("links-rigid", alone, jointed, settings),
+        ("tool-alone", alone, robot, settings),
+        ("links-taken-out", without_links(states, robot.chain, links), rest, taken_out),
+        ("with-rods", states, robot, settings),
     )
     fits: dict[Way, Fit] = {}
-    for way, these, model in ways:
+    for way, these, model, how in ways:
         progress(f"identifying: {WORDS[way]}", None)
-        fits[way] = identify_parameters(these, model, settings)
+        fits[way] = identify_parameters(these, model, how)
     return Coupling(fits, rodded)
+
+
+def _without_what_rods_see(
+    robot: CompliantRobot, links: tuple[MeasuredLink, ...]
+) -> tuple[CompliantRobot, frozenset[str]]:
+    """Return the model of what is left when the rods' part is out, and its parameters that are held.
+
+    A link whose twist the rods do not tell may still twist, and does nothing else.
+    """
+    twists = {link.link for link in links if not np.isfinite(link.compliance.matrix[3, 3])}
+    rodded = {link.link for link in links}
+    placed, held = [], set()
+    for one in robot.placed:
+        if one.place.link not in rodded:
+            placed.append(one)
+            continue
+        twisting = _twisting_symbols(one, robot) if one.place.link in twists else set()
+        others = [spec for spec in one.effect.parameters if spec.symbol not in twisting]
+        if twisting and all(spec.inverse for spec in others):
+            placed.append(replace(one, values={**one.values, **{spec.symbol: np.inf for spec in others}}))
+            held |= {one.parameter_name(spec.symbol) for spec in others}
+    return replace(robot, placed=tuple(placed)), frozenset(held)
+
+
+def _twisting_symbols(one: PlacedEffect, robot: CompliantRobot) -> set[str]:
+    """Return the parameters of a link's law that turn its end about the link and do nothing else."""
+    wrench = np.ones((2 * robot.chain.n_joints + 2, 6, 1))
+    loads = NodeLoads(wrench, np.zeros((robot.chain.n_joints, 1)))
+    moved: dict[str, set[int]] = {}
+    for term in one.effect.terms(one.place, robot.chain, loads, one.shape()):
+        moved.setdefault(term.symbol, set()).add(term.component)
+    return {symbol for symbol, components in moved.items() if components == {RX}}
 
 
 def without_rods(states: LoadStates) -> LoadStates:
@@ -140,7 +178,9 @@ def coupling_document(coupling: Coupling) -> dict[str, Any]:
                 "rms": fit_rms(fit),
                 "condition": float(fit.condition) if np.isfinite(fit.condition) else None,
                 "not_identifiable": sorted({name for one in fit.ambiguities for name in one.names}),
-                "left_out": [name for name in names if name not in {one.name for one in fit.parameters}],
+                "left_out": [
+                    name for name in names if name not in {one.name for one in fit.parameters if not one.fixed}
+                ],
             }
             for way, fit in coupling.fits.items()
         ],

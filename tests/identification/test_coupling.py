@@ -1,0 +1,87 @@
+"""Coupling errors: the same states with the links rigid, all at once, the links taken out, and with rods."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from stiffcal.identification.coupling import Coupling, Way, coupling_document, identify_both_ways, without_links
+from stiffcal.identification.measured_links import measure_links
+from stiffcal.identification.readings import observe
+from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Place
+from stiffcal.model.equilibrium import solve_balance
+from tests.identification.played import joint_springs, played
+from tests.identification.rodded import bending_swing, five_rods, placed, six_axes_with_beams, with_effect, with_rods
+from tests.independent.robots import SIX_STIFFNESS
+
+SWING = {"EI2": 4e6, "EI3": 6e6, "GJ": 3e6, "EA": 1.5e9}
+NOISE = Sigma(translation=10e-6, rotation=20e-6)
+
+
+@pytest.fixture(scope="module")
+def robot() -> CompliantRobot:
+    return with_effect(joint_springs(six_axes_with_beams(), SIX_STIFFNESS), bending_swing(**SWING))
+
+
+@pytest.fixture(scope="module")
+def states(robot: CompliantRobot) -> LoadStates:
+    return with_rods(played(robot, runs=6, noise=NOISE), robot, five_rods(robot.chain))
+
+
+@pytest.fixture(scope="module")
+def coupling(robot: CompliantRobot, states: LoadStates) -> Coupling:
+    return identify_both_ways(states, with_effect(joint_springs(robot.chain), bending_swing()))
+
+
+@pytest.mark.parametrize("way", ["tool-alone", "links-taken-out", "with-rods"])
+def test_joints_come_out_right(coupling: Coupling, way: Way) -> None:
+    found = coupling.values(way)
+    for joint, stiffness in enumerate(SIX_STIFFNESS, start=1):
+        value, std = found[f"joint-compliance.j{joint}.c"]
+        assert abs(value - 1.0 / stiffness) < 4.0 * std, (joint, value * stiffness)
+
+
+def test_rigid_links_make_them_wrong(coupling: Coupling) -> None:
+    found = coupling.values("links-rigid")
+    off = [(found[f"joint-compliance.j{j}.c"][0] * k - 1.0) for j, k in enumerate(SIX_STIFFNESS, start=1)]
+    assert max(np.abs(off)) > 0.1
+
+
+def test_a_twist_that_the_rods_do_not_see_stays_a_parameter(coupling: Coupling) -> None:
+    taken_out = coupling.values("links-taken-out")
+    value, std = taken_out["link-beam.swing.GJ"]
+    assert abs(value - SWING["GJ"]) < 4.0 * std < 2.0 * SWING["GJ"]
+    assert "link-beam.swing.EI2" not in taken_out
+
+
+def test_what_is_taken_out_is_the_links_part(robot: CompliantRobot, states: LoadStates) -> None:
+    rigid = CompliantRobot(robot.chain, ())
+    freed = without_links(states, robot.chain, measure_links(observe(states, robot.chain), rigid))
+    stiff = with_effect(joint_springs(robot.chain, SIX_STIFFNESS), bending_swing(GJ=SWING["GJ"]))
+    joints = robot.chain.model_angles(states.joints)
+    truth = solve_balance(stiff, joints, states.wrench, states.setup).displacement[:, 0, :3]
+    first = np.searchsorted(states.run, states.run)
+    left = (freed.position - freed.position[first])[:, 0] - (truth - truth[first])
+    # what is left is the readings' own noise, twice, and some per cent of the link's share by second order
+    assert np.sqrt(np.mean(left**2)) < 2.0 * 10e-6
+    assert freed.lengths.shape[1] == 0
+
+
+def test_the_document_is_json(coupling: Coupling) -> None:
+    document = coupling_document(coupling)
+    json.dumps(document, allow_nan=False)
+    ways = {way["way"]: way for way in document["ways"]}
+    assert "link-beam.swing.EI2" in ways["links-rigid"]["left_out"]
+    assert "link-beam.swing.EI2" in ways["links-taken-out"]["left_out"]
+    assert "link-beam.swing.GJ" not in ways["links-taken-out"]["left_out"]
+
+
+def test_springs_half_way_are_taken_out_likewise(robot: CompliantRobot, states: LoadStates) -> None:
+    springs = placed("link-springs", Place("links", (), "swing"))
+    coupling = identify_both_ways(states, with_effect(joint_springs(robot.chain), springs))
+    assert "link-springs.swing.k1" in coupling.values("links-taken-out")
+    assert "link-springs.swing.k2" not in coupling.values("links-taken-out")
