@@ -6,20 +6,22 @@ import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Floats, Kind, ParameterSpec, Sort
+from stiffcal.model.effect import DocumentedEffect, Floats, Kind, Observed, ParameterSpec, Place, Values
 
 
 class ClockOffset(DocumentedEffect):
     """Two devices log on clocks that do not agree, so that readings are paired with those of another moment.
 
-    Law: y_seen(t) = y(t + offset), the offset in seconds by which the second clock is ahead of the first. Over a sweep
-    it makes the residual offset × dy/dt, and opens a loop between loading and unloading that is wider the faster the
-    load moves.
+    Law: y_seen(t) = y(t + offset), the offset in seconds by which the displacement is read later than the force that it
+    is put beside. Over a sweep it adds offset × dy/dt, and opens a loop between loading and unloading that is wider the
+    faster the load moves.
 
-    Assumes clocks that run at the same rate over a run.
+    Assumes clocks that run at the same rate over a run, and one offset for all runs.
 
     Limits: it is seen in sweeps and ramps only. In load states, averaged while the load is held, nothing moves, and
-    nothing is left of it; the clocks are aligned before, when the logs are reduced (`ingest` reports clock_ahead_s).
+    nothing is left of it. The clocks are aligned before, when the logs are reduced (`ingest` reports clock_ahead_s):
+    what this effect can find is what is left of that, or a clock_ahead_s written wrong. A loop that hysteresis makes is
+    as wide in a slow sweep as in a fast one.
     """
 
     name = "clock-offset"
@@ -29,7 +31,7 @@ class ClockOffset(DocumentedEffect):
     parameters = (
         ParameterSpec(
             "offset", "s", "how far the second log's clock is ahead", -3600.0, 3600.0, 0.5,
-            "devices started one after another: tenths of a second to some seconds", Sort.SETUP,
+            "devices started one after another: tenths of a second to some seconds",
         ),
     )  # fmt: skip
     needs = ("sweeps or ramps logged at a rate",)
@@ -38,8 +40,15 @@ class ClockOffset(DocumentedEffect):
     how_to_check = "Tap the tool: the tap must show at the same time in all logs. Or repeat a sweep at half the speed."
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Load states hold no motion."""
-        return "sweeps or ramps: load states are held still; ingest aligns the clocks and reports clock_ahead_s"
+        """Loads that are held show no motion; of those that are swept the time is needed."""
+        swept = np.array([run.swept for run in states.runs], dtype=np.bool_)[states.run]
+        if not swept.any():
+            return "sweeps or ramps: load states are held still; ingest aligns the clocks and reports clock_ahead_s"
+        return None if np.isfinite(states.time[swept]).all() else "time stamps of the states of sweeps"
+
+    def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
+        """Return dy/dt of the displacement in sweeps, m/s and rad/s; nothing where loads are held."""
+        return {"offset": _rate(observed)}
 
     def seen_at(self, time: Floats, value: Floats, offset: float) -> Floats:
         """Return y(t + offset) of a logged signal, straight between readings, constant beyond its ends.
@@ -49,3 +58,23 @@ class ClockOffset(DocumentedEffect):
         time : (n,) s, increasing. value : (n,) the signal. offset : s.
         """
         return np.asarray(np.interp(time + offset, time, value))
+
+
+def _rate(observed: Observed) -> Floats:
+    """Return (B, 6, n) the rate at which the displacement changes, by the states before and after in the same sweep.
+
+    A sweep's first and last states are its rests.
+    """
+    order = observed.order
+    rate = np.zeros_like(observed.displacement)
+    if not order.swept.any():
+        return rate
+    for number in np.unique(order.run[order.swept]):
+        own = np.flatnonzero(order.run == number)
+        if own.size < 4:
+            continue
+        moving = own[1:-1]
+        before, after = np.maximum(moving - 1, moving[0]), np.minimum(moving + 1, moving[-1])
+        step = order.time[after] - order.time[before]
+        rate[:, :, moving] = (observed.displacement[:, :, after] - observed.displacement[:, :, before]) / step
+    return rate

@@ -187,4 +187,5 @@ def _order(states: LoadStates, chain: Chain, reference: Integers, keep: Integers
         temperature=warm[keep],
         since_reference=(states.time - states.time[reference])[keep],
         number=keep + 1,
+        swept=np.array([run.swept for run in states.runs], dtype=np.bool_)[states.run[keep]],
     )

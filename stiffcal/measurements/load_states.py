@@ -120,6 +120,7 @@ class RunInfo:
     holdout : never used to fit.
     tags : free words.
     compensated : the controller was correcting while the run was measured.
+    swept : the load went up and down without being held; states are moments of that motion.
     """
 
     name: str
@@ -127,6 +128,7 @@ class RunInfo:
     holdout: bool = False
     tags: tuple[str, ...] = ()
     compensated: bool = False
+    swept: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)

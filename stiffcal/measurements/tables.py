@@ -7,6 +7,7 @@ pandas, polars or DuckDB. Rotations are unit quaternions w, x, y, z. Missing num
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,8 @@ def states_from_table(table: pa.Table) -> LoadStates:
         RunInfo(run["name"], run["experiment"], run["holdout"], tuple(run["tags"]), run.get("compensated", False))
         for run in document["runs"]
     )
+    swept = {run["name"] for run in document["runs"] if run.get("swept")}
+    runs = tuple(replace(run, swept=run.name in swept) for run in runs)
     number = {run.name: k for k, run in enumerate(runs)}
     setup = _setup(document["setup"])
     targets = setup.target_names
@@ -171,6 +174,7 @@ def _setup_document(states: LoadStates) -> dict[str, Any]:
         "runs": [
             {"name": run.name, "experiment": run.experiment, "holdout": run.holdout, "tags": list(run.tags)}
             | ({"compensated": True} if run.compensated else {})
+            | ({"swept": True} if run.swept else {})
             for run in states.runs
         ],
         "setup": {

@@ -146,6 +146,7 @@ class StateOrder:
     temperature : (n,) first temperature channel minus its value at the run's reference; NaN where not logged.
     since_reference : (n,) s since the run's reference state.
     number : (n,) the state's number in the campaign, from 1; empty where the states stand in no campaign.
+    swept : (n,) True for moments of a load that moves; empty where all loads are held.
     """
 
     run: NDArray[np.int64]
@@ -155,6 +156,7 @@ class StateOrder:
     temperature: Floats
     since_reference: Floats
     number: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    swept: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
 
     def block(self, part: slice | NDArray[np.bool_] | NDArray[np.int64]) -> StateOrder:
         """Return some of the states."""
@@ -166,6 +168,7 @@ class StateOrder:
             self.temperature[part],
             self.since_reference[part],
             self.number[part] if self.number.size else self.number,
+            self.swept[part] if self.swept.size else self.swept,
         )
 
 

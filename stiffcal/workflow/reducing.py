@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -131,6 +131,8 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
         )  # fmt: skip
     progress("making load states", None)
     states, registration = placed_states(campaign, gathered)
+    swept = {run.states.run[0] for run in runs if run.passes}
+    states = replace(states, runs=tuple(replace(run, swept=run.name in swept) for run in states.runs))
     faults, warnings = contradictions(states, campaign, registration is not None)
     raise_faults(faults)
     states = set_bumped_aside(states)
