@@ -144,7 +144,8 @@ class _Solved:
 
 def _solve(rows: Floats, target: Floats, offsets: int, stated: bool) -> _Solved:
     size = np.linalg.norm(rows, axis=0)
-    size[size == 0.0] = 1.0
+    # What nothing turns is counted like what is turned most: a millionth of it in an element is none.
+    size[size == 0.0] = size.max() if size.any() else 1.0
     left, singular, right = np.linalg.svd(rows / size, full_matrices=False)
     kept = singular > SMALLEST_LOAD * max(float(singular[0]), np.finfo(float).tiny)
     inverse = (right[kept].T / singular[kept]) / size[:, None]
