@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from stiffcal.campaign.gauges import gauges_of, rods_of, stated_sigma
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import body_number
-from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Lengths, Pose, Signal, Wrench
+from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
-from stiffcal.measurements.load_states import Attachment, MeasurementSetup, Sigma
+from stiffcal.measurements.load_states import HELD, Attachment, MeasurementSetup, Sigma
 from stiffcal.mechanics.chain import Chain
 
 Floats = NDArray[np.float64]
@@ -195,7 +195,23 @@ def _sigma(manifest: Manifest, load: _Load) -> Sigma:
             translation = translation or _scaled(signal.sigma.translation, signal.unit_of("translation").factor)
             rotation = rotation or _scaled(signal.sigma.rotation, signal.unit_of("rotation").factor)
     rods, gauges = stated_sigma(manifest, Lengths), stated_sigma(manifest, Displacement)
-    return Sigma(translation, rotation, load.force_sigma, load.moment_sigma, rods, gauges)
+    motors = _motor_sigma(manifest)
+    return Sigma(translation, rotation, load.force_sigma, load.moment_sigma, rods, gauges, motors)
+
+
+def holding(setup: MeasurementSetup) -> MeasurementSetup:
+    """Return the set-up with the frame by which a clamped robot is held among its targets: the force sensor's."""
+    if HELD in setup.target_names:
+        return setup
+    return replace(setup, targets=(*setup.targets, setup.wrench_point), target_names=(*setup.target_names, HELD))
+
+
+def _motor_sigma(manifest: Manifest) -> float | None:
+    """Return the stated uncertainty of a joint's angle, rad; motor-side logs state it of the motor: not told here."""
+    for _, _, signal in manifest.signals():
+        if isinstance(signal, Joints) and not signal.motor and signal.sigma is not None:
+            return _scaled(signal.sigma.position, signal.unit_of("position").factor)
+    return None
 
 
 def _scaled(value: float | None, factor: float) -> float | None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from stiffcal.experiments.torque_angle import Law
 from stiffcal.measurements.clamped_readings import ClampedReadings
-from stiffcal.measurements.load_states import MeasurementSetup
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 
@@ -120,10 +120,7 @@ def clamped_chain(
     """
     angles = chain.model_angles(pose[None])
     drives = chain.drive_axes
-    jacobian = jacobians(chain, angles, setup.wrench_point)[0] @ drives
-    lever = float(np.sqrt(np.mean(np.sum(jacobian[:3] ** 2, axis=0)))) or 1.0
-    scale = np.array([1.0 / lever] * 3 + [1.0] * 3)
-    inverse = np.linalg.pinv(scale[:, None] * jacobian, rcond=RANK) * scale
+    inverse, jacobian = clamped_inverse(chain, angles, setup.wrench_point)
     seen = (inverse @ jacobian)[joint - 1]
     start = np.median(readings.joints[: max(3, len(readings) // 200)], axis=0)
     motion = (readings.joints - start) @ chain.coupling.T @ np.linalg.inv(drives).T
@@ -153,6 +150,20 @@ def clamped_chain(
         weight=float(held[joint - 1]),
         lever=float(np.median(np.abs(own[pulled]) / force[pulled])) if measured and pulled.any() else float("nan"),
     )
+
+
+def clamped_inverse(chain: Chain, angles: Floats, held: Attachment) -> tuple[Floats, Floats]:
+    """Return (J, 6) and (6, J): how the drives turn with the held frame, and how it moves with them; base axes.
+
+    Parameters
+    ----------
+    angles : (1, J) model angles, rad. held : the frame by which the robot is held.
+    """
+    jacobian = jacobians(chain, angles, held)[0] @ chain.drive_axes
+    # lengths count by the lever, so that metres and radians weigh alike
+    lever = float(np.sqrt(np.mean(np.sum(jacobian[:3] ** 2, axis=0)))) or 1.0
+    scale = np.array([1.0 / lever] * 3 + [1.0] * 3)
+    return np.asarray(np.linalg.pinv(scale[:, None] * jacobian, rcond=RANK) * scale), np.asarray(jacobian)
 
 
 def _weight(chain: Chain, setup: MeasurementSetup, angles: Floats) -> Floats:

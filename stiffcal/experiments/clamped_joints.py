@@ -79,7 +79,7 @@ class ClampedJoint:
         found = []
         for share in _TANGENTS:
             wanted = share * (self.torque[1] if share > 0.0 else -self.torque[0])
-            x = float(np.interp(wanted, torque, angle))
+            x = float(np.interp(wanted, torque, angle)) if share else 0.0
             slope = np.array([1.0, 2.0 * x, 3.0 * x * x])
             std = float(np.sqrt(max(slope @ self.covariance @ slope, 0.0)))
             found.append((float(wanted), x, float(slope @ np.array(self.curve)), std))

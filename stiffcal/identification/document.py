@@ -38,6 +38,7 @@ def parameter_document(parameter: Parameter) -> dict[str, Any]:
     }
     if parameter.spec.compliance:
         document |= {"stiffness": None, "stiffness_std": None, "stiffness_interval": None, **parameter.stiffness()}
+    if parameter.above_noise is not None:
         document["above_noise"] = parameter.above_noise
     return document
 
@@ -98,7 +99,8 @@ def fit_document(fit: Fit, states: LoadStates) -> dict[str, Any]:
             "moment": noise.moment,
         }
         | ({"gauge": noise.gauge} if fit.data.layout.gauges is not None else {})
-        | ({"length": noise.length} if fit.data.layout.rods else {}),
+        | ({"length": noise.length} if fit.data.layout.rods else {})
+        | ({"motor_angle": noise.motor_angle} if fit.data.layout.motors is not None else {}),
         "reduced_chi2": finite(fit.reduced_chi2),
         "dof": fit.dof,
         "std_scaled_by_reduced_chi2": fit.scaled,

@@ -13,13 +13,24 @@ and the variances follow by maximum likelihood (Searle, Casella and McCulloch, V
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import GAUGE, LENGTH, MEASURES, ROTATION, TRANSLATION
+from stiffcal.identification.rows import (
+    GAUGE,
+    LENGTH,
+    MEASURES,
+    MOTOR,
+    N_KINDS,
+    OPTIONAL,
+    ROTATION,
+    TRANSLATION,
+    layout_of,
+)
+from stiffcal.identification.variance_components import variance_components
 from stiffcal.measurements.load_states import Sigma
 
 Floats = NDArray[np.float64]
@@ -34,8 +45,6 @@ LEAST_DOF = 6
 WILD = 6.0
 # So many contrasts tell a standard deviation to one per cent.
 MOST_CONTRASTS = 2000
-# Shares of the total variance that still move by less than this are settled: a hundredth of what repeats can tell.
-SETTLED = 1e-4
 
 
 @dataclass(frozen=True)
@@ -48,7 +57,7 @@ class Noise:
     force, moment : of the wrench, N and N·m.
     source : "repeats", "manifest" or "none".
     dof : degrees of freedom behind it; infinite for the manifest's word.
-    gauge, length : of gauges and rods, m.
+    gauge, length : of gauges and rods, m. motor_angle : of clamped motors' angles, rad.
     """
 
     translation: float
@@ -59,18 +68,19 @@ class Noise:
     dof: float
     gauge: float = 0.0
     length: float = 0.0
+    motor_angle: float = 0.0
 
     @classmethod
     def of_kinds(cls, sizes: Floats, wrench: tuple[float, float], source: str, dof: float) -> Noise:
         """Make noise from sizes by kind of row (`stiffcal.identification.rows`), and of force and moment."""
         return cls(
             float(sizes[TRANSLATION]), float(sizes[ROTATION]), *wrench, source, dof,
-            float(sizes[GAUGE]), float(sizes[LENGTH]),
+            float(sizes[GAUGE]), float(sizes[LENGTH]), float(sizes[MOTOR]),
         )  # fmt: skip
 
     def of_rows(self, kind: Integers) -> Floats:
         """Return (m,) the standard uncertainty of rows by their kind."""
-        return np.array([self.translation, self.rotation, self.gauge, self.length])[kind]
+        return np.array([self.translation, self.rotation, self.gauge, self.length, self.motor_angle])[kind]
 
 
 @dataclass(frozen=True)
@@ -218,7 +228,7 @@ def rms_by_measure(squares: Floats, data: Observations) -> dict[str, float | Non
     found: dict[str, float | None] = {}
     for measure, kinds in MEASURES.items():
         rows = np.isin(data.kind, kinds)
-        if rows.any() or measure != "length":
+        if rows.any() or measure not in OPTIONAL:
             n_vectors = sum(int(np.count_nonzero(data.seen[vector].any(axis=0))) for vector in reading_rows(data, rows))
             total = float(np.sum(np.where(data.seen[rows], squares[rows], 0.0)))
             found[measure] = float(np.sqrt(total / n_vectors)) if n_vectors else None
@@ -228,7 +238,7 @@ def rms_by_measure(squares: Floats, data: Observations) -> dict[str, float | Non
 def reading_rows(data: Observations, rows: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
     """Return the rows that belong to one reading, reading by reading."""
     # gauges and rods are readings of their own
-    own = np.where(data.kind <= ROTATION, -1, data.component)
+    own = np.where((data.kind <= ROTATION) | (data.kind == MOTOR), -1, data.component)
     key = np.stack([data.kind, data.body, own])
     return [rows & (key == one[:, None]).all(axis=0) for one in np.unique(key[:, rows], axis=1).T]
 
@@ -289,21 +299,46 @@ def noise_from_repeats(
     sensitivity : (m, 6, n) of the present model.
     groups : positions of states that repeat each other.
     """
+    motors = data.kind == MOTOR
+    if motors.any() and not motors.all():
+        return _of_two_experiments(data, predicted, sensitivity, groups, motors)
     differences, levers = _without_wild(*contrasts(data, predicted, sensitivity, some_groups(groups)), data.kind)
     n_lengths = int(np.count_nonzero(~data.rotational))
     if len(differences) * n_lengths < LEAST_DOF:
         return None
     kinds = np.unique(data.kind)
-    raw = np.zeros(4)
+    raw = np.zeros(N_KINDS)
     raw[kinds] = [np.sqrt(np.mean(differences[:, data.kind == kind] ** 2)) for kind in kinds]
     scales = raw[data.kind]
     if np.any(scales == 0.0):
         return None
-    variance = _variance_components(differences / scales, levers / scales[:, None], data.kind)
+    variance = variance_components(differences / scales, levers / scales[:, None], data.kind)
     # The components are in units of the raw scatter; wrench components were scaled to their share of it.
     raw[kinds] *= np.sqrt(variance[: len(kinds)])
     wrench = float(np.sqrt(variance[-2])), float(np.sqrt(variance[-1]))
     return Noise.of_kinds(raw, wrench, "repeats", float(differences.size))
+
+
+def _of_two_experiments(
+    data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers], motors: NDArray[np.bool_]
+) -> Noise | None:
+    """Tell the noise of load states and of clamped ones each from their own repeats: no state reads both."""
+    found = []
+    for rows in (~motors, motors):
+        own = replace(
+            data,
+            measured=data.measured[rows],
+            seen=data.seen[rows],
+            layout=layout_of(data.kind[rows].tolist(), data.body[rows].tolist(), data.component[rows].tolist()),
+        )
+        found.append(noise_from_repeats(own, predicted[rows], sensitivity[rows], groups))
+    load, clamped = found
+    if load is None or clamped is None:
+        return None
+    # One force sensor, averaged over fewer readings in sweeps than in holds: the larger noise stands for both.
+    force, moment = max(load.force, clamped.force), max(load.moment, clamped.moment)
+    dof = min(load.dof, clamped.dof)
+    return replace(load, motor_angle=clamped.motor_angle, force=force, moment=moment, dof=dof)
 
 
 def _without_wild(differences: Floats, levers: Floats, kinds: Integers) -> tuple[Floats, Floats]:
@@ -319,88 +354,10 @@ def _without_wild(differences: Floats, levers: Floats, kinds: Integers) -> tuple
     return differences[keep], levers[keep]
 
 
-def _variance_components(differences: Floats, levers: Floats, row_kinds: Integers) -> Floats:
-    """Return σ² of each kind of row (in units of the scaled differences), then σ_F², σ_M², none negative."""
-    m = differences.shape[1]
-    own = np.unique(row_kinds)
-    kinds = [np.diag((row_kinds == kind).astype(np.float64)) * np.ones((len(differences), 1, 1)) for kind in own]
-    kinds += [
-        np.einsum("cak,cbk->cab", levers[:, :, :3], levers[:, :, :3]),
-        np.einsum("cak,cbk->cab", levers[:, :, 3:], levers[:, :, 3:]),
-    ]
-    size = np.array([float(np.mean(np.trace(kind, axis1=1, axis2=2))) / m for kind in kinds])
-    active = [i for i in range(len(kinds)) if size[i] > 0.0]
-    variance = np.zeros(len(kinds))
-    for i in active:
-        # Start: the tracker makes most of the scatter, the wrench a little.
-        variance[i] = 0.9 if i < len(own) else 0.05 / size[i]
-    variance[active] = _scored(np.stack([kinds[i] for i in active]), differences, variance[active], size[active])
-    return variance
-
-
-def _scored(basis: Floats, differences: Floats, start: Floats, size: Floats) -> Floats:
-    """Return the variances (q,) of most likelihood, none negative, by Fisher scoring.
-
-    Each step goes to the minimum of the likelihood's quadratic model among variances that are not negative, and is
-    halved until the likelihood rises.
-
-    Parameters
-    ----------
-    basis : (q, c, m, m) what a unit of each variance adds to the contrasts' covariances.
-    differences : (c, m) contrasts.
-    start : (q,) positive.
-    size : (q,) what a unit of each adds on average.
-    """
-    variance, best = start, _likelihood(basis, differences, start)
-    for _ in range(50):
-        inverse = np.linalg.inv(np.tensordot(variance, basis, axes=1))
-        projected = np.matmul(inverse, basis)
-        weighted = np.matmul(inverse, differences[:, :, None])[:, :, 0]
-        pulled = np.matmul(basis, weighted[None, :, :, None])[..., 0]
-        score = np.sum(pulled * weighted, axis=(1, 2)) - np.einsum("icaa->i", projected)
-        flat = projected.reshape(len(basis), -1)
-        information = flat @ np.swapaxes(projected, 2, 3).reshape(len(basis), -1).T
-        aim, share = _least_not_negative(information, information @ variance + score), 1.0
-        change = float(np.max(np.abs(aim - variance) * size))
-        while share > 1e-3:
-            trial = variance + share * (aim - variance)
-            likelihood = _likelihood(basis, differences, trial)
-            if likelihood >= best:
-                variance, best = trial, likelihood
-                break
-            share /= 2.0
-        if change < SETTLED or share <= 1e-3:
-            break
-    return variance
-
-
-def _likelihood(basis: Floats, differences: Floats, variance: Floats) -> float:
-    """Return twice the log-likelihood but for a constant; −∞ where a covariance is not positive."""
-    total = np.tensordot(variance, basis, axes=1)
-    sign, logarithm = np.linalg.slogdet(total)
-    if not np.all(sign > 0.0):
-        return -np.inf
-    weighted = np.linalg.solve(total, differences[:, :, None])[:, :, 0]
-    return -float(np.sum(logarithm) + np.sum(weighted * differences))
-
-
-def _least_not_negative(matrix: Floats, vector: Floats) -> Floats:
-    """Return the x ≥ 0 that minimises ½ xᵀ M x − vᵀ x: of the few sets of x that can be free, the best."""
-    best, least = np.zeros(len(vector)), 0.0
-    for chosen in range(1, 1 << len(vector)):
-        free = np.array([bool(chosen >> i & 1) for i in range(len(vector))])
-        x = np.zeros(len(vector))
-        x[free] = np.linalg.lstsq(matrix[np.ix_(free, free)], vector[free], rcond=1e-12)[0]
-        value = float(0.5 * x @ matrix @ x - vector @ x)
-        if value < least and np.all(x >= 0.0):
-            best, least = x, value
-    return best
-
-
 def stated_noise(sigma: Sigma, data: Observations) -> Noise | None:
     """Return the manifest's noise, or None where it does not give what these observations need."""
     # in the order of the kinds of rows
-    stated = (sigma.translation, sigma.rotation, sigma.gauge, sigma.length)
+    stated = (sigma.translation, sigma.rotation, sigma.gauge, sigma.length, sigma.motor_angle)
     if any(stated[kind] is None for kind in np.unique(data.kind)):
         return None
     sizes = np.array([size or 0.0 for size in stated])

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.identification.rows import ROTATION, Layout, layout_of, with_gauges, with_rods
+from stiffcal.identification.rows import ROTATION, Layout, layout_of, with_gauges, with_motors, with_rods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import turn_between
@@ -136,6 +136,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
     layout = layout_of(kinds, bodies, components)
     layout = with_gauges(layout, pieces, states, chain, None if given else reference)
     layout = with_rods(layout, pieces, states, chain, None if given else reference)
+    layout = with_motors(layout, pieces, states, chain, reference)
     measured = np.stack(pieces) if pieces else np.zeros((0, len(states)))
     # A bumped reading is no observation, but the robot went through its load, and laws with a memory must too.
     keep = np.flatnonzero(load_is_good(states) & np.isfinite(states.wrench[:, :3]).all(axis=1))
@@ -173,7 +174,8 @@ def _run_angles(states: LoadStates, chain: Chain) -> Floats:
 
 def _order(states: LoadStates, chain: Chain, reference: Integers, keep: Integers) -> StateOrder:
     angles = chain.model_angles(states.joints)
-    motor = (angles - angles[reference]).T
+    # A clamped motor is driven, and its motion is what is measured there: it is not pushed off.
+    motor = np.where(states.clamped, 0.0, (angles - angles[reference]).T)
     warm = (
         states.temperature[:, 0] - states.temperature[reference, 0]
         if states.temperature.shape[1]

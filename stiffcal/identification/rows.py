@@ -14,8 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.experiments.clamped_chain import clamped_inverse
+from stiffcal.measurements.load_states import HELD, LoadStates
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.effect import link_node
 from stiffcal.reduction.motion import gauge_directions
@@ -25,13 +27,17 @@ Booleans = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
 # Kinds of rows. Each has a noise of its own.
-TRANSLATION, ROTATION, GAUGE, LENGTH = range(4)
+TRANSLATION, ROTATION, GAUGE, LENGTH, MOTOR = range(5)
+N_KINDS = 5
 # What the kinds are reported as: `stiffcal.identification.noise.rms_by_measure`.
 MEASURES: dict[str, tuple[int, ...]] = {
     "translation": (TRANSLATION, GAUGE),
     "rotation": (ROTATION,),
     "length": (LENGTH,),
+    "motor_angle": (MOTOR,),
 }
+# Measures that are told only where their rows are.
+OPTIONAL = ("length", "motor_angle")
 
 
 @dataclass(frozen=True)
@@ -73,6 +79,26 @@ class RodRows:
 
 
 @dataclass(frozen=True)
+class MotorRows:
+    """Rows that see what the motors of a clamped robot had to turn: the flange is held, the drives give.
+
+    Attributes
+    ----------
+    row : (J,) their places among the m rows, one per drive.
+    target : index of the held frame among the targets.
+    matrix : (J, 6, n) the drives' turn per displacement of the held frame; zero in states that were not clamped.
+    """
+
+    row: Integers
+    target: int
+    matrix: Floats
+
+    def of(self, full: Floats) -> Floats:
+        """Return (…, J, n) of displacements (…, B, 6, n)."""
+        return np.asarray(np.einsum("jin,...in->...jn", self.matrix, full[..., self.target, :, :]))
+
+
+@dataclass(frozen=True)
 class Layout:
     """What the m rows are.
 
@@ -83,6 +109,7 @@ class Layout:
     component : (m,) 0 … 5 of the target's displacement; a gauge row's number; a rod's number on its link.
     gauges : the gauge rows, or None.
     rods : the rod rows, link by link.
+    motors : the rows of clamped motors, or None.
     """
 
     kind: Integers
@@ -90,18 +117,21 @@ class Layout:
     component: Integers
     gauges: GaugeRows | None = None
     rods: tuple[RodRows, ...] = ()
+    motors: MotorRows | None = None
 
     @property
     def plain(self) -> bool:
         """True where all rows are components of targets' displacements."""
-        return self.gauges is None and not self.rods
+        return self.gauges is None and not self.rods and self.motors is None
 
     def part(self, pick: slice | Booleans | Integers) -> Layout:
         """Return the layout of some states."""
-        if self.gauges is None:
-            return self
-        some = replace(self.gauges, direction=self.gauges.direction[:, :, pick], gauge=self.gauges.gauge[:, pick])
-        return replace(self, gauges=some)
+        gauges, motors = self.gauges, self.motors
+        if gauges is not None:
+            gauges = replace(gauges, direction=gauges.direction[:, :, pick], gauge=gauges.gauge[:, pick])
+        if motors is not None:
+            motors = replace(motors, matrix=motors.matrix[:, :, pick])
+        return replace(self, gauges=gauges, motors=motors)
 
     def of_targets(self, full: Floats) -> Floats:
         """Return (…, m, n) rows of targets' displacements (…, B, 6, n); rods see none of them."""
@@ -112,6 +142,8 @@ class Layout:
         result[..., own, :] = full[..., self.body[own], self.component[own], :]
         if self.gauges is not None:
             result[..., self.gauges.row, :] = self.gauges.along(full)
+        if self.motors is not None:
+            result[..., self.motors.row, :] = self.motors.of(full)
         return result
 
     def add_rods(self, rows: Floats, displacement: Floats) -> None:
@@ -192,6 +224,40 @@ def with_rods(
         layout = _extended(layout, LENGTH, np.full(len(read), link), read)
         found.append(RodRows(rows, link_node(chain.beams[rods.link].joint), rod_matrix(rods, beam)[read]))
     return replace(layout, rods=tuple(found))
+
+
+def with_motors(
+    layout: Layout, measured: list[Floats], states: LoadStates, chain: Chain, reference: Integers
+) -> Layout:
+    """Add a row for each drive's motor of the clamped runs, and to ``measured`` what the drives had to give.
+
+    J (Δd_motor + δ) = −C_fixture W (physics, section 1), read through the pseudo-inverse of J in the run's pose, which
+    keeps what the flange feels: δ = −J⁺ J Δd_motor − J⁺ C_fixture W since the run's reference.
+    """
+    clamped = states.clamped
+    if not clamped.any() or HELD not in states.setup.target_names:
+        return layout
+    target = states.setup.target_names.index(HELD)
+    n_drives, n = chain.n_joints, len(states)
+    matrix, given = np.zeros((n_drives, 6, n)), np.full((n_drives, n), np.nan)
+    drives = chain.drive_axes
+    moved = (states.joints - states.joints[reference]) @ chain.coupling.T @ np.linalg.inv(drives).T
+    load = states.wrench - states.wrench[reference]
+    for number in np.unique(states.run[clamped]):
+        own = np.flatnonzero(states.run == number)
+        angles = chain.model_angles(states.joints[own].mean(axis=0)[None])
+        inverse, jacobian = clamped_inverse(chain, angles, states.setup.targets[target])
+        matrix[:, :, own] = inverse[:, :, None]
+        given[:, own] = -(inverse @ jacobian) @ moved[own].T
+        fixture = states.runs[int(number)].fixture
+        if fixture is not None:
+            axes = attached_poses(chain, angles, states.setup.wrench_axes)[1][0]
+            wrench = np.concatenate([load[own, :3] @ axes.T, load[own, 3:] @ axes.T], axis=1)
+            given[:, own] -= inverse @ np.array(fixture) @ wrench.T
+    rows = np.arange(len(measured), len(measured) + n_drives)
+    measured.extend(given)
+    added = _extended(layout, MOTOR, np.full(n_drives, target), np.arange(n_drives))
+    return replace(added, motors=MotorRows(rows, target, matrix))
 
 
 def _extended(layout: Layout, kind: int, body: Integers, component: Integers) -> Layout:

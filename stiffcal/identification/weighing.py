@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.identification.least_squares import take_out_offsets
 from stiffcal.identification.noise import ENOUGH_DOF, Noise, Whitening, noise_from_repeats, whiten
 from stiffcal.identification.observation import Evaluation, Observations, evaluate
+from stiffcal.identification.rows import N_KINDS
 from stiffcal.model.composite import CompliantRobot
 
 Floats = NDArray[np.float64]
@@ -120,7 +121,7 @@ def raw_noise(data: Observations, noise: Noise | None) -> Noise:
 
 def _size_of_kinds(values: Floats, data: Observations) -> Floats:
     """Return the rms of each kind of row, 1 where there is none."""
-    size = np.ones(4)
+    size = np.ones(N_KINDS)
     for kind in np.unique(data.kind):
         rows = data.kind == kind
         seen = values[rows][data.seen[rows]]

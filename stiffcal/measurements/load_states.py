@@ -16,6 +16,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
+# What the frame is called by which a clamped robot is held, among the targets.
+HELD = "held"
+
 
 @dataclass(frozen=True)
 class Attachment:
@@ -41,6 +44,7 @@ class Sigma:
     force, moment : of the wrench, N and N·m, per axis.
     length : of a rod's length, m.
     gauge : of a gauge's displacement along its direction, m.
+    motor_angle : of a motor's angle at the joint's side, rad, where clamped runs count them.
     """
 
     translation: float | None = None
@@ -49,6 +53,7 @@ class Sigma:
     moment: float | None = None
     length: float | None = None
     gauge: float | None = None
+    motor_angle: float | None = None
 
 
 @dataclass(frozen=True)
@@ -121,6 +126,7 @@ class RunInfo:
     tags : free words.
     compensated : the controller was correcting while the run was measured.
     swept : the load went up and down without being held; states are moments of that motion.
+    fixture : of a clamped run, 6 × 6 compliance of the fixture, m/N and rad/(N·m), base axes; None: rigid.
     """
 
     name: str
@@ -129,6 +135,7 @@ class RunInfo:
     tags: tuple[str, ...] = ()
     compensated: bool = False
     swept: bool = field(default=False, kw_only=True)
+    fixture: tuple[tuple[float, ...], ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -197,6 +204,11 @@ class LoadStates:
     def deflection_given(self) -> bool:
         """True where displacements came already taken, loaded minus unloaded."""
         return bool(np.isfinite(self.deflection).any())
+
+    @property
+    def clamped(self) -> Booleans:
+        """(n,) True for states of runs whose flange was held: what is measured there is the motors' angles."""
+        return np.array([run.experiment == "clamped" for run in self.runs], dtype=np.bool_)[self.run]
 
     @property
     def has_poses(self) -> bool:

@@ -81,7 +81,14 @@ def states_from_table(table: pa.Table) -> LoadStates:
     if document.get("schema") != SCHEMA:
         raise ValueError(f"this table is not {SCHEMA}; ingest again")
     runs = tuple(
-        RunInfo(run["name"], run["experiment"], run["holdout"], tuple(run["tags"]), run.get("compensated", False))
+        RunInfo(
+            run["name"],
+            run["experiment"],
+            run["holdout"],
+            tuple(run["tags"]),
+            run.get("compensated", False),
+            _fixture(run),
+        )
         for run in document["runs"]
     )
     swept = {run["name"] for run in document["runs"] if run.get("swept")}
@@ -121,6 +128,11 @@ def states_from_table(table: pa.Table) -> LoadStates:
         lengths=block([f"{rod}_length_m" for rod in setup.rod_names]),
         displacement=block([f"{gauge.name}_displacement_m" for gauge in setup.gauges]),
     )
+
+
+def _fixture(run: dict[str, Any]) -> tuple[tuple[float, ...], ...] | None:
+    rows = run.get("fixture")
+    return None if rows is None else tuple(tuple(float(item) for item in row) for row in rows)
 
 
 def _scatter_name(name: str) -> str:
@@ -175,6 +187,7 @@ def _setup_document(states: LoadStates) -> dict[str, Any]:
             {"name": run.name, "experiment": run.experiment, "holdout": run.holdout, "tags": list(run.tags)}
             | ({"compensated": True} if run.compensated else {})
             | ({"swept": True} if run.swept else {})
+            | ({"fixture": [list(row) for row in run.fixture]} if run.fixture is not None else {})
             for run in states.runs
         ],
         "setup": {
@@ -193,6 +206,7 @@ def _setup_document(states: LoadStates) -> dict[str, Any]:
                 "moment_Nm": setup.sigma.moment,
                 "length_m": setup.sigma.length,
                 "gauge_m": setup.sigma.gauge,
+                "motor_angle_rad": setup.sigma.motor_angle,
             },
             "tared": setup.tared,
             "rods": [_rods_document(rods, beam) for rods, beam in zip(setup.rods, setup.beams, strict=True)],

@@ -228,6 +228,7 @@ def check_displacements(run_names: list[str], run: NDArray[np.int64], position: 
         own = position[run == number]
         if own.size == 0 or not np.isfinite(own).any():
             continue
+        own = own[:, np.isfinite(own).any(axis=(0, 2))]
         moved = float(np.nanmax(np.nanmax(own, axis=0) - np.nanmin(own, axis=0)))
         if moved > LARGEST_DEFLECTION_M:
             faults.append(

@@ -286,7 +286,7 @@ def load_states(gathered: Gathered, manifest: Manifest, chain: Chain, setup: Mea
 def _run_info(name: str, run: Run | None) -> RunInfo:
     if run is None:
         return RunInfo(name)
-    return RunInfo(name, run.experiment, run.holdout, run.tags, run.compensation == "on")
+    return RunInfo(name, run.experiment, run.holdout, run.tags, run.compensation == "on", run.fixture_compliance)
 
 
 def _joints(gathered: Gathered, chain: Chain, written: Mapping[str, Run]) -> Floats:

@@ -134,7 +134,7 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> C
         float(np.median(np.diff(time))), float(np.median(np.diff(other_time))),
         max(np.ptp(time), np.ptp(other_time)) / _MOST_POINTS,
     )  # fmt: skip
-    force = _leading(wrench)
+    force = leading_component(wrench)
     if np.ptp(angle) < STANDS_RAD or force is None:
         return None
     a = np.interp(np.arange(time[0], time[-1], step), time, angle)
@@ -160,7 +160,7 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> C
     return ClockOffset(float(value), float(max(0.5 * abs(own[0] - own[1]), 0.05 * step)))
 
 
-def _leading(wrench: Floats) -> Floats | None:
+def leading_component(wrench: Floats) -> Floats | None:
     """Return (m,) the combination of components that moves most over its noise, or None where none moves."""
     noise = noise_of(wrench)
     scale = np.where(noise > 0.0, noise, np.maximum(np.ptp(wrench, axis=0) * 1e-6, 1e-12))
