@@ -21,7 +21,7 @@ def plot(
         str | None,
         typer.Option(
             metavar="WHAT:JOINT",
-            help="Draw the residual against torque:4, angle:2, time, hold, load, temperature, …",
+            help="Draw the residual against torque:4, angle:2, time, hold, load, …; velocity:2: friction.",
             show_default=False,
         ),
     ] = None,

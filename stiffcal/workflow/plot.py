@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stiffcal.report.content import Driver, ReportStates
 
 PICTURES = (".svg", ".png", ".pdf")
-AGAINST = "torque:4, angle:2, force:x, load, time, hold, temperature or state"
+AGAINST = "torque:4, angle:2, force:x, load, time, hold, temperature, state, or velocity:2 (friction)"
 
 
 def plot_campaign(
@@ -37,7 +37,8 @@ def plot_campaign(
     output : ``*.svg``, ``*.png`` or ``*.pdf``; default plot.svg in the present folder.
     run : only this run.
     against : draw the residual in unseen poses against this: ``torque:4``, ``angle:2`` (joint by number or name),
-        ``force:x``, ``load``, ``time``, ``hold``, ``temperature``, ``state``; None: load against deformation.
+        ``force:x``, ``load``, ``time``, ``hold``, ``temperature``, ``state``; ``velocity`` or ``velocity:2``: friction
+        over speed; None: load against deformation, or friction where there are no load states.
 
     Returns
     -------
@@ -59,9 +60,16 @@ def plot_campaign(
     if run is not None and run not in names:
         raise InputError.at("command line", "--run", f"no run is called {run}", f"runs: {', '.join(names)}")
     identified = fitted(data, means)
-    validation = validated(data, identified, means)
-
     from stiffcal.report.figures.canvas import save_figure
+
+    if (against or "").partition(":")[0] == "velocity" or (len(data.states) == 0 and against is None):
+        figure, drawn = _friction(data, identified, against or "velocity")
+        save_figure(figure, file)
+        return {"schema": "stiffcal/plot/1", "warnings": [], "file": str(file), "drawn": drawn}
+    if len(data.states) == 0:
+        mend = "choose velocity, or velocity:2 for one joint"
+        raise InputError.at("command line", "--against", "the campaign holds no load states", mend)
+    validation = validated(data, identified, means)
     from stiffcal.workflow.report_content import report_states_of
 
     shown = report_states_of(data)
@@ -78,6 +86,23 @@ def plot_campaign(
         drawn = f"residual against {driver.name}" + (f" in run {run}" if run else "")
     save_figure(figure, file)
     return {"schema": "stiffcal/plot/1", "warnings": [], "file": str(file), "drawn": drawn}
+
+
+def _friction(data: Ingested, identified: Document, against: str) -> tuple[Figure, str]:
+    from stiffcal.report.figures.friction import draw_friction
+    from stiffcal.workflow.report_friction import friction_curves
+
+    curves = friction_curves(data, identified)
+    if not curves:
+        mend = "measure friction runs, or draw something else"
+        raise InputError.at(str(data.campaign.folder), "runs", "no friction was measured in this campaign", mend)
+    _, _, which = against.partition(":")
+    if which:
+        name = data.joint_names[_joint(which, data.joint_names)]
+        curves = tuple(curve for curve in curves if curve.joint == name)
+        if not curves:
+            raise InputError.at("command line", "--against", f"joint {name} has no friction runs", f"choose {AGAINST}")
+    return draw_friction(curves), "friction over speed of " + ", ".join(curve.joint for curve in curves)
 
 
 def _load_deformation(shown: ReportStates, names: list[str], run: str | None) -> tuple[Figure, str]:

@@ -135,6 +135,14 @@ def test_pages_on_friction(made: Path) -> None:
     assert "At speeds" in told
 
 
+def test_pictures(made: Path, command: Command, tmp_path: Path) -> None:
+    assert command("plot", made, "-o", tmp_path / "all.png")["drawn"] == "friction over speed of A1, A2"
+    assert command("plot", made, "--against", "velocity:2", "-o", tmp_path / "two.png")["drawn"].endswith("of A2")
+    assert (tmp_path / "two.png").stat().st_size > 5000
+    assert "load states" in command("plot", made, "--against", "torque:2", codes=(2,))["error"]["reason"]
+    assert "A5" in command("plot", made, "--against", "velocity:5", codes=(2,))["error"]["reason"]
+
+
 def test_export_compare_and_another_model(made: Path, command: Command, tmp_path: Path) -> None:
     assert "readings" in command("export", made, "-o", tmp_path / "x.csv")["holds"]
     command("export", made, "-o", tmp_path / "x.json")
