@@ -12,6 +12,7 @@ from stiffcal.cli.wording import significant
 if TYPE_CHECKING:
     from rich.console import Console
 
+_LOADS = dict(zip(("tx", "ty", "tz", "rx", "ry", "rz"), ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), strict=True))
 COMPONENTS = ("rx", "ry", "rz", "tx", "ty", "tz")
 
 
@@ -28,6 +29,10 @@ def show_joints(console: Console, joints: Sequence[Document]) -> None:
         lines = {line["component"]: line for line in joint["lines"]}
         table.add_row(f"joint {joint['joint']}", *(_told(lines[component]) for component in COMPONENTS))
     console.print(table)
+    for joint in joints:
+        if joint["couplings"]:
+            told = ", ".join(f"{moved} of {_LOADS[load]}" for moved, load in joint["couplings"])
+            console.print(f"joint {joint['joint']}: of its whole 6×6, these rise above the noise too: {told}")
     console.print("N·m/rad and N/m; –: within the noise; ~: a curve, not a straight line")
 
 

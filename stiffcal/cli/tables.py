@@ -38,16 +38,21 @@ def show_parameters(console: Console, parameters: Sequence[dict[str, Any]]) -> N
         table = plain_table("effect", "place", "stiffness, ± 95 %>", "")
         for p in compliances:
             low, high = _ends(p.get("stiffness_interval"))
-            unit = _stiffness_unit(p["unit"]) + ("  within the noise" if p.get("above_noise") is False else "")
-            table.add_row(p["effect"], _place(p), _stiffness(p, low, high), unit)
+            table.add_row(p["effect"], _place(p), _stiffness(p, low, high), _stiffness_unit(p["unit"]) + _lost(p))
         console.print(table)
     if others:
         table = plain_table("parameter", "place", "value, ± 95 %>", "")
         for p in others:
             low, high = _ends(p.get("interval"))
             words = interval(p["value"], low, high) if p["value"] is not None else "cannot be told"
-            table.add_row(p["name"], places(p["where"]), f"{words} (fixed)" if p["fixed"] else words, p["unit"])
+            table.add_row(
+                p["name"], places(p["where"]), f"{words} (fixed)" if p["fixed"] else words, p["unit"] + _lost(p)
+            )
         console.print(table)
+
+
+def _lost(parameter: dict[str, Any]) -> str:
+    return "  within the noise" if parameter.get("above_noise") is False else ""
 
 
 def _place(parameter: dict[str, Any]) -> str:

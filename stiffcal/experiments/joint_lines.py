@@ -22,6 +22,9 @@ COMPONENTS = ("tx", "ty", "tz", "rx", "ry", "rz")
 # A compliance rises above the noise where it is more than this many standard uncertainties: of 36 that are nothing one
 # in twenty campaigns shows one.
 ABOVE_NOISE = 3.0
+# Couplings are thirty to a joint and looked for, not expected, and loads of one pose make many of them look alike: more
+# is asked of them.
+COUPLED = 5.0
 # A curve is believed where a straight line would be so bent by chance once in so many joints' components.
 CURVED_P = 1e-3
 # A direction of the wrench below this share of the largest (lengths scaled by 0.5 m) is not loaded.
@@ -81,6 +84,14 @@ class JointCompliance:
     lines: tuple[JointLine, ...]
     matrix: Floats | None
     matrix_std: Floats | None
+
+    @property
+    def couplings(self) -> tuple[tuple[str, str], ...]:
+        """Displacements that follow another component of the wrench beyond the noise: (displacement, of which load)."""
+        if self.matrix is None or self.matrix_std is None:
+            return ()
+        told = np.abs(self.matrix) > COUPLED * self.matrix_std
+        return tuple((COMPONENTS[a], COMPONENTS[b]) for a, b in np.argwhere(told & ~np.eye(6, dtype=np.bool_)))
 
 
 def joint_compliance(motion: JointMotion) -> JointCompliance:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stiffcal.identification.noise import Noise
 from stiffcal.identification.readings import Observations
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import ParameterSpec, Place
+from stiffcal.model.effect import ParameterSpec, Place, Sort
 
 Floats = NDArray[np.float64]
 
@@ -61,10 +61,10 @@ class Parameter:
 
     @property
     def above_noise(self) -> bool | None:
-        """Whether a compliance is told from none at all, at three standard uncertainties; None where it is not free."""
-        if self.value is None or self.std is None:
+        """Whether a size is told from none at all, at three standard uncertainties; None where it is not free."""
+        if self.value is None or self.std is None or self.spec.sort is not Sort.AMPLITUDE or self.spec.inverse:
             return None
-        return self.value > ABOVE_NOISE * self.std
+        return abs(self.value) > ABOVE_NOISE * self.std
 
     def stiffness(self) -> dict[str, object]:
         """Return stiffness, its standard uncertainty and interval, for compliances."""

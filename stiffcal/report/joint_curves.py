@@ -45,6 +45,8 @@ class JointPicture:
     curves : six, translations first.
     together : component to (compliance, standard uncertainty, above the noise) by the fit of all joints at once, as far
         as its model holds such a spring.
+    couplings : (displacement, load) beside the diagonal of the whole 6×6 that rise above the noise; None where the
+        loads do not turn all six directions.
     """
 
     name: str
@@ -52,3 +54,4 @@ class JointPicture:
     runs: tuple[str, ...]
     curves: tuple[JointCurve, ...]
     together: dict[str, tuple[float, float, bool]]
+    couplings: tuple[tuple[str, str], ...] | None = None

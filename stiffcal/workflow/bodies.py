@@ -50,6 +50,7 @@ def _joint(motion: JointMotion, found: JointCompliance) -> dict[str, Any]:
         "joint": motion.joint,
         "between": [motion.inboard or "base", motion.outboard],
         "lines": [_line(line) for line in found.lines],
+        "couplings": [list(pair) for pair in found.couplings],
         "matrix": None if found.matrix is None else found.matrix.tolist(),
         "matrix_std": None if found.matrix_std is None else found.matrix_std.tolist(),
     }

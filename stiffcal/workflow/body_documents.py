@@ -28,11 +28,15 @@ class JointLine(TypedDict):
 
 
 class JointByItself(TypedDict):
-    """A joint between two tracked bodies; ``matrix`` the 6×6 compliance, null where loads leave directions out."""
+    """A joint between two tracked bodies; ``matrix`` the 6×6 compliance, null where loads leave directions out.
+
+    ``couplings``: (displacement, load) beside the diagonal that rise above the noise.
+    """
 
     joint: int
     between: list[str]
     lines: list[JointLine]
+    couplings: list[list[str]]
     matrix: Matrix | None
     matrix_std: Matrix | None
 

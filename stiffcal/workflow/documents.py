@@ -38,7 +38,7 @@ class Parameter(TypedDict):
     stiffness: NotRequired[Number]
     stiffness_std: NotRequired[Number]
     stiffness_interval: NotRequired[list[Number] | None]
-    above_noise: NotRequired[bool | None]
+    above_noise: NotRequired[bool]
 
 
 class Ambiguity(TypedDict):

@@ -60,7 +60,8 @@ def _picture(data: Ingested, motion: JointMotion, told: Document, identified: Do
         )
     runs = tuple(data.states.runs[int(number)].name for number in numbers)
     between = (str(told["between"][0]), str(told["between"][1]))
-    return JointPicture(name, between, runs, tuple(curves), _together(identified, motion.joint))
+    pairs = None if told["matrix"] is None else tuple((str(a), str(b)) for a, b in told["couplings"])
+    return JointPicture(name, between, runs, tuple(curves), _together(identified, motion.joint), pairs)
 
 
 def _together(identified: Document, joint: int) -> dict[str, tuple[float, float, bool]]:

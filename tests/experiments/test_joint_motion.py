@@ -25,8 +25,8 @@ BODIES = (7, 5, 4, 3, 2, 1)
 NAMES = ("tool", "five", "four", "three", "two", "one")
 
 
-def robot(play: bool = False) -> CompliantRobot:
-    """Return a robot with 36 springs, and play in joint 4."""
+def robot(play: bool = False, coupled: bool = False) -> CompliantRobot:
+    """Return a robot with 36 springs, play in joint 4, and a coupling in joint 3."""
     found = find_effects()
     placed = []
     for k in range(1, 7):
@@ -38,6 +38,8 @@ def robot(play: bool = False) -> CompliantRobot:
         placed += [PlacedEffect(found[name], Place("joints", (k,)), value) for name, value in values.items()]
     if play:
         placed.append(PlacedEffect(found["backlash"], Place("joints", (4,)), {"width": 1e-3, "band": 30.0}))
+    if coupled:
+        placed.append(PlacedEffect(found["joint-full"], Place("joints", (3,)), {"c46": 3e-7}))
     return CompliantRobot(six_axes(), tuple(placed))
 
 
@@ -53,9 +55,9 @@ def full_wrenches(share: float) -> list[Floats]:
 
 
 @cache
-def tracked(noise: float = 0.0, play: bool = False, share: float = 1.0) -> LoadStates:
+def tracked(noise: float = 0.0, play: bool = False, share: float = 1.0, coupled: bool = False) -> LoadStates:
     """Return load states with a target on every link, under a share of the full load."""
-    one = robot(play)
+    one = robot(play, coupled)
     chain = one.chain
     states = played(one, runs=4, wrench=full_wrenches(share))
     rng = np.random.default_rng(2)
@@ -119,6 +121,13 @@ def test_play_bends_the_line_of_its_joint_alone() -> None:
         if line.curved
     }
     assert curved == {(4, "rz")}
+
+
+def test_couplings_beside_the_diagonal() -> None:
+    for coupled in (False, True):
+        motions = joint_motions(tracked(noise=20e-6, coupled=coupled), six_axes())
+        found = {motion.joint: set(joint_compliance(motion).couplings) for motion in motions}
+        assert found == {k: ({("rx", "rz"), ("rz", "rx")} if coupled and k == 3 else set()) for k in range(1, 7)}
 
 
 def test_hidden_bodies_are_left_out() -> None:

@@ -82,6 +82,17 @@ def test_pictures_have_units_and_say_what_rises() -> None:
     assert overview.axes[0].get_title(loc="left") == "joint 1 (A1): above the noise"
 
 
+def test_couplings_are_told_in_words() -> None:
+    coupled = (replace(JOINTS[0], couplings=()), replace(JOINTS[1], couplings=(("rz", "tz"),)))
+    for joints, words in (
+        (JOINTS, "cannot be told"),
+        (coupled[:1], "nothing rises above the noise"),
+        (coupled, "joint 2 (A2): turn about its axis with the force along z"),
+    ):
+        blocks = section(replace(content(), extra={"joint_motion": joints})).blocks
+        assert any(isinstance(block, Paragraph) and words in block.text for block in blocks)
+
+
 def test_cartesian_stiffness() -> None:
     matrix = np.diag([1e6, 2e6, 3e6, 1e5, 2e5, 3e5]).tolist()
     full = {

@@ -19,6 +19,12 @@ _NAMES = {
 }  # fmt: skip
 
 
+_LOADS = {
+    "tx": "force along x", "ty": "force along y", "tz": "force along z",
+    "rx": "moment about x", "ry": "moment about y", "rz": "torque about its axis",
+}  # fmt: skip
+
+
 def section(content: ReportContent) -> Section | LeftOut | None:
     """Lay out the table of all displacements and their pictures; nothing where one body alone is tracked."""
     joints: tuple[JointPicture, ...] = tuple(content.extra.get("joint_motion", ()))
@@ -27,7 +33,7 @@ def section(content: ReportContent) -> Section | LeftOut | None:
         return None
     blocks: list[Block] = []
     if joints:
-        blocks += [Paragraph(_lead(joints)), _table(joints)]
+        blocks += [Paragraph(_lead(joints)), _table(joints), Paragraph(_couplings(joints))]
         blocks.append(Picture(partial(draw_about_axes, joints), _caption_about_axes(joints)))
         blocks += [Picture(partial(draw_joint, joint), _caption(joint)) for joint in joints]
     if cartesian:
@@ -72,6 +78,27 @@ def _table(joints: tuple[JointPicture, ...]) -> Table:
         "nothing rises above the noise the stiffness is at least the value that is given."
     )
     return Table(columns, tuple(rows), caption)
+
+
+def _couplings(joints: tuple[JointPicture, ...]) -> str:
+    """Say what the whole 6×6 of each joint holds beside the diagonal."""
+    full = [joint for joint in joints if joint.couplings is not None]
+    if not full:
+        return "The loads do not turn all six directions of any joint: its whole 6×6 compliance cannot be told."
+    text = f"The whole 6×6 compliance can be told of {wording.listing(joint.name for joint in full)}. "
+    coupled = [joint for joint in full if joint.couplings]
+    if not coupled:
+        return text + "Beside the diagonal nothing rises above the noise (five standard uncertainties)."
+    told = "; ".join(
+        f"{joint.name}: "
+        + ", ".join(f"{_NAMES[moved]} with the {_LOADS[load]}" for moved, load in joint.couplings or ())
+        for joint in coupled
+    )
+    text += f"Beside the diagonal rise above the noise (five standard uncertainties): {told}."
+    bent = [joint.name for joint in coupled if any(curve.curved for curve in joint.curves)]
+    if bent:
+        text += f" A line that is not straight ({wording.listing(bent)}) leaves remainders that look like couplings."
+    return text
 
 
 def _stiffness(compliance: float, std: float, above: bool, scale: float) -> tuple[str, str]:
