@@ -32,7 +32,8 @@ Floats = NDArray[np.float64]
 
 # The controller runs from before any log starts until after all have stopped, s.
 _RUNS_BESIDE = 5.0
-_GUIDED_ROUNDS = 6
+# Rounds until a guide's side force has settled to so many newtons: each leaves k C / (1 + k C) of it.
+_GUIDED_ROUNDS, _SETTLED_N = 60, 0.02
 
 
 def controllers_model(robot: CompliantRobot, controller: Controller) -> CompliantRobot:
@@ -83,14 +84,24 @@ def compensated(
     model = controllers_model(robot, controller)
     told: Sequence[Played] = played
     # Where a guide pushes a displaced tool back, the correction changes the force that it is made for.
-    rounds = _GUIDED_ROUNDS if any(one.wrench is not None for one in played) else 1
-    for _ in range(rounds):
-        offsets = {one.act.name: _offsets(model, one, tool) for one in told}
+    for _ in range(_GUIDED_ROUNDS):
+        before = told
+        offsets = {one.act.name: _offsets(model, one, tool) for one in before}
         told = play(robot, [one.act for one in played], frames, tool, settle, offsets)
+        changes = [_change(*pair) for pair in zip(before, told, strict=True)]
+        if max(changes) < _SETTLED_N:
+            break
     return [
         replace(off, wrench=on.wrench, correction=_in_time(off, on, offsets[off.act.name], list(frames), controller))
         for off, on in zip(played, told, strict=True)
     ]
+
+
+def _change(before: Played, after: Played) -> float:
+    """Return by how much the force on a run has changed, N."""
+    if before.wrench is None or after.wrench is None:
+        return 0.0
+    return float(np.abs(after.wrench[:, :3] - before.wrench[:, :3]).max())
 
 
 def _offsets(model: CompliantRobot, played: Played, tool: ToolWeight) -> Floats:

@@ -48,8 +48,9 @@ def settle_guided(
         for run in runs:
             moved[run] -= moved[run][0].copy()
         across = moved - along * np.sum(along * moved, axis=1, keepdims=True)
-        load = np.linalg.norm(acting[:, :3], axis=1)
-        gives = float(np.max(np.linalg.norm(moved, axis=1)[load > 0.0] / load[load > 0.0], initial=0.0))
+        # What a newton moves, by the load's own deflection: a controller's motion is none of it.
+        load, given = (np.linalg.norm(one, axis=1) for one in (acting[:, :3], places.displacement[:, point, :3]))
+        gives = float(np.max(given[load > 0.0] / load[load > 0.0], initial=0.0))
         side = side + (-stiffness[:, None] * across - side) / (1.0 + stiffness[:, None] * gives)
         acting = wrench.copy()
         acting[:, :3] += side

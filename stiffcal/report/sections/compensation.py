@@ -106,8 +106,8 @@ def _caption_over_time(pair: TimePair) -> str:
     if pair.kind == "process":
         side_off, side_on = (_side_force(trace.wrench) for trace in (pair.off, pair.on))
         return (
-            f"{names}: forces and moments as the sensor read them, its axes. Across the main direction the largest "
-            f"force is {wording.digits(side_off)} N without and {wording.digits(side_on)} N with compensation."
+            f"{names}: forces and moments as the sensor read them, its axes. Across the axis of the largest "
+            f"force it is up to {wording.digits(side_off)} N without and {wording.digits(side_on)} N with compensation."
         )
     if not np.isfinite(pair.delay):
         return f"{names}: the displacement of {wording.length(pair.given)} is never taken back by half."
@@ -119,8 +119,7 @@ def _caption_over_time(pair: TimePair) -> str:
 
 
 def _side_force(wrench: Floats) -> float:
-    """Return the largest force across the direction in which the force is largest, N."""
+    """Return the force across the sensor's axis along which it is largest, N; all but the outermost readings."""
     force = wrench[:, :3] - np.median(wrench[:20, :3], axis=0)
-    main = force[int(np.argmax(np.linalg.norm(force, axis=1)))]
-    main = main / np.linalg.norm(main)
-    return float(np.linalg.norm(force - np.outer(force @ main, main), axis=1).max())
+    main = int(np.argmax(np.abs(force).max(axis=0)))
+    return float(np.quantile(np.linalg.norm(np.delete(force, main, axis=1), axis=1), 0.98))
