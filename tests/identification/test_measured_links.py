@@ -89,6 +89,10 @@ def test_the_document_is_json(robot: CompliantRobot, states: LoadStates) -> None
     assert document["compliance"][3] == [None] * 6
     assert document["torsion"]["identifiable"] is False
     assert document["torsion"]["bound"] > 0.0
+    assert "at most" in document["torsion"]["why"]
+    assert document["torsion"]["why"] in document["not_identifiable"][0]
+    moment = np.abs(links[0].wrench[:, 3]).max()
+    assert moment * 0.72 / SWING["GJ"] < document["torsion"]["bound"] < 1e-3
     assert document["compliance"][1][1] > 0.0
 
 
