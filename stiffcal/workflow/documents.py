@@ -276,12 +276,13 @@ class Clock(TypedDict):
 
 
 class IngestedRun(TypedDict):
-    """What was made of a run."""
+    """What was made of a run; ``passes``: where the load was swept, up and down apart."""
 
     id: str
     clock_ahead_s: dict[str, Clock]
     n_states: int
     dropped: list[dict[str, Any]]
+    passes: NotRequired[int]
 
 
 class Ingest(TypedDict):
