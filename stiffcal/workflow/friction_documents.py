@@ -83,7 +83,8 @@ def gaps(
         own = np.zeros(0, dtype=np.str_) if steady is None else steady.set_aside[steady.joint == joint]
         reason = f"joint {name} never moved in a friction run"
         if own.size:
-            reason = f"joint {name}: " + "; ".join(dict.fromkeys(own[own != ""].tolist()))
+            reasons = dict.fromkeys(own[own != ""].tolist())
+            reason = f"joint {name}: " + ("; ".join(reasons) or "its friction runs are held out")
         names = [one.parameter_name(spec.symbol) for spec in one.effect.parameters]
         found.append({"parameters": names, "known": None, "value": None, "std": None, "reason": reason})
     return found
