@@ -84,7 +84,7 @@ def gaps(
         reason = f"joint {name} never moved in a friction run"
         if own.size:
             reasons = dict.fromkeys(own[own != ""].tolist())
-            reason = f"joint {name}: " + ("; ".join(reasons) or "its friction runs are held out")
+            reason = f"joint {name}: " + ("its friction runs are held out" if (own == "").any() else "; ".join(reasons))
         names = [one.parameter_name(spec.symbol) for spec in one.effect.parameters]
         found.append({"parameters": names, "known": None, "value": None, "std": None, "reason": reason})
     return found
