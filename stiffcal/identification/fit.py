@@ -57,14 +57,14 @@ class Parameter:
         """True where the value is known, but hardly. What may have either sign may well be zero and is not meant."""
         if self.value is None or self.std is None or self.spec.lower < 0.0:
             return False
-        return NORMAL_95 * self.std > POORLY_KNOWN * abs(self.value)
+        return bool(NORMAL_95 * self.std > POORLY_KNOWN * abs(self.value))
 
     @property
     def above_noise(self) -> bool | None:
         """Whether a size is told from none at all, at three standard uncertainties; None where it is not free."""
         if self.value is None or self.std is None or self.spec.sort is not Sort.AMPLITUDE or self.spec.inverse:
             return None
-        return abs(self.value) > ABOVE_NOISE * self.std
+        return bool(abs(self.value) > ABOVE_NOISE * self.std)
 
     def stiffness(self) -> dict[str, object]:
         """Return stiffness, its standard uncertainty and interval, for compliances."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,11 @@ def document(folder: Path) -> dict[str, Any]:
 def test_the_model_holds_table_1() -> None:
     written = tomllib.loads((FOLDER / "model.toml").read_text(encoding="utf-8"))["effects"][-1]["parameters"]
     assert {name: one["value"] for name, one in written.items()} == pytest.approx(table_1(), rel=1e-9)
+
+
+def test_the_first_answer_is_json(document: dict[str, Any]) -> None:
+    """Not only what the store hands out afterwards."""
+    json.dumps(document, allow_nan=False)
 
 
 def of_way(document: dict[str, Any], way: str) -> dict[str, tuple[float, float]]:
