@@ -29,6 +29,7 @@ _ENDINGS: dict[str, Format] = {
     ".mcap": "mcap",
     ".db3": "rosbag2",
 }
+_PACKED = (".gz", ".bz2", ".xz", ".zst")
 
 
 def format_of(file: str) -> Format | None:
@@ -36,10 +37,14 @@ def format_of(file: str) -> Format | None:
 
     Examples
     --------
-    >>> format_of("raw/table.CSV")
-    'csv'
+    >>> format_of("raw/table.CSV"), format_of("raw/pose01.csv.gz")
+    ('csv', 'csv')
     """
-    return _ENDINGS.get(PurePosixPath(file).suffix.lower())
+    path = PurePosixPath(file)
+    if path.suffix.lower() in _PACKED:  # text alone is read packed: a table or a tree of columns is not
+        inner = _ENDINGS.get(PurePosixPath(path.stem).suffix.lower())
+        return inner if inner == "csv" else None
+    return _ENDINGS.get(path.suffix.lower())
 
 
 class CsvOptions(Table):

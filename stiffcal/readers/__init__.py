@@ -15,10 +15,10 @@ import difflib
 import importlib
 import importlib.metadata
 import pkgutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol, TypeAlias, cast
+from typing import Any, Protocol, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,8 @@ Options: TypeAlias = Mapping[str, object]
 """What the manifest says of a format: the table ``csv = {…}``, ``hdf5 = {…}`` of a source."""
 
 ENTRY_POINTS = "stiffcal.readers"
+EXTRAS = {"mcap": "ros", "rosbag2": "ros"}
+"""Formats whose extra has another name than they."""
 
 
 @dataclass(frozen=True)
@@ -232,7 +234,7 @@ def check_options(options: Options, known: Mapping[str, type], table: str, shown
         if key not in known:
             faults.append(Fault(shown, f"{table}.{key}", "no such option", nearest_option(key, list(known), table)))
         elif value is not None and (not isinstance(value, known[key]) or type(value) is bool is not known[key]):
-            kind = {str: "text", int: "a whole number", bool: "true or false"}[known[key]]
+            kind = {str: "text", int: "a whole number", bool: "true or false", list: "a list"}[known[key]]
             faults.append(Fault(shown, f"{table}.{key}", f"{value!r} is not {kind}", "correct the manifest"))
     if faults:
         raise InputError(*faults)
@@ -310,3 +312,74 @@ def _split_fraction(text: str) -> tuple[str, float]:
                 raise ValueError(text)
             return head + tail[digits:], float("0." + tail[:digits])
     return text, 0.0
+
+
+# ---- what readers of whole columns share ----------------------------------------------------------------------------
+
+
+def missing_library(log_format: str, shown: str) -> InputError:
+    """Return what to install where the library behind a format is not there; extras are named like their format."""
+    reason = f"the library that reads {log_format} files is not installed"
+    return InputError.at(shown, "", reason, f'pip install "stiffcal[{EXTRAS.get(log_format, log_format)}]"')
+
+
+def common_length(lengths: Mapping[str, int], wanted: Wanted, shown: str) -> int:
+    """Return the number of rows of the wanted columns; raises `InputError` where they differ or there are none."""
+    chosen = {name: lengths[name] for name in wanted.names}
+    if len(set(chosen.values())) > 1:
+        short, long = min(chosen, key=chosen.__getitem__), max(chosen, key=chosen.__getitem__)
+        reason = f"{chosen[short]} rows, column {long} has {chosen[long]}: writing was interrupted"
+        raise InputError.at(shown, f"column {short}", reason, "log again, or cut all columns to one length in a copy")
+    n_rows = next(iter(chosen.values()), 0)
+    if n_rows == 0:
+        raise InputError.at(shown, "", "the columns have no rows", "log again, or leave the file out")
+    return n_rows
+
+
+def batch_of_columns(
+    read: Callable[[str, int, int], NDArray[Any]], wanted: Wanted, start: int, end: int, shown: str
+) -> Batch:
+    """Return rows `start` to before `end` (from 0) as a batch; ``read(name, start, end)`` gives numbers, words or times.
+
+    Raises
+    ------
+    InputError
+        For a column of another kind, an empty cell, a number that is not finite.
+    """
+    first_row = start + 1
+    numbers: dict[str, Floats] = {}
+    texts: dict[str, list[str]] = {}
+    for name in wanted.names:
+        values = read(name, start, end)
+        kind = values.dtype.kind
+        if name in wanted.numbers:
+            if kind not in "iuf":
+                reason = f"it holds {values.dtype}, not numbers"
+                raise InputError.at(shown, f"column {name}", reason, "name a column of numbers")
+            numbers[name] = values.astype(np.float64, copy=False)
+            continue
+        if kind == "M" and name in wanted.times:
+            numbers[name] = values.astype("datetime64[ns]").astype(np.int64) / 1e9
+            continue
+        if kind not in "SUOiu":
+            reason = f"it holds {values.dtype}, not words"
+            raise InputError.at(shown, f"column {name}", reason, "name a column of words")
+        words = [text_of(value).strip("\0 ") for value in values.tolist()]
+        if "" in words:
+            place = f"row {first_row + words.index('')}, column {name}"
+            raise InputError.at(shown, place, "the cell is empty", "fill it in in a copy of the file")
+        if name in wanted.times:
+            numbers[name] = seconds_of_times(words, shown, name, first_row)
+        else:
+            texts[name] = words
+    bad = first_not_finite(numbers, wanted, first_row)
+    if bad is not None:
+        mend = "give the reading, or delete the row in a copy of the file"
+        place = f"row {bad[0]}, column {bad[1]}"
+        raise InputError.at(shown, place, f"{bad[2]} is not a finite number", mend)
+    return Batch(first_row, numbers, texts)
+
+
+def text_of(value: object) -> str:
+    """Return a word, whether it was stored as bytes or as text."""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

@@ -28,15 +28,15 @@ from numpy.typing import NDArray
 from stiffcal.errors import InputError
 from stiffcal.readers import (
     Batch,
-    Floats,
     Header,
     Options,
     Wanted,
+    batch_of_columns,
     check_columns,
     check_options,
-    first_not_finite,
+    common_length,
     nearest_name,
-    seconds_of_times,
+    text_of,
 )
 
 BATCH_ROWS = 1 << 16
@@ -91,7 +91,8 @@ class Hdf5Reader:
             check_columns(wanted, columns.names, shown, place)
             n_rows = _checked_length(columns, wanted, shown)
             for start in range(0, n_rows, BATCH_ROWS):
-                yield _batch(columns, wanted, start, min(start + BATCH_ROWS, n_rows), shown)
+                end = min(start + BATCH_ROWS, n_rows)
+                yield batch_of_columns(columns.read, wanted, start, end, shown)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``row n``."""
@@ -198,13 +199,9 @@ def _text_list(dataset: Any, attributes: tuple[str, ...]) -> list[str]:
         if attribute in dataset.attrs:
             value = dataset.attrs[attribute]
             if isinstance(value, bytes | str):
-                return [part.strip() for part in _text(value).split(",")]
-            return [_text(part).strip() for part in np.asarray(value).ravel()]
+                return [part.strip() for part in text_of(value).split(",")]
+            return [text_of(part).strip() for part in np.asarray(value).ravel()]
     return []
-
-
-def _text(value: object) -> str:
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def _unit(dataset: Any) -> str:
@@ -213,14 +210,7 @@ def _unit(dataset: Any) -> str:
 
 
 def _checked_length(columns: Columns, wanted: Wanted, shown: str) -> int:
-    lengths = {name: columns.lengths[name] for name in wanted.names}
-    if len(set(lengths.values())) > 1:
-        short, long = min(lengths, key=lengths.__getitem__), max(lengths, key=lengths.__getitem__)
-        reason = f"{lengths[short]} rows, column {long} has {lengths[long]}: writing was interrupted"
-        raise InputError.at(shown, f"column {short}", reason, "log again, or cut all columns to one length in a copy")
-    n_rows = next(iter(lengths.values()), 0)
-    if n_rows == 0:
-        raise InputError.at(shown, "", "the columns have no rows", "log again, or leave the file out")
+    n_rows = common_length(columns.lengths, wanted, shown)
     for name in wanted.names:
         dataset = columns.datasets[name]
         scaled = [attribute for attribute in SCALING_ATTRIBUTES if attribute in dataset.attrs]
@@ -239,33 +229,3 @@ def _unwritten(dataset: Any) -> bool:
         return dataset.size > 0 and dataset.id.get_storage_size() == 0 and not dataset.is_virtual
     needed = int(np.prod([-(-size // chunk) for size, chunk in zip(dataset.shape, dataset.chunks, strict=True)]))
     return int(dataset.id.get_num_chunks()) < needed
-
-
-def _batch(columns: Columns, wanted: Wanted, start: int, end: int, shown: str) -> Batch:
-    numbers: dict[str, Floats] = {}
-    texts: dict[str, list[str]] = {}
-    for name in wanted.names:
-        values = columns.read(name, start, end)
-        if name in wanted.numbers:
-            if values.dtype.kind not in "iuf":
-                reason = f"it holds {values.dtype}, not numbers"
-                raise InputError.at(shown, f"column {name}", reason, "name a column of numbers")
-            numbers[name] = values.astype(np.float64, copy=False)
-            continue
-        if values.dtype.kind not in "SUOiu":
-            raise InputError.at(
-                shown, f"column {name}", f"it holds {values.dtype}, not words", "name a column of words"
-            )
-        words = [_text(value).strip("\0 ") for value in values.tolist()]
-        if "" in words:
-            place = f"row {start + 1 + words.index('')}, column {name}"
-            raise InputError.at(shown, place, "the cell is empty", "fill it in in a copy of the file")
-        if name in wanted.times:
-            numbers[name] = seconds_of_times(words, shown, name, start + 1)
-        else:
-            texts[name] = words
-    bad = first_not_finite(numbers, wanted, start + 1)
-    if bad is not None:
-        mend = "give the reading, or delete the row in a copy of the file"
-        raise InputError.at(shown, f"row {bad[0]}, column {bad[1]}", f"{bad[2]} is not a finite number", mend)
-    return Batch(start + 1, numbers, texts)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import bz2
 import gzip
+import lzma
 import tempfile
 from pathlib import Path
 from typing import Any
 
 import hypothesis.strategies as st
 import numpy as np
+import pyarrow as pa
 import pytest
 from hypothesis import example, given, settings
 from numpy.typing import NDArray
@@ -46,6 +49,12 @@ def fault(content: bytes, wanted: Wanted = WANTED, **options: Any) -> str:
 
 
 PLAIN = b"t,Fx,Fy\n0.0,1.5,-2.25\n0.1,+3e2,4\n"
+PACKED = {
+    "gz": gzip.compress(PLAIN, mtime=0),
+    "bz2": bz2.compress(PLAIN),
+    "xz": lzma.compress(PLAIN),
+    "zst": pa.compress(PLAIN, codec="zstd", asbytes=True),
+}
 EXPECTED = {"t": [0.0, 0.1], "Fx": [1.5, 300.0], "Fy": [-2.25, 4.0]}
 
 
@@ -73,7 +82,10 @@ EXPECTED = {"t": [0.0, 0.1], "Fx": [1.5, 300.0], "Fy": [-2.25, 4.0]}
         (PLAIN.replace(b"Fy\n", b"Fy\nSekunden,x,y\n"), {"unit_row": True}),
         (b'note,t,Fx,Fy\n5",0.0,1.5,-2.25\n\xff\xfe,0.1,3e2,4\n', {}),
         (PLAIN.replace(b"\n", b",\n"), {}),
-        (gzip.compress(PLAIN, mtime=0), {}),
+        *((packed, {}) for packed in PACKED.values()),
+        (PACKED["zst"] + pa.compress(b"", codec="zstd", asbytes=True), {}),
+        (bz2.compress(PLAIN[:13]) + bz2.compress(PLAIN[13:]), {}),
+        (pa.compress(PLAIN[:13], codec="zstd", asbytes=True) + pa.compress(PLAIN[13:], codec="zstd", asbytes=True), {}),
     ],
 )
 def test_what_loggers_write_is_read(content: bytes, options: dict[str, Any]) -> None:
@@ -168,7 +180,7 @@ HEADED = b"Logger\nfirmware 3\n" + PLAIN
         (PLAIN, {"delimiter": ",,"}, "csv.delimiter: ',,' is not one character"),
         (PLAIN, {"decimal": "'"}, 'csv.decimal: "\'" is no decimal mark'),
         (PLAIN, {"skip_rows": True}, "csv.skip_rows: True is not a whole number"),
-        (gzip.compress(PLAIN, mtime=0)[:-12], {}, "the compressed file is damaged or cut off"),
+        *((packed[:-12], {}, "the compressed file is damaged or cut off") for packed in PACKED.values()),
     ],
 )
 def test_faults_are_one_clear_line(content: bytes, options: dict[str, Any], expected: str) -> None:

@@ -39,6 +39,7 @@ from stiffcal.readers.csv.lines import LogText
 # Large enough that the parser's cost per block vanishes, small enough for flat memory.
 BLOCK = 1 << 22
 ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".log", ".asc")
+PACKED = (".gz", ".bz2", ".xz", ".zst")
 
 
 class CsvReader:
@@ -47,8 +48,8 @@ class CsvReader:
     name = "csv"
 
     def recognises(self, path: Path) -> bool:
-        """Return True for the usual endings, also packed by gzip."""
-        endings = [suffix.lower() for suffix in path.suffixes if suffix.lower() != ".gz"]
+        """Return True for the usual endings, also packed by gzip, bzip2, xz or zstd."""
+        endings = [suffix.lower() for suffix in path.suffixes if suffix.lower() not in PACKED]
         return bool(endings) and endings[-1] in ENDINGS
 
     def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:

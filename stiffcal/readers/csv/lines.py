@@ -6,9 +6,11 @@ that swallows lines can only be seen here. All steps are on whole chunks of byte
 
 from __future__ import annotations
 
+import bz2
 import codecs
 import gzip
 import io
+import lzma
 import re
 import zlib
 from collections.abc import Iterator
@@ -40,7 +42,7 @@ class LogText(io.RawIOBase):
 
     Parameters
     ----------
-    path : the file; one that begins like a gzip file is unpacked on the way.
+    path : the file; one that begins like a gzip, bzip2, xz or zstd file is unpacked on the way.
     encoding : of the file; everything comes out as UTF-8, or as it is where `decode` is False and the encoding agrees
         with ASCII.
     shown : the file's name in messages.
@@ -72,6 +74,7 @@ class LogText(io.RawIOBase):
         self.as_it_is = self.encoding == "utf-8" or (self.encoding in PLAIN and not decode)
         self._decoder = None if self.as_it_is else codecs.getincrementaldecoder(encoding)("strict")
         self._file, self._bytes = _open_bytes(path, shown)
+        self._packed = self._file is not self._bytes
         self._buffer = self._held = b""
         self._ended = self._started = self._closed_off = self._ended_line = False
         self._ends = self._taken = 0
@@ -181,7 +184,9 @@ class LogText(io.RawIOBase):
     def _decoded(self, size: int) -> bytes:
         try:
             raw = self._file.read(size)
-        except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        except (EOFError, OSError, lzma.LZMAError, zlib.error) as error:
+            if not self._packed:
+                raise
             reason = f"the compressed file is damaged or cut off ({error})"
             raise InputError.at(self.shown, "", reason, "copy it again from its origin") from None
         self._ended = not raw
@@ -200,10 +205,25 @@ def _open_bytes(path: Path, shown: str) -> tuple[IO[bytes], IO[bytes]]:
     """Return the bytes of the log, and of the file itself, which are others where it is packed."""
     try:
         file = path.open("rb", buffering=0)
-        packed = file.read(2) == b"\x1f\x8b"
+        start = file.read(6)
         file.seek(0)
     except OSError as error:
         raise InputError.at(
             shown, "", f"cannot be read: {error.strerror}", "correct the file's name or rights"
         ) from None
-    return cast("IO[bytes]", gzip.GzipFile(fileobj=file) if packed else file), cast("IO[bytes]", file)
+    return cast("IO[bytes]", _unpacked(file, start)), cast("IO[bytes]", file)
+
+
+def _unpacked(file: io.FileIO, start: bytes) -> object:
+    """Return what reads the text of a file that begins with `start`: packed files are known by their first bytes."""
+    if start.startswith(b"\x1f\x8b"):
+        return gzip.GzipFile(fileobj=file)
+    if start.startswith(b"\xfd7zXZ\x00"):
+        return lzma.LZMAFile(file)
+    if start.startswith(b"BZh") and start[3:4].isdigit():
+        return bz2.BZ2File(file)
+    if start.startswith(b"\x28\xb5\x2f\xfd"):
+        import pyarrow as pa
+
+        return pa.CompressedInputStream(pa.PythonFile(file, mode="r"), "zstd")
+    return file
