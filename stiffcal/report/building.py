@@ -54,7 +54,7 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
 
 def _title(content: ReportContent) -> str:
     robot = content.provenance.robot
-    friction_alone = content.states is None and bool(content.extra.get("friction"))
+    friction_alone = content.states is None and bool(content.extra.get("friction")) and not content.extra.get("clamped")
     return f"Friction of the drives of {robot}" if friction_alone else f"Stiffness of {robot}"
 
 

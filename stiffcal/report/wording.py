@@ -81,11 +81,12 @@ def both(measure: dict[str, Any] | None) -> str:
     parts = [length(measure.get("translation"))] if measure.get("translation") is not None else []
     if measure.get("rotation") is not None:
         parts.append(angle(measure["rotation"]))
-    for key, unit in (("length", 1.0), ("motor_angle", None), ("torque", None)):
-        if measure.get(key) is not None:
-            value = float(measure[key])
-            word = "rad" if key == "motor_angle" else "N·m"
-            parts.append(f"{length(value)} at the rods" if unit else f"{digits(value)} {word}")
+    if measure.get("length") is not None:
+        parts.append(f"{length(measure['length'])} at the rods")
+    if measure.get("motor_angle") is not None:
+        parts.append(f"{angle(measure['motor_angle'])} of the motors")
+    if measure.get("torque") is not None:
+        parts.append(f"{digits(float(measure['torque']))} N·m")
     return " and ".join(parts) or DASH
 
 

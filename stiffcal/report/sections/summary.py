@@ -14,9 +14,9 @@ def section(content: ReportContent) -> Section | LeftOut:
     """Lay out the result in a few sentences, and where it comes from."""
     blocks: list[Block] = []
     sentences = _fit_sentences(content)
-    friction_alone = content.states is None and bool(content.extra.get("friction"))
-    if friction_alone and content.validate is not None:
-        sentences += _unseen_of_friction(content.validate)
+    readings_alone = content.states is None and bool(content.extra.get("friction") or content.extra.get("clamped"))
+    if readings_alone and content.validate is not None:
+        sentences += _unseen_readings(content.validate)
     else:
         sentences += _unseen_sentences(content.validate)
     if sentences:
@@ -39,8 +39,8 @@ def _fit_sentences(content: ReportContent) -> list[str]:
     if content.identify is None:
         return ["No model has been fitted yet; this report shows what was measured."]
     fit = content.identify
-    if content.states is None and content.extra.get("friction"):
-        return [_friction_sentence(content, fit)]
+    if content.states is None and (content.extra.get("friction") or content.extra.get("clamped")):
+        return [_readings_sentence(content, fit)]
     text = (
         f"The model ({wording.model_words(fit.get('model'))}) was fitted to "
         f"{wording.count(fit['n_states'], 'load state')} in {wording.count(fit['n_runs'], 'run')} of the "
@@ -49,21 +49,24 @@ def _fit_sentences(content: ReportContent) -> list[str]:
     return [f"{text}; on these data it leaves {wording.both(fit.get('rms'))} rms."]
 
 
-def _friction_sentence(content: ReportContent, fit: Document) -> str:
-    drives = wording.count(len(content.extra["friction"]), "drive")
+def _readings_sentence(content: ReportContent, fit: Document) -> str:
+    curves = content.extra.get("friction") or ()
+    drives = f"Friction of {wording.count(len(curves), 'drive')}"
+    what = f"The model ({wording.model_words(fit.get('model'))})" if content.extra.get("clamped") else drives
     readings = wording.count(int(fit.get("n_readings", 0)), "reading")
     return (
-        f"Friction of {drives} of the {content.provenance.robot} was fitted to {readings} in "
+        f"{what} of the {content.provenance.robot} was fitted to {readings} in "
         f"{wording.count(fit['n_runs'], 'run')}; on these data it leaves {wording.both(fit.get('rms'))} rms."
     )
 
 
-def _unseen_of_friction(validation: Document) -> list[str]:
+def _unseen_readings(validation: Document) -> list[str]:
     rms, zero = validation.get("rms"), validation.get("zero_model")
     left = wording.part(validation.get("relative"), "torque")
-    sentences = [f"At speeds or in pieces of motion that the fit had not seen it leaves {wording.both(rms)} rms"]
-    sentences[0] += f" of a friction of {wording.both(zero)}"
-    sentences[0] += f": {wording.percent(1.0 - left)} of it is predicted." if left is not None else "."
+    seen = str(validation.get("scheme", ""))
+    sentences = [f"In what the fit had not seen ({seen}) it leaves {wording.both(rms)} rms"]
+    sentences[0] += f", without a model {wording.both(zero)}"
+    sentences[0] += f": {wording.percent(1.0 - left)} of the torque is predicted." if left is not None else "."
     if validation.get("noise"):
         sentences.append(f"Repeats alone scatter {wording.both(validation['noise'])} rms.")
     else:
