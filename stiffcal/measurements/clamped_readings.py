@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -67,8 +68,15 @@ def stacked_readings(parts: list[ClampedReadings]) -> ClampedReadings:
     )
 
 
-def readings_table(readings: ClampedReadings, joint_names: tuple[str, ...]) -> pa.Table:
-    """Return the readings as a table: ``run``, ``time_s``, ``<joint>_rad``, ``Fx_N … Mz_Nm``, ``<joint>_Nm``."""
+def readings_table(
+    readings: ClampedReadings, joint_names: tuple[str, ...], described: Mapping[str, object] | None = None
+) -> pa.Table:
+    """Return the readings as a table: ``run``, ``time_s``, ``<joint>_rad``, ``Fx_N … Mz_Nm``, ``<joint>_Nm``.
+
+    Parameters
+    ----------
+    described : what else decides what is made of them (frames, moved joints, fixtures), kept beside them.
+    """
     columns = {"run": pa.array([readings.runs[k].name for k in readings.run], pa.string()), "time_s": readings.time}
     columns |= {f"{name}_rad": readings.joints[:, k] for k, name in enumerate(joint_names)}
     columns |= {name: readings.wrench[:, k] for k, name in enumerate(_WRENCH)}
@@ -76,6 +84,7 @@ def readings_table(readings: ClampedReadings, joint_names: tuple[str, ...]) -> p
     document = {
         "schema": SCHEMA,
         "joints": list(joint_names),
+        "described": dict(described or {}),
         "runs": [
             {
                 "name": run.name, "experiment": run.experiment, "holdout": run.holdout, "tags": list(run.tags),

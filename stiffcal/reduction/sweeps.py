@@ -35,6 +35,8 @@ ALONE = 0.3
 TURN_SHARE = 0.35
 # A half sweep that covers less of the whole span is none.
 WHOLE = 0.8
+# Two logs of one run have at least this share of the shorter one in common.
+LEAST_OVERLAP = 0.6
 _MOST_POINTS = 1 << 13
 
 
@@ -139,20 +141,23 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> C
         return None
     a = np.interp(np.arange(time[0], time[-1], step), time, angle)
     b = np.interp(np.arange(other_time[0], other_time[-1], step), other_time, force)
-    a, b = a - np.median(a), b - np.median(b)
+    a, b = a - a.mean(), b - b.mean()
     size = 1 << int(np.ceil(np.log2(a.size + b.size)))
     product = np.abs(np.fft.irfft(np.fft.rfft(b, size) * np.conj(np.fft.rfft(a, size)), size))
-    best = int(np.argmax(product))
-    shift = (best if best < b.size else best - size) * step
+    lags = np.arange(size)
+    lags = np.where(lags < b.size, lags, lags - size)
+    overlap = np.minimum(b.size, lags + a.size) - np.maximum(0, lags)
+    best = int(np.argmax(np.where(overlap >= LEAST_OVERLAP * min(a.size, b.size), product, -1.0)))
+    shift = float(lags[best]) * step
     start = float(other_time[0] - time[0]) + shift
     # The period's own shape makes the product flat at its top; the narrow loop is found nearby.
     period = max(_period(a, step), 8.0 * step)
     low, high = start - 0.25 * period, start + 0.25 * period
     for _ in range(4):
-        lags = np.linspace(low, high, 17)
-        losses = [_openness(time, angle, other_time, force, lag) for lag in lags]
+        tried = np.linspace(low, high, 17)
+        losses = [_openness(time, angle, other_time, force, lag) for lag in tried]
         k = int(np.argmin(losses))
-        low, high = lags[max(k - 1, 0)], lags[min(k + 1, 16)]
+        low, high = float(tried[max(k - 1, 0)]), float(tried[min(k + 1, 16)])
     value = 0.5 * (low + high)
     halves = time < np.median(time), time >= np.median(time)
     fine = np.linspace(value - 2.0 * step, value + 2.0 * step, 41)

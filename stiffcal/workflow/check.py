@@ -95,7 +95,11 @@ def _beside(campaign: Campaign, beside: Beside, document: dict[str, Any]) -> lis
     document.setdefault("runs", [])
     document.setdefault("kinematics", None)
     document.setdefault("n_states", 0)
+    listed = {run["id"]: run for run in document["runs"]}
     for entry in beside.entries:
+        if entry["id"] in listed:  # fitted with the load runs: it has states too
+            listed[entry["id"]]["n_readings"] = entry.get("n_readings", 0)
+            continue
         document["runs"].append(
             {
                 "id": entry["id"],

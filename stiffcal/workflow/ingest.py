@@ -71,7 +71,9 @@ def ingest_campaign(
         document = reduced.document | {"unchanged": False, "changed": changed}
         writing.write_table(STATES, states_table(reduced.states, campaign.chain.joint_names))
         if reduced.beside.clamped_readings is not None:
-            writing.write_table(CLAMPED, readings_table(reduced.beside.clamped_readings, campaign.chain.joint_names))
+            writing.write_table(
+                CLAMPED, readings_table(reduced.beside.clamped_readings, campaign.chain.joint_names, settings)
+            )
         friction = reduced.beside.friction
         if friction is not None and friction.steady is not None:
             writing.write_table(FRICTION, steady_table(friction.steady, campaign.chain.joint_names))

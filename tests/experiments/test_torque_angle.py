@@ -1,0 +1,132 @@
+"""Play, friction and curve of one joint from branches whose truth is known (004, Table 2; physics, section 7)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stiffcal.experiments.branches import Branches, average_branches, reversal_error
+from stiffcal.experiments.clamped import encoder_step
+from stiffcal.experiments.torque_angle import Law, fit_series, play_segment
+
+Floats = NDArray[np.float64]
+DEGREE = np.pi / 180.0
+# Joint: backlash °, p3, p2, p1 over degrees in 10³ N·m (004, Table 2), and noise of a torque reading, N·m.
+TABLE_2 = {
+    1: (0.10, 28.7, -10.9, 1.30, 0.5),
+    2: (0.15, -42.5, -5.30, 6.35, 1.0),
+    3: (0.10, -8.72, -3.14, 1.47, 0.5),
+    4: (0.16, 0.304, 0.00706, 0.0225, 0.03),
+    5: (0.14, 8.04, -0.921, 0.285, 0.2),
+    6: (0.10, 19.9, 0.598, 0.331, 0.2),
+}
+ENCODER = 0.0005 * DEGREE
+
+
+def law_of(joint: int, **changed: float) -> tuple[Law, float]:
+    play, p3, p2, p1, noise = TABLE_2[joint]
+    curve = (1e3 * p1 / DEGREE, 1e3 * p2 / DEGREE**2, 1e3 * p3 / DEGREE**3)
+    # the printed cubic of joint 1 turns over at 0.096°
+    reach = (-0.1 * DEGREE, (0.095 if joint == 1 else 0.1) * DEGREE)
+    law = Law(0.01 * DEGREE, play * DEGREE, 2e-3 * curve[0] * 0.1 * DEGREE, 0.0, 0.0, 0.0, curve, reach)
+    return replace(law, **changed), noise  # type: ignore[arg-type]
+
+
+def sweep(law: Law, noise: float, seed: int = 1, cycles: int = 3) -> tuple[Floats, ...]:
+    """Return angle, torque, half sweep and direction of readings as an encoder and a force sensor give them."""
+    rng = np.random.default_rng(seed)
+    half, n = 0.5 * law.width, 300
+    low, high = law.middle - half + law.reach[0], law.middle + half + law.reach[1]
+    turns = np.array([low, high] * cycles + [low])
+    angle = np.interp(np.arange(2 * cycles * n), np.arange(turns.size) * n, turns)
+    number = np.arange(angle.size) // n
+    up = number % 2 == 0
+    torque = law.torque_at(angle, up) + noise * rng.standard_normal(angle.size)
+    read = np.round((angle + 0.3 * ENCODER * rng.standard_normal(angle.size)) / ENCODER) * ENCODER
+    return read, torque, number.astype(np.float64), up.astype(np.float64)
+
+
+def branches(law: Law, noise: float, seed: int = 1) -> Branches:
+    angle, torque, number, up = sweep(law, noise, seed)
+    return average_branches(angle, torque, number.astype(np.int64), up.astype(np.bool_), 120)
+
+
+@pytest.mark.parametrize("joint", TABLE_2)
+def test_table_2_comes_back(joint: int) -> None:
+    law, noise = law_of(joint)
+    fit = fit_series(branches(law, noise))
+    segment = play_segment(fit.law)
+    assert fit.play_found
+    assert segment is not None
+    # the paper's own resolution is 0.01°
+    assert abs(fit.law.width - law.width) < 0.002 * DEGREE
+    assert abs(segment.length - law.width) < 0.01 * DEGREE
+    x = np.linspace(0.95 * law.reach[0], (0.09 if joint == 1 else 0.095) * DEGREE, 31)
+    powers = np.stack([x, x**2, x**3])
+    spread = np.sqrt(np.einsum("in,ij,jn->n", powers, fit.curve_covariance, powers))
+    # an encoder's step is worth this much torque on the slope, whatever the scatter says
+    spread = np.hypot(spread, 0.1 * ENCODER * np.abs(law.tangent(x)) + 2e-3 * np.abs(law.spring(x)))
+    assert np.all(np.abs(fit.law.spring(x) - law.spring(x)) < 3.5 * spread)
+    assert np.all(fit.law.tangent(np.linspace(*fit.law.reach, 101)) > -1e-6 * law.curve[0])
+
+
+def test_friction_without_play_is_no_play() -> None:
+    law, noise = law_of(3, width=0.0, friction=12.0)
+    data = branches(law, noise)
+    fit = fit_series(data)
+    assert not fit.play_found
+    assert fit.law.width == pytest.approx(0.0, abs=1e-9)
+    assert fit.law.friction == pytest.approx(12.0, abs=5 * fit.std("friction"))
+    angle, torque, number, up = sweep(law, noise)
+    width = reversal_error(angle, torque, number.astype(np.int64), up.astype(np.bool_))
+    # what friction alone makes of the raw width at zero torque, F/k either way
+    assert width is not None
+    assert width == pytest.approx(2.0 * 12.0 / law.curve[0], rel=0.05)
+
+
+def test_play_without_friction_is_no_friction() -> None:
+    law, noise = law_of(3)
+    fit = fit_series(branches(law, noise))
+    assert fit.play_found
+    assert abs(fit.law.friction) < 4.0 * fit.std("friction")
+    assert abs(fit.law.friction) < 0.005 * np.abs(law.spring(np.array(law.reach))).max()
+
+
+def test_play_and_friction_side_by_side() -> None:
+    law, noise = law_of(2, friction=60.0)
+    fit = fit_series(branches(law, noise))
+    assert fit.law.width == pytest.approx(law.width, abs=0.003 * DEGREE)
+    assert fit.law.friction == pytest.approx(60.0, abs=5.0 * fit.std("friction") + 0.5)
+
+
+def test_a_soft_spring_is_no_play() -> None:
+    """A curve that only bends is told by its cubic."""
+    straight = law_of(5)[0].curve[0]
+    law = replace(law_of(5, width=0.0)[0], curve=(0.45 * straight, 0.0, 2.0 * straight / (0.1 * DEGREE) ** 2))
+    assert not fit_series(branches(law, 0.2)).play_found
+
+
+def test_two_clocks_are_no_friction() -> None:
+    """A torque that stays behind is a lag in angle on the flanks, and nothing in the play."""
+    law, noise = law_of(6, lag=0.001 * DEGREE)
+    fit = fit_series(branches(law, noise), with_lag=True)
+    assert fit.law.lag == pytest.approx(0.001 * DEGREE, rel=0.2)
+    assert abs(fit.law.friction) < 5.0 * fit.std("friction") + 0.02
+
+
+def test_one_way_tells_no_friction() -> None:
+    law, noise = law_of(3)
+    angle, torque, number, up = sweep(law, noise)
+    only = np.where(up > 0.5, number // 2, -1).astype(np.int64)
+    fit = fit_series(average_branches(angle, torque, only, up.astype(np.bool_), 120))
+    assert fit.std("friction") == 0.0
+    assert abs(fit.law.friction) < 1e-3
+
+
+def test_encoder_step_shows_in_the_values() -> None:
+    angle = sweep(*law_of(3))[0]
+    assert encoder_step(angle) == pytest.approx(ENCODER, rel=1e-6)
+    assert encoder_step(np.random.default_rng(1).standard_normal(1000)) == 0.0
