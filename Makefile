@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test bench coverage practice rates campaigns lint lock example clean
+.PHONY: demo test bench coverage practice rates campaigns faults lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -38,6 +38,11 @@ campaigns: $(VENV)/run.stamp
 	$(BIN)/python -m stiffcal simulate build/ci/irb4400 --from campaigns/irb4400 --json >/dev/null
 	$(BIN)/python -m stiffcal batch campaigns/hidden build/ci/irb4400 --thresholds campaigns/thresholds.toml \
 		--store build/ci/stores --no-report --junit build/ci/junit.xml --markdown build/ci/summary.md
+
+# faults at random points of every command that writes: kills, full disks, revoked rights, truncated files
+FAULTS ?= 400
+faults: $(VENV)/test.stamp
+	$(BIN)/python -m tests.faults --tries $(FAULTS) --seed $(SEED)
 
 lint: $(VENV)/test.stamp
 	$(BIN)/ruff check .

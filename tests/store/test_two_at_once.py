@@ -34,9 +34,9 @@ def ended_well_or_told(process: subprocess.Popen[str]) -> int:
     return process.returncode
 
 
-def test_four_commands_at_once_on_a_new_campaign(tmp_path: Path) -> None:
+def test_three_commands_at_once_on_a_new_campaign(tmp_path: Path) -> None:
     folder = write_small_campaign(tmp_path / "small", poses=2)
-    running = [start(word, folder) for word in ("ingest", "identify", "validate", "validate")]
+    running = [start(word, folder) for word in ("ingest", "validate", "validate")]
     codes = [ended_well_or_told(process) for process in running]
     assert 0 in codes
     validate_campaign(folder)
@@ -81,17 +81,3 @@ def test_no_fit_of_two_that_end_together_is_lost_from_the_history(
     # The third is the first one's fit once more, unless the other has come between.
     assert [entry["id"] for entry in fits] == [str(number + 1) for number in range(len(fits))]
     assert {entry["loss"] for entry in fits} == {"linear", "huber"}
-
-
-def test_two_batches_at_once(tmp_path: Path) -> None:
-    cells = tmp_path / "cells"
-    for name in ("a", "b"):
-        write_small_campaign(cells / name, poses=2)
-    running = [start("batch", cells, "--no-report", "--jobs", "1") for _ in range(2)]
-    for process in running:
-        out, error = process.communicate(timeout=240)
-        states = [(one["state"], one["error"] and one["error"]["reason"]) for one in json.loads(out)["campaigns"]]
-        assert all(state == "held" or TOLD in reason for state, reason in states), error
-    again = start("batch", cells, "--no-report", "--jobs", "1")
-    out, _ = again.communicate(timeout=120)
-    assert json.loads(out)["counts"] == {"campaigns": 2, "held": 2, "not_held": 0, "broken": 0, "unchanged": 2}
