@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.experiments.joint_lines import joint_compliance
@@ -20,6 +21,8 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects
+from stiffcal.model.equilibrium import solve_balance
+from stiffcal.simulation.scene import valued_robot
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.validation.validate import Slice, validate_fit
@@ -146,22 +149,22 @@ def test_the_whole_matrices(played: Played) -> None:
 
 
 def test_against_an_outside_engine() -> None:
-    """Poses of six bodies of the true robot, its play aside, against MuJoCo's."""
-    from stiffcal.campaign.frames import measurement_setup, resolve_frames
-    from stiffcal.model.equilibrium import solve_balance
-    from stiffcal.simulation.scene import valued_robot
-
+    """Poses of six bodies of the true robot with its 36 springs against MuJoCo's, play aside."""
     campaign = load_campaign(BODIES, check_files=False)
     chain = campaign.chain
     setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
     robot = valued_robot(campaign)
-    kept = ("joint-compliance", "joint-translation")
-    robot = replace(robot, placed=tuple(one for one in robot.placed if one.effect.name in kept))
+    robot = replace(robot, placed=tuple(one for one in robot.placed if one.effect.name in THIRTY_SIX))
     value: dict[str, Any] = robot.values()
     springs = [
         Spring(k, "slide", 1.0 / value[f"joint-translation.j{k}.{name}"], axis)
         for k in range(1, 7)
         for name, axis in (("tx", (1.0, 0.0, 0.0)), ("ty", (0.0, 1.0, 0.0)), ("tz", (0.0, 0.0, 1.0)))
+    ]
+    springs += [
+        Spring(k, "turn", 1.0 / value[f"bearing-tilt.j{k}.{name}"], axis)
+        for k in range(1, 7)
+        for name, axis in (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)))
     ]
     stiffness = np.array([1.0 / value[f"joint-compliance.j{k}.c"] for k in range(1, 7)])
     rng = np.random.default_rng(4)
@@ -171,6 +174,7 @@ def test_against_an_outside_engine() -> None:
     theirs = MujocoRobot(chain, stiffness, setup, springs=springs).settle(joints, wrench)
     unloaded = MujocoRobot(chain, stiffness, setup, springs=springs).settle(joints, 0.0 * wrench)
     moved = theirs.position - unloaded.position
+    # a joint's turns one after another there, one rotation vector here: products of two turns of 2 mrad apart
     away = np.linalg.norm(ours.displacement[:, :, :3] - moved, axis=2)
     assert np.all(away < 1e-3 * np.linalg.norm(moved, axis=2))
 
