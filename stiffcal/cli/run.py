@@ -35,10 +35,11 @@ def show_run(console: Console, document: Document) -> None:
     validation = document["validate"]
     relative = validation["relative"]
     left = relative.get("translation") if isinstance(relative, dict) else relative
-    console.print(
-        f"unseen poses: {deviation(validation['rms'])} rms, {share(left)} of the deflection is left "
-        f"(no model: {deviation(validation['zero_model'])})"
-    )
+    told, of = f"unseen poses: {deviation(validation['rms'])} rms", "the deflection"
+    if left is None and isinstance(relative, dict):
+        left, of = relative.get("torque"), "the torque"
+    told += f", {share(left)} of {of} is left" if left is not None else ""
+    console.print(f"{told} (no model: {deviation(validation['zero_model'])})")
     if validation["passed"] is False:
         console.print("thresholds NOT held")
     console.print(document["diagnose"]["summary"], soft_wrap=True)
