@@ -13,14 +13,18 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.identification.coupling import without_rods
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.ingest import stored_states
 from stiffcal.workflow.simulate import simulate_campaign
+from stiffcal.workflow.steps import placed_robot
 from stiffcal.workflow.validate import validate_campaign
 
 FOLDER = Path(__file__).parents[2] / "campaigns" / "max100"
@@ -107,6 +111,21 @@ def test_adding_the_link_lowers_the_error_on_unseen_poses(folder: Path, fitted: 
     with_link, without = validate_campaign(folder), validate_campaign(gears)
     assert with_link["rms"]["translation"] < 0.5 * without["rms"]["translation"]
     assert with_link["rms"]["translation"] < 1.2 * with_link["noise"]["translation"]
+
+
+def test_diagnosis_with_rods_and_without(folder: Path, states: LoadStates) -> None:
+    """On gears alone: with rods the swing's bending is named; without them Table 2's eight slopes do not tell it."""
+    kinds = (
+        "joint-compliance", "bearing-tilt", "joint-translation", "link-beam", "link-springs", "tool-compliance",
+    )  # fmt: skip
+    catalogue = {name: find_effects()[name] for name in kinds}
+    robot = placed_robot(load_campaign(folder))
+    gears = replace(robot, placed=tuple(one for one in robot.placed if one.place.kind == "joints"))
+    with_rods = search_missing(states, gears, catalogue)
+    assert [found.candidate.name for found in with_rods.found] == ["link-beam swing"]
+    assert not with_rods.unexplained
+    tool_alone = search_missing(without_rods(states), gears, catalogue)
+    assert "link-beam swing" not in [found.candidate.name for found in tool_alone.found]
 
 
 def spoilt(states: LoadStates, fault: str) -> LoadStates:
