@@ -97,8 +97,10 @@ def _of_motor(angle: Floats, torque: Floats) -> Saturation | None:
     slack = max(ALIKE * limit, 3.0 * float(noise_of(torque[:, None])[0]))
     beyond = np.abs(np.abs(torque) - limit) < slack
     beyond |= np.abs(torque) > limit
+    # a torque that goes to and fro at a steady rate comes as near as this for so long, limit or not
+    steady = 0.5 * slack / limit
     for extreme in (torque > 0.0, torque < 0.0):
         mine = beyond & extreme
-        if mine.mean() < 0.5 * LONG or np.ptp(angle[mine]) > 0.1 * np.ptp(angle):
+        if mine.mean() < max(0.5 * LONG, 4.0 * steady) or np.ptp(angle[mine]) > 0.1 * np.ptp(angle):
             return None
     return Saturation("the motor's torque", limit, "N·m", beyond, limit - slack)

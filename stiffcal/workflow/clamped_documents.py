@@ -162,6 +162,8 @@ def parameters_of(
             elif spec.symbol in values:
                 value, std = values[spec.symbol]
                 low, high = amplitude_bounds(spec)
+                # what a spring measures stands, however soft it is: bounds hold for what is searched
+                high = max(high, value + NORMAL_95 * std) if value > high else high
                 ends = max(low, value - NORMAL_95 * std), min(high, value + NORMAL_95 * std)
                 told = Parameter(name, effect.name, one.place, spec, value, std, ends, False, True, value <= low)
             else:
