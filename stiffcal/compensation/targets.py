@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from stiffcal.compensation.prediction import one_run, parameter_covariance
 from stiffcal.measurements.load_states import MeasurementSetup
+from stiffcal.mechanics.dual_quaternions import displacement_of_duals, dual_from_pose
 from stiffcal.mechanics.kinematics import jacobians
-from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import StateOrder
 from stiffcal.model.equilibrium import Balance, solve_balance
@@ -156,9 +156,11 @@ def errors_of(
 
 
 def pose_error(position: Floats, rotation: Floats, goal: PoseGoal) -> Floats:
-    """Return (n, 6) reached minus wanted: positions, m, and the rotation vector of R R_wantedᵀ, rad; base axes."""
-    turn = rotation @ np.swapaxes(goal.rotation, 1, 2)
-    return np.concatenate([position - goal.position, vector_from_rotation(turn)], axis=1)
+    """Return (n, 6) reached minus wanted: positions, m, and the rotation vector of R R_wantedᵀ, rad; base axes.
+
+    Taken from the poses as unit dual quaternions, Δq̂ = p̂ ∘ q̂⁻¹ (003, eq. 36), which knows no singular orientation.
+    """
+    return displacement_of_duals(dual_from_pose(position, rotation), dual_from_pose(goal.position, goal.rotation))
 
 
 class _Problem:
