@@ -173,6 +173,12 @@ def test_cartesian_stiffness_where_all_is_full() -> None:
         # without noise both ways are one, but for what a straight line leaves of the finite balance
         assert np.allclose(one.stiffness, one.from_compliance, rtol=0.02, atol=1e-3 * np.abs(one.stiffness).max())
         assert one.n == len(members)
+        # and the robot's own, wrench by wrench about the target in base axes
+        setup = replace(states.setup, wrench_axes=Attachment(0, np.eye(4)), wrench_point=states.setup.targets[0])
+        joints = chain.model_angles(np.repeat(states.joints[members[:1]], 6, axis=0))
+        moved = solve_balance(robot(), joints, np.eye(6), setup).displacement[:, 0]
+        assert np.allclose(one.compliance, moved.T, atol=0.01 * np.sqrt(np.outer(np.diag(moved), np.diag(moved))).max())
+        assert np.allclose(np.diag(one.compliance), np.diag(moved), rtol=0.01)
     noisy = cartesian_stiffnesses(tracked(noise=30e-6), chain)
     for exact, one in zip(found, noisy, strict=True):
         true = np.diag(exact.stiffness)
