@@ -167,6 +167,12 @@ class ReportStates:
             keep &= ~self.reference
         return np.asarray(keep, dtype=np.bool_)
 
+    def reads(self, component: int) -> NDArray[np.bool_]:
+        """Return (n,) True where something was read along one base axis (of rotations: wherever they were)."""
+        if self.along is None or component > 2:
+            return np.ones(len(self), dtype=np.bool_)
+        return np.asarray(np.abs(self.along[:, component]) > 1e-3, dtype=np.bool_)
+
     @property
     def has_rotation(self) -> bool:
         """True where rotations were measured (six columns, not all NaN)."""

@@ -109,6 +109,12 @@ def _load_deformation(shown: ReportStates, names: list[str], run: str | None) ->
     from stiffcal.report.figures import load_deformation as figures
 
     runs = sorted(set(shown.run.tolist()))
+    if shown.along is not None:
+        from stiffcal.report.figures.along_lines import draw_along_lines
+
+        chosen = runs if run is None else [names.index(run)]
+        figure = draw_along_lines(shown, chosen, [names[k] for k in chosen])
+        return figure, f"displacement along the force of {'every run' if run is None else f'run {run}'}"
     if run is not None:
         return figures.draw_load_deformation(shown, names.index(run), run), f"load-deformation of run {run}"
     if all(np.count_nonzero(shown.used & (shown.run == number)) <= 1 for number in runs):

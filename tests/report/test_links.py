@@ -116,3 +116,28 @@ def test_no_picture_leaves_a_panel_without_units(name: str) -> None:
     for axes in figure.axes:
         if axes.axison:
             assert "[" in axes.get_ylabel()
+
+
+def test_coupling_errors_stand_in_a_table_of_their_own() -> None:
+    content = made_up_content()
+    ways = [{"way": way, "says": ""} for way in ("links-rigid", "tool-alone", "links-taken-out", "with-rods")]
+    told = {"value": 3e-7, "std": 3e-9, "against_rods": 0.163}
+    entry = {
+        "name": "joint-compliance.j2.c", "links-rigid": told, "tool-alone": None, "links-taken-out": told,
+        "with-rods": told,
+    }  # fmt: skip
+    coupling = {"links": ["swing"], "ways": ways, "parameters": [entry]}
+    identify = (content.identify or {}) | {"coupling": coupling}
+    made = links.section(replace(content, identify=identify, extra={"links": (picture_of(),)}))
+    assert isinstance(made, Section)
+    table = [block for block in made.blocks if isinstance(block, Table)][-1]
+    assert [column.title for column in table.columns][1:] == [
+        "links rigid", "tool alone", "links taken out", "tool and rods",
+    ]  # fmt: skip
+    assert table.rows[0] == (
+        "joint-compliance.j2.c",
+        "+16.3 % (± 2.0 %)",
+        "–",
+        "+16.3 % (± 2.0 %)",
+        "3.00·10⁻⁷ ± 2.0 %",
+    )

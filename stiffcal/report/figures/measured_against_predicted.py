@@ -17,7 +17,7 @@ MOST_POINTS = 1500
 
 
 def _draw_panel(axes: Axes, states: ReportStates, component: int, scale: float) -> None:
-    used = np.flatnonzero(states.used)
+    used = np.flatnonzero(states.used & states.reads(component))
     used = used[canvas.thinned(np.linalg.norm(states.residual[used, :3], axis=1), MOST_POINTS)]
     measured, predicted = states.measured[:, component] * scale, states.best_prediction[:, component] * scale
     unnamed = "unloaded" if (states.branch[used] != "").any() else "load state"

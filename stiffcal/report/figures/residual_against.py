@@ -45,10 +45,11 @@ def draw_residual_against(states: ReportStates, drivers: Sequence[Driver], noise
             panel = panels[row, axis]
             panel.axhline(0.0, color=canvas.QUIET, linewidth=0.6)
             if noise is not None:
-                half = 2 * factor * noise / np.sqrt(3.0)
+                # a gauge reads one component, a tracker three
+                half = 2 * factor * noise / (np.sqrt(3.0) if states.along is None else 1.0)
                 panel.axhspan(-half, half, color=canvas.PALE, alpha=0.6, linewidth=0, zorder=0.3, label="± 2 × noise")
             for branch, marker, face in (("loading", "o", None), ("unloading", "s", "white"), ("", "D", None)):
-                pick = used[states.branch[used] == branch]
+                pick = used[(states.branch[used] == branch) & states.reads(axis)[used]]
                 colour = canvas.BRANCH_COLOURS[branch]
                 if pick.size:
                     panel.plot(

@@ -23,6 +23,12 @@ _ELEMENTS = (
     (4, 4, "turn about x2 per moment", 1e9, "µrad/(kN·m)"),
     (3, 3, "twist per moment", 1e9, "µrad/(kN·m)"),
 )
+_HEADS = {
+    "links-rigid": "links rigid",
+    "tool-alone": "tool alone",
+    "links-taken-out": "links taken out",
+    "with-rods": "tool and rods",
+}
 
 
 def section(content: ReportContent) -> Section | None:
@@ -36,6 +42,8 @@ def section(content: ReportContent) -> Section | None:
         if len(pictures) > 1:
             blocks.append(Subheading(picture.link))
         blocks += _of_link(picture, told.get(picture.link))
+    if (content.identify or {}).get("coupling"):
+        blocks += _coupling((content.identify or {})["coupling"])
     return Section(_TITLE, tuple(blocks), new_page=True)
 
 
@@ -57,6 +65,35 @@ def _of_link(picture: LinkPicture, told: Document | None) -> list[Block]:
         blocks.append(Picture(partial(drawing.draw_tool, picture), _tool_caption(picture, told)))
     blocks.append(Picture(partial(drawing.draw_bent, picture), _bent_caption(picture)))
     return blocks
+
+
+def _coupling(coupling: Document) -> list[Block]:
+    """Lay out what measuring without the rods does to every parameter."""
+    columns = [Column("parameter", align="left", mono=True)]
+    columns += [Column(_HEADS[way["way"]]) for way in coupling["ways"]]
+    rows = []
+    for one in coupling["parameters"]:
+        cells = [_estimate(one.get(way["way"]), way["way"]) for way in coupling["ways"]]
+        rows.append((str(one["name"]), *cells))
+    words = (
+        "A test at the tool measures all parts at once, and what one part does is laid at another’s door. The same "
+        "load states identified in four ways; the first three against tool and rods together, with their own 95 % "
+        "half-width."
+    )
+    return [
+        Subheading("What the rods change"),
+        Paragraph(words),
+        Table(tuple(columns), tuple(rows), "Difference from tool and rods together; a dash: not told, or left out."),
+    ]
+
+
+def _estimate(value: Document | None, way: str) -> str:
+    if value is None or not value["value"]:
+        return wording.DASH
+    half = f"± {wording.digits(100.0 * 1.96 * abs(value['std'] / value['value']), 2)} %"
+    if way == "with-rods" or value["against_rods"] is None:
+        return f"{wording.digits(value['value'])} {half}"
+    return f"{100.0 * value['against_rods']:+.1f} % ({half})".replace("-", "−")
 
 
 def _compliance(picture: LinkPicture, told: Document) -> Table:
