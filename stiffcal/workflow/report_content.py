@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.checks import MANIFEST_FILE
 from stiffcal.campaign.model_file import MODEL_FILE
-from stiffcal.campaign.signals import Joints
+from stiffcal.campaign.signals import Joints, Wrench
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
@@ -280,6 +280,8 @@ def _instruments(data: Ingested) -> list[Instrument]:
         if isinstance(signal, Joints):
             kind = ", ".join(JOINT_MEASURES[key] for key in signal.groups())
         measures = MEASURES.get(kind.removesuffix("s") if kind == "poses" else kind, kind)
+        if isinstance(signal, Wrench) and not signal.moments_measured:
+            measures = "force" if len(signal.columns) == 3 else "force along a line"
         body = getattr(signal, "body", None)
         detail = [str(held.format or "csv")]
         frame = getattr(signal, "frame", None) or getattr(signal, "axes", None)

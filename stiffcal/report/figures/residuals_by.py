@@ -46,7 +46,8 @@ def _draw_bars(axes: Axes, entries: Entries, component: str, noise: float | None
     axes.set_ylim(0, canvas.padded_limits(np.concatenate([rms, largest]))[1])
     axes.set_xlim(-0.7, len(entries) - 0.3)
     axes.grid(visible=False, axis="x")
-    axes.set_ylabel(f"{'residual' if component == 'translation' else component + ' residual'} [{unit}]")
+    words = {"translation": "residual", "length": "rods’ residual"}.get(component, f"{component} residual")
+    axes.set_ylabel(f"{words} [{unit}]")
 
 
 def _components(entries: Entries) -> list[str]:
