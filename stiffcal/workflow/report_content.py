@@ -29,9 +29,9 @@ from stiffcal.report.content import (
 )
 from stiffcal.store import values_of
 from stiffcal.workflow.report_bodies import joint_pictures
+from stiffcal.workflow.report_clamped import clamped_curves
 from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import diagnosis_content
-from stiffcal.workflow.report_clamped import clamped_curves
 from stiffcal.workflow.report_friction import friction_curves, friction_set_aside
 from stiffcal.workflow.report_links import link_pictures
 from stiffcal.workflow.state_tables import component_block, gauge_block
