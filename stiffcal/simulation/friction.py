@@ -107,6 +107,7 @@ def _stroke(distance: float, pace: float, acceleration: float) -> tuple[Floats, 
     speed = np.concatenate([acceleration * up, np.full(count, pace), acceleration * (ramp - up)])
     change = np.concatenate([np.full(up.size, acceleration), np.zeros(count), np.full(up.size, -acceleration)])
     # two nodes at one moment: where the acceleration jumps, so does the torque
+    time[0] = 1e-9
     time[1:] = np.maximum.accumulate(np.maximum(time[1:], time[:-1] + 1e-9))
     return time, way * place, way * speed, way * change
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,6 +77,18 @@ def test_weight_cancels_to_a_fraction_of_a_sample() -> None:
         up, down = readings_of(moved(speed))
         assert up.stretch == down.stretch
         assert 0.5 * (up.torque - down.torque) == pytest.approx(10.0, abs=2e-3)
+
+
+def test_only_the_stretch_that_all_passes_cover_counts() -> None:
+    """One way the velocity was held longer than the other: what lies beyond carries other weight."""
+    up, down = moved(0.5, weight=500.0)
+    part = slice(0, 2 * down.held.time.size // 3)
+    short = replace(
+        down, held=replace(down.held, **{n: getattr(down.held, n)[part] for n in ("time", "angle", "torque")})
+    )
+    first, second = readings_of([up, short])
+    assert (first.low, first.high) == (second.low, second.high) == (short.held.low, short.held.high)
+    assert 0.5 * (first.torque - second.torque) == pytest.approx(10.0, abs=0.02)
 
 
 def test_speeds_and_joints_are_kept_apart() -> None:

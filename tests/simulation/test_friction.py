@@ -1,0 +1,85 @@
+"""Friction runs that are simulated: strokes as asked for, and the drive's torque to the last term."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiffcal.effects.joint_friction import JointFriction
+from stiffcal.measurements.load_states import Attachment, Floats
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.simulation.friction import play_friction, strokes_program
+from stiffcal.simulation.motion import MotionProgram
+from stiffcal.simulation.play import Act, ToolWeight
+from stiffcal.simulation.settings import FrictionMotion, Loads
+from tests.independent.pinocchio_robot import gravity_torques, pinocchio_model
+from tests.independent.robots import six_axes
+
+LAW = JointFriction()
+VALUES = {"coulomb": 60.0, "stribeck": 10.0, "velocity": 0.03, "exponent": 1.3, "viscous": 90.0}
+POSE = np.radians([10.0, -60.0, 30.0, 20.0, 40.0, 0.0])
+MOTION = FrictionMotion(
+    speeds_rad_s=[0.05, 0.8], amplitude_deg=30.0, longest_s=4.0, acceleration_rad_s2=5.0, rotor_inertia_kgm2=25.0,
+    ripple_Nm=2.0, ripple_per_turn=80.0,
+)  # fmt: skip
+
+
+def played(tool: ToolWeight) -> MotionProgram:
+    chain = six_axes()
+    robot = CompliantRobot(chain, (PlacedEffect(LAW, Place("joints", (2,)), VALUES),))
+    program = strokes_program(MOTION, POSE, 2)
+    act = Act("a", POSE, program, Loads(), Attachment(0, np.eye(4)), 0.0)
+    done = play_friction(robot, act, {}, tool, MOTION).act.program
+    assert isinstance(done, MotionProgram)
+    return done
+
+
+def test_strokes_are_those_asked_for() -> None:
+    program = strokes_program(MOTION, POSE, 2)
+    angle = np.degrees(program.joints[:, 1] - POSE[1])
+    assert angle.max() == pytest.approx(30.0, abs=1e-6)
+    assert angle.min() == pytest.approx(-30.0, abs=1e-6)
+    assert np.all(np.diff(program.node) > 0.0)
+    # the place is the integral of the speed, which is straight between the nodes
+    slope = np.diff(program.joints[:, 1]) / np.diff(program.node)
+    middle = 0.5 * (program.speed[1:] + program.speed[:-1])
+    long = np.diff(program.node) > 1e-6
+    np.testing.assert_allclose(slope[long], middle[long], atol=1e-6)
+    assert np.ptp(program.joints[:, 0]) == 0.0
+
+
+@pytest.mark.parametrize("mass", [0.0, 30.0])
+def test_the_torque_is_friction_weight_inertia_and_ripple(mass: float) -> None:
+    com = np.array([0.02, -0.01, 0.15])
+    program = played(ToolWeight(mass, com))
+    chain = six_axes()
+    model = pinocchio_model(chain, mass, com)
+    steady = np.flatnonzero(np.abs(getattr(program, "acceleration")) == 0.0)[::40]  # noqa: B009
+    angles = chain.model_angles(program.joints[steady])
+    speed: Floats = program.velocity_at(program.node[steady])[:, 1]
+    weight = np.array([gravity_torques(model, q)[1] for q in angles])
+    wanted = weight + LAW.friction_torque(speed, VALUES) + 2.0 * np.sin(80.0 * program.joints[steady, 1])
+    np.testing.assert_allclose(program.torque[steady, 1], wanted, rtol=1e-9)
+
+
+def test_accelerating_takes_the_rotor_and_the_arm() -> None:
+    program = played(ToolWeight(0.0, np.zeros(3)))
+    change = np.asarray(getattr(program, "acceleration"))  # noqa: B009
+    rising = np.flatnonzero((change[:-1] == 5.0) & (change[1:] == 0.0))
+    k = int(rising[0])
+    # at the end of a ramp place and speed stay, the acceleration goes: 25 kg·m² of rotor, and the arm about joint 2
+    jump = float(program.torque[k, 1] - program.torque[k + 1, 1])
+    assert jump > 25.0 * 5.0
+    assert jump == pytest.approx(5.0 * (25.0 + arm_about_joint_2()), rel=1e-6)
+
+
+def arm_about_joint_2() -> float:
+    """The links' moment of inertia about joint 2's axis in the pose at which the first ramp ends, kg·m²."""
+    import pinocchio
+
+    program = strokes_program(MOTION, POSE, 2)
+    k = int(np.flatnonzero((program.acceleration[:-1] == 5.0) & (program.acceleration[1:] == 0.0))[0])
+    model = pinocchio_model(six_axes())
+    mass = pinocchio.crba(model, model.createData(), six_axes().model_angles(program.joints[k : k + 1])[0])
+    return float(mass[1, 1])
