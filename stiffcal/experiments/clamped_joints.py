@@ -37,7 +37,7 @@ class ClampedJoint:
     reversal : rad, raw width at zero torque, mean over poses; None where the branches do not come there.
     curve : (3,) p1, p2, p3, N·m/rad, N·m/rad², N·m/rad³. covariance : (3, 3).
     reach : rad, from the flanks, both ways. torque : N·m, smallest and largest spring torque that was reached.
-    source : "force sensor" or "motor torque".
+    source : "force sensor" or "motor torque". far : of the runs, those that reached enough torque to tell the curve.
     """
 
     joint: int
@@ -59,6 +59,7 @@ class ClampedJoint:
     reach: tuple[float, float]
     torque: tuple[float, float]
     source: str
+    far: tuple[ClampedRun, ...]
 
     @property
     def play_found(self) -> bool:
@@ -138,6 +139,7 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         reach=reach,
         torque=(float(ends[0]), float(ends[1])),
         source=runs[0].chain.source,
+        far=far,
     )
 
 

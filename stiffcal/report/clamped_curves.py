@@ -50,6 +50,7 @@ class ClampedCurve:
     joint : its name. poses : its runs.
     told : the joint's entry of ``identify``'s section ``clamped``; None where no run can be used.
     angle : (n,) rad from the flank. torque, std : (n,) N·m, the curve and its standard uncertainty.
+    curve_runs : names of the runs that tell the curve.
     """
 
     joint: str
@@ -58,6 +59,7 @@ class ClampedCurve:
     angle: Floats
     torque: Floats
     std: Floats
+    curve_runs: tuple[str, ...] = ()
 
     @property
     def shown(self) -> ClampedPose:

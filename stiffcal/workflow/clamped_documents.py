@@ -30,7 +30,7 @@ DEFINITION = {
     ),
     "friction": "half the torque between the branches at all angles",
     "reversal_error": "raw width between the branches at zero torque, which friction alone can cause",
-    "angle": "φ = φ_a − φ_m: what the arm turns against the motor, at the joint's side; torque: what acts on the arm",
+    "angle": "angle φ = φ_a − φ_m: what the arm turns against the motor, at the joint's side; torque: that on the arm",
     "curve": "τ = p1 φ + p2 φ² + p3 φ³, φ counted from the flank, rising everywhere in what was reached",
     "left_out": f"poses whose whole motion is below {LEAST_MOTION:g} times the play",
     "slope_share": SLOPE_SHARE,
@@ -63,6 +63,7 @@ def told_of(joint: ClampedJoint) -> Document:
             "covariance": joint.covariance.tolist(),
             "reach": list(joint.reach),
             "torque": list(joint.torque),
+            "runs": [run.name for run in joint.far],
         },
         "tangent_stiffness": [
             {

@@ -37,8 +37,9 @@ def clamped_curves(data: Ingested, identified: Document) -> tuple[ClampedCurve, 
         powers = np.stack([angle, angle**2, angle**3])
         curve = np.array([entry["curve"][p] for p in ("p1", "p2", "p3")]) if entry else np.zeros(3)
         covariance = np.array(entry["curve"]["covariance"]) if entry else np.zeros((3, 3))
+        through = tuple(entry["curve"]["runs"]) if entry else ()
         std = np.sqrt(np.maximum(np.einsum("in,ij,jn->n", powers, covariance, powers), 0.0))
-        curves.append(ClampedCurve(data.joint_names[joint - 1], poses, entry, angle, curve @ powers, std))
+        curves.append(ClampedCurve(data.joint_names[joint - 1], poses, entry, angle, curve @ powers, std, through))
     return tuple(curves)
 
 

@@ -64,7 +64,7 @@ def draw_curves(curves: tuple[ClampedCurve, ...]) -> Figure:
     """Draw the torque-angle curve of every joint, counted from the flank, with the readings of all poses used."""
     figure, panels = _grid(curves)
     for panel, curve in zip(panels, curves, strict=False):
-        used = [pose for pose in curve.poses if not pose.left_out]
+        used = [pose for pose in curve.poses if pose.run in curve.curve_runs]
         for number, pose in enumerate(used):
             panel.plot(
                 np.rad2deg(pose.spring_angle), pose.spring_torque, linestyle="none", markersize=2.2,

@@ -120,7 +120,7 @@ def _curve_table(curves: list[ClampedCurve]) -> Table:
             cells.append(f"{wording.digits(shape[name] * scale)} ± {wording.digits(half, 2)}")
         reach = f"{_degrees(shape['reach'][0])} … {_degrees(shape['reach'][1])}"
         torque = f"{wording.digits(shape['torque'][0])} … {wording.digits(shape['torque'][1])}"
-        rows.append((curve.joint, *cells, reach, torque, ", ".join(_entry(curve)["runs"])))
+        rows.append((curve.joint, *cells, reach, torque, ", ".join(shape["runs"])))
     caption = (
         "Torque over angle, τ = p1 φ + p2 φ² + p3 φ³, φ in degrees from the flank: rising in all that was reached, and "
         "not to be used beyond. Uncertainties 95 %."
