@@ -176,7 +176,7 @@ def test_many_runs_are_thinned_and_that_is_said() -> None:
 
 def test_output_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
     content = ReportContent(provenance=Provenance("x", "y", "2026-11-21"), runs=(), joint_names=())
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(InputError, match="folder does not exist"):
         build_report(content, tmp_path / "no" / "folder" / "report.pdf")
 
 
