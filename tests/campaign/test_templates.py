@@ -19,7 +19,7 @@ from stiffcal.mechanics.chain import Chain
 @pytest.mark.parametrize("kind", ["load", "clamped", "ids", "friction"])
 def test_template_loads_once_its_logs_exist(tmp_path: Path, kind: str) -> None:
     written = write_template(tmp_path / "cell", kind)
-    more = {"model.toml", "simulate.toml"} if kind in ("friction", "ids") else set()
+    more = {"model.toml", "simulate.toml"} if kind in ("clamped", "friction", "ids") else set()
     assert {path.name for path in written} == {"campaign.toml", "robot.toml", "README.txt"} | more
     with pytest.raises(InputError) as caught:
         load_campaign(tmp_path / "cell")
