@@ -2,9 +2,10 @@
 
 Everything is set up once; a call works in arrays that stand ready, and allocates none. Two shapes of the chain, with
 and without the load, are carried side by side; their difference is the deflection, and one Newton step on the chain's
-Jacobian makes the joint offsets from it. Each sweep takes the wrenches on the shape that the sweep before has found:
-one sweep is the papers' linear form (002, eq. 8, on the rigid chain), two hold the change of the levers too, weight
-included, and are within some 10⁻⁴ of the balance that `targets.correct_joints` solves.
+Jacobian makes the joint offsets from it. A sweep takes the wrenches on the shapes that the sweep before has found, the
+first ever on the rigid chain, which alone would be the papers' linear form (002, eq. 8). In a loop a load changes
+little from one cycle to the next, so that one sweep a call holds the change of the levers too, weight included: within
+some 10⁻⁴ of the balance that `targets.correct_joints` solves, and for one cycle within a per cent after a blow.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ from stiffcal.model.composite import CompliantRobot
 Floats = NDArray[np.float64]
 
 
+FIRST_SWEEPS = 3
+
+
 @dataclass(frozen=True)
 class StepSettings:
     """How a controller's loop compensates.
@@ -36,7 +40,7 @@ class StepSettings:
     cutoff_hz : of the filter for the sensor's noise; None: no filter.
     tool_mass : kg, of what hangs beyond the sensor and is in its reading; tool_com : (3,) in the flange frame, m.
     zeroed_at : (L,) logged angles, rad, at which the sensor read zero with the tool on; None: it was never zeroed.
-    sweeps : 1, the papers' linear form, or more.
+    sweeps : in each call; the first call after a start makes `FIRST_SWEEPS`, as nothing was found before.
     damping : Jacobian's directions that move less than this, m/rad or rad/rad, are corrected less and less.
     largest_correction : rad, what a joint's offset is cut off at.
     leave_out : names of effects that the loop may leave out, because it cannot hold them.
@@ -47,7 +51,7 @@ class StepSettings:
     tool_mass: float = 0.0
     tool_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
     zeroed_at: Floats | None = None
-    sweeps: int = 2
+    sweeps: int = 1
     damping: float = 5e-3
     largest_correction: float = float(np.radians(2.0))
     leave_out: tuple[str, ...] = ()
@@ -111,11 +115,11 @@ class CompensationStep:
         else:
             if not self._started:
                 self._filter.settle(self._reading)
-                self._started = True
             self._filter.step(self._reading, self.wrench)
         shapes.load(self.wrench)
-        for _ in range(self.settings.sweeps):
+        for _ in range(self.settings.sweeps if self._started else FIRST_SWEEPS):
             shapes.sweep()
+        self._started = True
         shapes.difference(self.deflection)
         self._solver.solve(shapes, self.deflection, self.offsets)
         np.abs(self.offsets, out=self._size)
@@ -126,12 +130,14 @@ class CompensationStep:
             np.multiply(self.offsets, self._largest, out=self.offsets)
         np.subtract(self._low, joints, out=self._room[0])
         np.subtract(self._high, joints, out=self._room[1])
-        np.clip(self.offsets, self._room[0], self._room[1], out=self.offsets)
+        np.maximum(self.offsets, self._room[0], out=self.offsets)
+        np.minimum(self.offsets, self._room[1], out=self.offsets)
         return self.offsets
 
     def reset(self) -> None:
-        """Forget what the filter has seen: the next sample is taken as having stood for ever."""
+        """Forget what was: the next sample is taken as having stood for ever."""
         self._started = False
+        self._shapes.straighten()
 
 
 class _ToolWeight:

@@ -84,9 +84,6 @@ class Shapes:
         self._displaced = np.moveaxis(np.tile(np.eye(4), (count + 1, 2, 1, 1)), 1, 0)
         self._before, self._after = self._displaced[:, :-1], self._displaced[:, 1:]
         self._step = np.zeros((2, count, 4, 4))
-        first = self._displaced[0]
-        self._rigid_links = [(first[k], self._local[k], first[k + 1]) for k in range(count)]
-        self._other_shape = self._displaced[1]
         self._links = [(self._displaced[:, k], self._step[:, k], self._displaced[:, k + 1]) for k in range(count)]
         self._node = np.zeros((2, count, 4, 4))  # node frames before their own displacement
         self._to_node = np.swapaxes(self._node[..., :3, :3], 2, 3)
@@ -103,6 +100,7 @@ class Shapes:
         self._to_move = displacement_matrix()
         self._move_flat = np.zeros((2, count, 16))
         self._move = self._move_flat.reshape(2, count, 4, 4)
+        self.straighten()
 
     def _place_load(self, chain: NodeChain, nodes: LinearNodes) -> None:
         setup = nodes.setup
@@ -166,8 +164,12 @@ class Shapes:
         self._jacobian_shift, self._jacobian_turn = self.jacobian[:, None, :3], self.jacobian[:, 3:]
         self._outboard = self.jacobian[int(np.searchsorted(self._joints, node, side="right")) :]
 
+    def straighten(self) -> None:
+        """Forget the nodes' displacements: the next shapes are the rigid chain's."""
+        self._move[:] = np.eye(4)
+
     def stand(self, angles: Floats) -> None:
-        """Put both shapes to the rigid chain at model angles (J,), rad."""
+        """Put both shapes to model angles (J,), rad, the nodes displaced as they last were."""
         np.sin(angles, self._sine_flat)
         np.cos(angles, self._cosine_flat)
         np.multiply(self._still, self._cosine, self._turned)
@@ -175,11 +177,7 @@ class Shapes:
         np.add(self._turned, self._room, self._turned)
         for place, column in self._columns:
             np.copyto(place, column)
-        for before, local, after in self._rigid_links:
-            np.dot(before, local, after)
-        np.copyto(self._other_shape, self._displaced[0])
-        np.copyto(self._node, self._after)
-        np.matmul(self._axes_frame, self._axes_there, self._axes)
+        self._place()
 
     def load(self, wrench: Floats) -> None:
         """Take the process wrench (6,) of this sample."""
@@ -212,6 +210,10 @@ class Shapes:
         np.copyto(self._linear, self._small_of)
         np.multiply(self._turn_column, self._turn_row, self._squares)
         np.matmul(self._features, self._to_move, self._move_flat)
+        self._place()
+
+    def _place(self) -> None:
+        """Put all frames where angles and displacements lead."""
         np.matmul(self._local, self._move, self._step)
         for before, step, after in self._links:
             np.matmul(before, step, after)

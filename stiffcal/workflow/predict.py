@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import InputError
+from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
 from stiffcal.workflow.load_table import AXES, LoadTable, read_load_table
 from stiffcal.workflow.steps import (
     LOAD_PATHS,
@@ -122,7 +122,7 @@ def _wanted(campaign: Campaign, poses: Path | None, wish: LoadPathWish | None) -
     else:
         corner_loads, pose = _corners(wish.corners), np.zeros(len(names))
     if wish.pose is not None:
-        pose = _pose(wish.pose, names)
+        pose = pose_of_words(wish.pose, names, "--at")
     elif not Path(wish.corners).is_file():
         raise InputError.at("command line", "--at", "no pose given", f"give {len(names)} joint angles in degrees")
     if wish.points < 1 or len(corner_loads) < 2:
@@ -133,27 +133,11 @@ def _wanted(campaign: Campaign, poses: Path | None, wish: LoadPathWish | None) -
 
 
 def _corners(text: str) -> Floats:
-    rows = [_numbers(part, "--load-path") for part in text.split(";") if part.strip()]
+    rows = [numbers_of_words(part, "--load-path") for part in text.split(";") if part.strip()]
     if not rows or any(len(row) != len(rows[0]) for row in rows) or len(rows[0]) not in (3, 6):
         mend = 'write forces like "-100,200,-300;0,0,0;100,-200,100", or name a CSV file'
         raise InputError.at("command line", "--load-path", f"{text!r} is no list of loads", mend)
     return np.array(rows)
-
-
-def _pose(text: str, names: Sequence[str]) -> Floats:
-    angles = _numbers(text, "--at")
-    if len(angles) != len(names):
-        reason = f"{len(angles)} angles, the robot has {len(names)} joints"
-        raise InputError.at("command line", "--at", reason, f"give {', '.join(names)} in degrees")
-    return np.radians(angles)
-
-
-def _numbers(text: str, option: str) -> list[float]:
-    try:
-        return [float(word) for word in text.split(",")]
-    except ValueError:
-        mend = "write numbers with a point, separated by commas"
-        raise InputError.at("command line", option, f"{text!r} holds something that is no number", mend) from None
 
 
 def _document(loads: LoadTable, found: Prediction, valued: ValuedCampaign) -> Document:

@@ -78,20 +78,49 @@ def samples(robot: CompliantRobot, setup: MeasurementSetup, n: int = 30) -> tupl
 
 
 @pytest.mark.parametrize("make", [springs_36, everything_linear])
-def test_two_sweeps_are_the_balance(make: object) -> None:
+def test_a_first_call_is_the_balance(make: object) -> None:
     robot: CompliantRobot = make()  # type: ignore[operator]
     setup = force_sensor_setup(robot.chain, 10.0, (0.0, 0.01, 0.1))
     joints, wrench = samples(robot, setup)
     exact = correct_joints(robot, joints, wrench, setup)
+    step = CompensationStep(robot, setup)
+    seen = []
+    for q, w in zip(joints, wrench, strict=True):
+        step.reset()
+        seen.append([*step(q, w), *step.deflection])
+    found = np.array(seen)
     size = np.linalg.norm(exact.deflection, axis=1)
-    for sweeps, tolerance in ((1, 2e-2), (2, 5e-4), (4, 5e-5)):
-        step = CompensationStep(robot, setup, StepSettings(sweeps=sweeps))
-        seen = np.array([[*step(q, w), *step.deflection] for q, w in zip(joints, wrench, strict=True)])
-        assert np.all(np.linalg.norm(seen[:, 6:] - exact.deflection, axis=1) < tolerance * size)
-    loaded = solve_balance(robot, robot.chain.model_angles(joints + seen[:, :6]), wrench, setup)
+    assert np.all(np.linalg.norm(found[:, 6:] - exact.deflection, axis=1) < 1e-4 * size)
+    loaded = solve_balance(robot, robot.chain.model_angles(joints + found[:, :6]), wrench, setup)
     unloaded = solve_balance(robot, robot.chain.model_angles(joints), wrench, setup).unloaded_position
     left = np.linalg.norm(loaded.target_position - unloaded, axis=2)[:, 0]
     assert np.all(left < 0.05 * np.linalg.norm(exact.deflection[:, :3], axis=1))
+
+
+@pytest.mark.parametrize("make", [springs_36, everything_linear])
+def test_a_loop_keeps_to_the_balance(make: object) -> None:
+    """A second of motion and a changing load at 4 ms: each call goes on from the shape of the one before."""
+    robot: CompliantRobot = make()  # type: ignore[operator]
+    setup = force_sensor_setup(robot.chain, 10.0, (0.0, 0.01, 0.1))
+    ends, loads = samples(robot, setup, 2)
+    share = np.linspace(0.0, 1.0, 250)[:, None]
+    joints = ends[0] + 0.2 * share * (ends[1] - ends[0])
+    wrench = loads[0] + np.sin(6.0 * share) * loads[1]
+    exact = solve_balance(robot, robot.chain.model_angles(joints), wrench, setup).displacement[:, 0]
+    step = CompensationStep(robot, setup)
+    found = []
+    for q, w in zip(joints, wrench, strict=True):
+        step(q, w)
+        found.append(step.deflection.copy())
+    size = np.linalg.norm(exact, axis=1).max()
+    assert np.linalg.norm(np.array(found) - exact, axis=1).max() < 5e-4 * size
+    # a blow: the load there at once, within a per cent in the first cycle, nearly all in the second
+    blow = 2.0 * wrench[-1]
+    moved = solve_balance(robot, robot.chain.model_angles(joints[-1:]), blow[None], setup).displacement[0, 0]
+    step(joints[-1], blow)
+    assert np.linalg.norm(step.deflection - moved) < 1e-2 * np.linalg.norm(moved)
+    step(joints[-1], blow)
+    assert np.linalg.norm(step.deflection - moved) < 5e-4 * np.linalg.norm(moved)
 
 
 def test_seven_joints_by_least_motion() -> None:
@@ -100,7 +129,7 @@ def test_seven_joints_by_least_motion() -> None:
     robot, setup = drives(chain, SEVEN_STIFFNESS), force_sensor_setup(chain, 2.0)
     joints, wrench = rng.uniform(-1.2, 1.2, (20, 7)), rng.normal(size=(20, 6)) * np.repeat([40.0, 5.0], 3)
     exact = correct_joints(robot, joints, wrench, setup)
-    step = CompensationStep(robot, setup)
+    step = CompensationStep(robot, setup, StepSettings(sweeps=3))
     offsets = np.array([step(q, w).copy() for q, w in zip(joints, wrench, strict=True)])
     assert np.allclose(offsets, exact.joints - joints, atol=0.05 * np.abs(exact.joints - joints).max())
 
@@ -175,7 +204,7 @@ def test_the_filter_settles_on_the_first_sample_and_lags_by_its_delay() -> None:
     step = CompensationStep(robot, setup, StepSettings(cycle_s=0.001, cutoff_hz=10.0))
     first = step(joints[0], wrench[0]).copy()
     assert np.allclose(first, CompensationStep(robot, setup)(joints[0], wrench[0]), atol=1e-12)
-    assert np.allclose(step(joints[0], wrench[0]), first, atol=1e-12)
+    assert np.allclose(step(joints[0], wrench[0]), first, atol=1e-7)
     step(joints[0], 0.0 * wrench[0])
     assert np.linalg.norm(step.wrench) > 0.99 * np.linalg.norm(wrench[0])
     step.reset()
@@ -216,7 +245,7 @@ def test_readings_in_base_axes() -> None:
     in_base = replace(setup, wrench_axes=Attachment(0, np.eye(4)))
     joints, wrench = samples(robot, setup, 3)
     exact = solve_balance(robot, robot.chain.model_angles(joints), wrench, in_base).displacement[:, 0]
-    step = CompensationStep(robot, in_base, StepSettings(sweeps=4))
+    step = CompensationStep(robot, in_base, StepSettings(sweeps=5))
     for q, w, moved in zip(joints, wrench, exact, strict=True):
         step(q, w)
         assert np.allclose(step.deflection, moved, atol=1e-5 * np.linalg.norm(moved))
