@@ -55,8 +55,8 @@ UV ?= uv
 COMPILE = $(UV) pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header \
 	--only-binary :all: --no-emit-index-url --no-emit-find-links --no-annotate pyproject.toml --group build
 lock:
-	$(COMPILE) -o requirements/run.txt
-	$(COMPILE) --group test -c requirements/run.txt -o requirements/test.txt
+	$(COMPILE) --group test -o requirements/test.txt
+	$(COMPILE) -c requirements/test.txt -o requirements/run.txt
 
 # the example that `stiffcal demo` copies; installed packages have no campaigns/
 example:

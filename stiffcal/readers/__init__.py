@@ -30,6 +30,8 @@ Options: TypeAlias = Mapping[str, object]
 """What the manifest says of a format: the table ``csv = {…}``, ``hdf5 = {…}`` of a source."""
 
 ENTRY_POINTS = "stiffcal.readers"
+ALSO = {"mcap": "rosbag2"}
+"""Formats that another format's module reads as well: it lists them in its own ``ALSO``."""
 EXTRAS = {"mcap": "ros", "rosbag2": "ros"}
 """Formats whose extra has another name than they."""
 
@@ -129,7 +131,7 @@ def formats() -> tuple[str, ...]:
     True
     """
     folder = str(Path(__file__).parent)
-    return tuple(sorted(entry.name for entry in pkgutil.iter_modules([folder])))
+    return tuple(sorted([*(entry.name for entry in pkgutil.iter_modules([folder])), *ALSO]))
 
 
 def find_reader(path: Path, log_format: str | None = None, shown: str = "") -> Reader:
@@ -168,6 +170,8 @@ def find_reader(path: Path, log_format: str | None = None, shown: str = "") -> R
 
 
 def _load(name: str, known: Sequence[str]) -> Reader | None:
+    if name in ALSO:
+        return cast(Reader, importlib.import_module(f"{__name__}.{ALSO[name]}").ALSO[name])
     if name in known:
         return cast(Reader, importlib.import_module(f"{__name__}.{name}").READER)
     for entry in _outside():
@@ -339,7 +343,7 @@ def common_length(lengths: Mapping[str, int], wanted: Wanted, shown: str) -> int
 def batch_of_columns(
     read: Callable[[str, int, int], NDArray[Any]], wanted: Wanted, start: int, end: int, shown: str
 ) -> Batch:
-    """Return rows `start` to before `end` (from 0) as a batch; ``read(name, start, end)`` gives numbers, words or times.
+    """Return rows `start` to before `end` (from 0); ``read(name, start, end)`` gives numbers, words or times.
 
     Raises
     ------

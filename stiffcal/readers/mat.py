@@ -1,0 +1,293 @@
+"""MATLAB's MAT files: version 5 to 7 (`save`), and 7.3 (``save -v7.3``), which is HDF5 inside.
+
+Options of the manifest (``mat = {…}``), all optional:
+
+variable : the struct whose fields are the columns, or the matrix that holds them; members by points: ``log.ft``.
+    Absent: the file's own variables are the columns, or the fields of its only struct.
+columns : the names of a matrix's columns, in order.
+
+A column is a vector, or one column of a matrix; words are a cell array of character vectors. What MATLAB stores in a
+form of its own (table, timetable, datetime, string) is not readable outside it and is refused by name.
+
+Version 7.3 is read in pieces. Version 5 packs each variable whole, so that the wanted ones are held in memory (MATLAB
+itself bounds each to 2 GB).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import InputError
+from stiffcal.readers import (
+    Batch,
+    Header,
+    Options,
+    Wanted,
+    batch_of_columns,
+    check_columns,
+    check_options,
+    common_length,
+    nearest_name,
+)
+
+BATCH_ROWS = 1 << 16
+KNOWN_OPTIONS: dict[str, type] = {"variable": str, "columns": list}
+PLAIN_CLASSES = (
+    "double",
+    "single",
+    "logical",
+    "char",
+    "cell",
+    "struct",
+    *(f"{u}int{n}" for u in ("", "u") for n in (8, 16, 32, 64)),
+)
+IN_MATLAB = "save what is in it as vectors, e.g. s = table2struct(T, ToScalar=true); save(file, '-struct', 's')"
+
+Read = Callable[[int, int], NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A column: how many rows it has, and how to read some of them."""
+
+    n_rows: int
+    read: Read
+
+
+class MatReader:
+    """Reads MAT files in batches of rows."""
+
+    name = "mat"
+
+    def recognises(self, path: Path) -> bool:
+        """Return True for a file that is named so or begins like one."""
+        if path.suffix.lower() == ".mat":
+            return True
+        try:
+            with path.open("rb") as file:
+                return file.read(7) == b"MATLAB "
+        except OSError:
+            return False
+
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+        """Return the columns of the variable; MAT files state no units."""
+        shown = shown or str(path)
+        with _open(path, options, shown) as (columns, place):
+            if wanted is not None:
+                check_columns(wanted, tuple(columns), shown, place)
+            lengths = {column.n_rows for column in columns.values()}
+            return Header(tuple(columns), {}, lengths.pop() if len(lengths) == 1 else None)
+
+    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+        """Yield the rows in batches.
+
+        Raises
+        ------
+        InputError
+            For a damaged or cut off file, a missing variable, columns of unequal length, a column of another kind, a
+            number that is not finite.
+        """
+        shown = shown or str(path)
+        with _open(path, options, shown) as (columns, place):
+            check_columns(wanted, tuple(columns), shown, place)
+            n_rows = common_length({name: columns[name].n_rows for name in wanted.names}, wanted, shown)
+
+            def read(name: str, start: int, end: int) -> NDArray[Any]:
+                return columns[name].read(start, end)
+
+            for start in range(0, n_rows, BATCH_ROWS):
+                yield batch_of_columns(read, wanted, start, min(start + BATCH_ROWS, n_rows), shown)
+
+    def place_of_row(self, path: Path, options: Options, row: int) -> str:
+        """Return ``row n``."""
+        return f"row {row}"
+
+
+READER = MatReader()
+
+
+@contextmanager
+def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[dict[str, Vector], str]]:
+    check_options(options, KNOWN_OPTIONS, "mat", shown)
+    if not path.is_file():
+        raise InputError.at(shown, "", "no such file", "correct the file's name")
+    variable = str(options.get("variable") or "")
+    place = f"variable {variable}" if variable else ""
+    try:
+        if h5py.is_hdf5(path):
+            with h5py.File(path, "r") as file:
+                yield _columns(_Tree73(file), options, shown), place
+        else:
+            yield _columns(_Tree5(path), options, shown), place
+    except InputError:
+        raise
+    except Exception as error:  # the libraries let errors of every kind through from a damaged file
+        said = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = f"no whole MAT file ({said})"
+        raise InputError.at(shown, "", reason, "copy it again from its origin, or save it again") from None
+
+
+def _columns(tree: _Tree73 | _Tree5, options: Options, shown: str) -> dict[str, Vector]:
+    """Return the columns that the options point at."""
+    variable, names = str(options.get("variable") or ""), options.get("columns")
+    item, there = tree.top, ""
+    for part in variable.split(".") if variable else []:
+        members = tree.members(item)
+        if members is None or part not in members:
+            inside = f" in {there!r}" if there else ""
+            mend = nearest_name(part, list(members or ()))
+            raise InputError.at(shown, "mat.variable", f"no variable {part!r}{inside}", mend)
+        item, there = members[part], f"{there}.{part}".strip(".")
+    found = tree.members(item)
+    if found is not None and not variable and len(found) == 1 and not names:
+        (only,) = found
+        inner = tree.members(found[only])
+        found, there = (inner, only) if inner is not None else (found, there)
+    if found is None:
+        return _matrix_columns(tree, item, names, there, shown)
+    if names:
+        raise InputError.at(shown, "mat.columns", "names are for a matrix's columns", "name the matrix: mat.variable")
+    columns = {}
+    for name, member in found.items():
+        for column, vector in tree.vectors(member).items():
+            columns[name if not column else f"{name}[{column}]"] = vector
+    if not columns:
+        opaque = [name for name, member in found.items() if tree.kind(member) not in PLAIN_CLASSES]
+        if opaque:
+            reason = f"{opaque[0]!r} is a MATLAB {tree.kind(found[opaque[0]])}, which only MATLAB can read"
+            raise InputError.at(shown, f"variable {opaque[0]}", reason, IN_MATLAB)
+        told = ", ".join(repr(name) for name in list(found)[:12]) or "nothing"
+        raise InputError.at(shown, "", "no vectors here", f"name a struct or matrix: mat.variable; the file has {told}")
+    return columns
+
+
+def _matrix_columns(tree: _Tree73 | _Tree5, item: Any, names: object, there: str, shown: str) -> dict[str, Vector]:
+    if tree.kind(item) not in PLAIN_CLASSES:
+        reason = f"it is a MATLAB {tree.kind(item)}, which only MATLAB can read"
+        raise InputError.at(shown, f"variable {there}", reason, IN_MATLAB)
+    vectors = tree.vectors(item)
+    if not isinstance(names, list) or len(names) != len(vectors):
+        said = f"{len(names)} names for " if isinstance(names, list) else "its columns have no names: "
+        mend = 'write mat.columns = ["Fx", "Fy", …], one name per column'
+        raise InputError.at(shown, f"variable {there}", f"{said}{len(vectors)} columns", mend)
+    return {str(name): vector for name, vector in zip(names, vectors.values(), strict=True)}
+
+
+class _Tree73:
+    """A file of version 7.3: groups are structs, every array lies transposed."""
+
+    def __init__(self, file: h5py.File) -> None:
+        self.top: Any = file
+        self._file = file
+
+    def members(self, item: Any) -> dict[str, Any] | None:
+        if not isinstance(item, h5py.Group):
+            return None
+        return {name: item[name] for name in item if not name.startswith("#")}
+
+    def kind(self, item: Any) -> str:
+        kind = item.attrs.get("MATLAB_class", b"struct" if isinstance(item, h5py.Group) else b"double")
+        return kind.decode() if isinstance(kind, bytes) else str(kind)
+
+    def vectors(self, item: Any) -> dict[str, Vector]:
+        """Return the columns of a matrix by number from 1, of a vector by the empty name."""
+        if not isinstance(item, h5py.Dataset) or item.ndim != 2 or "MATLAB_empty" in item.attrs:
+            return {}
+        kind = self.kind(item)
+        if kind not in PLAIN_CLASSES or kind == "char":
+            return {}
+        n_columns, n_rows = item.shape
+        if n_rows == 1:
+            return {"": Vector(n_columns, self._reader(item, kind, lambda a, b: item[a:b, 0]))}
+        rows_of = [partial(_transposed, item, column) for column in range(n_columns)]
+        found = [Vector(n_rows, self._reader(item, kind, rows)) for rows in rows_of]
+        return {"" if n_columns == 1 else str(k + 1): vector for k, vector in enumerate(found)}
+
+    def _reader(self, item: Any, kind: str, read: Read) -> Read:
+        if kind != "cell":
+            return read
+        return lambda a, b: np.array([self._word(reference) for reference in read(a, b)], dtype=object)
+
+    def _word(self, reference: Any) -> str:
+        held = self._file[reference]
+        if self.kind(held) != "char" or "MATLAB_empty" in held.attrs:
+            return ""
+        return "".join(chr(code) for code in np.asarray(held).ravel())
+
+
+def _transposed(item: Any, column: int, start: int, end: int) -> NDArray[Any]:
+    return np.asarray(item[column, start:end])
+
+
+class _Tree5:
+    """A file of version 5 to 7, its variables read one by one when they are asked for."""
+
+    def __init__(self, path: Path) -> None:
+        from scipy.io import loadmat, whosmat
+
+        outline = whosmat(str(path), appendmat=False)
+        self._outline = {name: (shape, kind) for name, shape, kind in outline}
+        self.top: Any = None
+
+        @cache
+        def load(name: str) -> Any:
+            return loadmat(str(path), appendmat=False, variable_names=[name])[name]
+
+        self._load = load
+
+    def members(self, item: Any) -> dict[str, Any] | None:
+        if item is None:
+            return {name: ("", name) for name in self._outline}
+        if self.kind(item) != "struct":
+            return None
+        value = self._value(item)
+        if value.size != 1:
+            return {}
+        return {name: ("value", value.flat[0][name]) for name in value.dtype.names or ()}
+
+    def _value(self, item: Any) -> Any:
+        return self._load(item[1]) if item[0] == "" else item[1]
+
+    def kind(self, item: Any) -> str:
+        if item[0] == "":
+            return str(self._outline[item[1]][1])
+        value = item[1]
+        if not isinstance(value, np.ndarray):
+            return type(value).__name__
+        if value.dtype.names is not None:
+            return "struct"
+        return {"O": "cell", "U": "char", "V": "opaque"}.get(value.dtype.kind, "double")
+
+    def vectors(self, item: Any) -> dict[str, Vector]:
+        """Return the columns of a matrix by number from 1, of a vector by the empty name."""
+        kind = self.kind(item)
+        shape = self._outline[item[1]][0] if item[0] == "" else item[1].shape if isinstance(item[1], np.ndarray) else ()
+        if kind not in PLAIN_CLASSES or kind in ("char", "struct") or len(shape) != 2:
+            return {}
+        n_rows, n_columns = shape
+
+        def reader(column: int | None) -> Read:
+            def read(start: int, end: int) -> NDArray[Any]:
+                value = self._value(item)
+                part = value.ravel()[start:end] if column is None else value[start:end, column]
+                return np.array([_cell_word(cell) for cell in part], dtype=object) if kind == "cell" else part
+
+            return read
+
+        if 1 in (n_rows, n_columns):
+            return {"": Vector(n_rows * n_columns, reader(None))}
+        return {str(k + 1): Vector(n_rows, reader(k)) for k in range(n_columns)}
+
+
+def _cell_word(cell: Any) -> str:
+    value = np.asarray(cell)
+    return str(value.ravel()[0]) if value.dtype.kind == "U" and value.size == 1 else ""

@@ -1,0 +1,306 @@
+"""ROS 2 bags (folders, ``.db3``) and MCAP files, read without any ROS. Needs the extra ``ros`` (rosbags).
+
+Options of the manifest (``rosbag2 = {…}``, ``mcap = {…}``), all optional:
+
+topic : the topic that is read; may be left out where the bag has only one.
+child_frame : of ``tf2_msgs/TFMessage``: the frame whose transforms are the rows.
+types : where the bag holds no definitions of its messages: the ROS release whose they are, ``ros2_humble`` when absent.
+
+Each message is a row. A column is a field, by its path: ``wrench.force.x``, ``pose.position.z``, ``header.stamp`` (in
+seconds), an element of an array ``data[0]``, and where a message names its elements (``sensor_msgs/JointState``) by
+that name: ``position.A1``, in whatever order the message lists them. ``time`` is when the message was recorded, in
+seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stiffcal.errors import InputError
+from stiffcal.readers import (
+    Batch,
+    Header,
+    Options,
+    Wanted,
+    batch_of_columns,
+    check_columns,
+    check_options,
+    missing_library,
+    nearest_name,
+)
+
+BATCH_MESSAGES = 1 << 14
+KNOWN_OPTIONS: dict[str, type] = {"topic": str, "child_frame": str, "types": str}
+RECORDED = "time"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+MCAP_MAGIC = b"\x89MCAP0\r\n"
+# Arrays of a joint state, whose elements go by the names in `name`.
+NAMED = ("position", "velocity", "effort")
+BY_THEN_NOT_TOLD = "ros2_humble"
+
+
+@dataclass(frozen=True)
+class RosReader:
+    """Reads one topic of a bag in batches of messages.
+
+    Attributes
+    ----------
+    name : the format, and its table of options.
+    """
+
+    name: str
+
+    def recognises(self, path: Path) -> bool:
+        """Return True for a bag's folder or file of this format, by its name or its first bytes."""
+        if self.name == "rosbag2":
+            return path.suffix.lower() == ".db3" or (path / "metadata.yaml").is_file()
+        if path.suffix.lower() == ".mcap":
+            return True
+        try:
+            with path.open("rb") as file:
+                return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC
+        except OSError:
+            return False
+
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+        """Return the fields of the topic's first message."""
+        shown = shown or str(path)
+        with self._open(path, options, shown) as topic:
+            columns = topic.columns()
+            if wanted is not None:
+                check_columns(wanted, columns, shown, f"topic {topic.name}")
+            units = {name: "s" for name in columns if name == RECORDED or name.split(".")[-1] == "stamp"}
+            return Header(columns, units, topic.n_messages if topic.child_frame is None else None)
+
+    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+        """Yield the messages in batches.
+
+        Raises
+        ------
+        InputError
+            For a damaged or cut off bag, a topic or field that is not there, a message without one of the joints.
+        """
+        shown = shown or str(path)
+        with self._open(path, options, shown) as topic:
+            check_columns(wanted, topic.columns(), shown, f"topic {topic.name}")
+            takers = {name: _taker(name) for name in wanted.names}
+            held: dict[str, list[Any]] = {name: [] for name in wanted.names}
+            start = n_held = 0
+            for recorded, message in topic.messages():
+                for name, take in takers.items():
+                    try:
+                        held[name].append(take(recorded, message))
+                    except (ValueError, IndexError, AttributeError, TypeError):
+                        place = f"topic {topic.name}, message {start + n_held + 1}"
+                        mend = "leave the file out, or write a copy without such messages"
+                        raise InputError.at(shown, place, f"it has no {name!r}", mend) from None
+                n_held += 1
+                if n_held == BATCH_MESSAGES:
+                    yield _batch(held, wanted, start, n_held, shown)
+                    held, start, n_held = {name: [] for name in wanted.names}, start + n_held, 0
+            if n_held:
+                yield _batch(held, wanted, start, n_held, shown)
+
+    def place_of_row(self, path: Path, options: Options, row: int) -> str:
+        """Return ``message n``."""
+        return f"message {row}"
+
+    @contextmanager
+    def _open(self, path: Path, options: Options, shown: str) -> Iterator[_Topic]:
+        check_options(options, KNOWN_OPTIONS, self.name, shown)
+        if not path.exists():
+            raise InputError.at(shown, "", "no such file", "correct the file's name")
+        try:
+            from rosbags.highlevel import AnyReader
+            from rosbags.typesys import Stores, get_typestore
+        except ImportError:
+            raise missing_library(self.name, shown) from None
+        releases = [store.value for store in Stores if store.value.startswith("ros2_")]
+        types = str(options.get("types") or BY_THEN_NOT_TOLD)
+        if types not in releases:
+            raise InputError.at(shown, f"{self.name}.types", f"no release {types!r}", nearest_name(types, releases))
+        with _whole(shown), AnyReader([path], default_typestore=get_typestore(Stores(types))) as bag:
+            yield _topic(bag, self.name, options, shown)
+
+
+READER = RosReader("rosbag2")
+ALSO = {"mcap": RosReader("mcap")}
+
+
+@dataclass(frozen=True)
+class _Topic:
+    """One topic of an open bag."""
+
+    bag: Any
+    connections: list[Any]
+    child_frame: str | None
+    shown: str
+    option: str
+
+    @property
+    def name(self) -> str:
+        return str(self.connections[0].topic)
+
+    @property
+    def n_messages(self) -> int:
+        return sum(connection.msgcount for connection in self.connections)
+
+    def messages(self) -> Iterator[tuple[int, Any]]:
+        """Yield (recorded ns, message); of transforms those of the child frame."""
+        seen: set[str] = set()
+        found = False
+        for connection, recorded, raw in self.bag.messages(connections=self.connections):
+            message = self.bag.deserialize(raw, connection.msgtype)
+            if self.child_frame is None:
+                yield recorded, message
+                continue
+            for transform in message.transforms:
+                if transform.child_frame_id == self.child_frame:
+                    found = True
+                    yield recorded, transform
+                elif len(seen) < 100:
+                    seen.add(transform.child_frame_id)
+        if self.child_frame is not None and not found:
+            reason = f"no transform of frame {self.child_frame!r} in {self.name}"
+            mend = nearest_name(self.child_frame, sorted(seen)).replace("the file has", "there are")
+            raise InputError.at(self.shown, f"{self.option}.child_frame", reason, mend)
+
+    def columns(self) -> tuple[str, ...]:
+        """Return the columns of the first message."""
+        for _, message in self.messages():
+            return (RECORDED, *_paths(message, ""))
+        raise InputError.at(self.shown, f"topic {self.name}", "it has no messages", "log again, or leave the file out")
+
+
+@contextmanager
+def _whole(shown: str) -> Iterator[None]:
+    """Turn whatever the library says of a damaged bag (errors of every kind) into one line."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:
+        said = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = f"no whole bag ({said})"
+        mend = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may mend what a recorder left"
+        raise InputError.at(shown, "", reason, mend) from None
+
+
+def _topic(bag: Any, option: str, options: Options, shown: str) -> _Topic:
+    topics = sorted({connection.topic for connection in bag.connections})
+    asked = options.get("topic")
+    if asked is None and len(topics) != 1:
+        told = ", ".join(f"{name} ({bag.topics[name].msgtype})" for name in topics[:12]) or "none"
+        reason = f"the bag holds {len(topics)} topics"
+        raise InputError.at(shown, f"{option}.topic", reason, f"say which: {told}")
+    name = str(asked) if asked is not None else topics[0]
+    connections = [connection for connection in bag.connections if connection.topic == name]
+    if not connections:
+        raise InputError.at(shown, f"{option}.topic", f"no topic {name!r}", nearest_name(name, topics))
+    child = options.get("child_frame")
+    transforms = connections[0].msgtype == TRANSFORMS
+    if transforms and child is None:
+        mend = f'add {option}.child_frame = "…", the frame that was tracked'
+        raise InputError.at(shown, f"topic {name}", "its messages hold transforms of several frames", mend)
+    return _Topic(bag, connections, str(child) if transforms else None, shown, option)
+
+
+def _paths(item: Any, path: str) -> Iterator[str]:
+    """Yield the path of every number and word in a message."""
+    names = list(getattr(item, "name", ())) if not isinstance(getattr(item, "name", ""), str) else []
+    for field in fields(item):
+        value = getattr(item, field.name)
+        here = f"{path}{field.name}"
+        if field.name.startswith("__"):
+            continue
+        if is_dataclass(value):
+            if _is_time(value):
+                yield here
+            else:
+                yield from _paths(value, f"{here}.")
+        elif isinstance(value, np.ndarray | list | tuple):
+            if field.name in NAMED and names and len(value) == len(names):
+                yield from (f"{here}.{name}" for name in names)
+                continue
+            for index, element in enumerate(value):
+                if is_dataclass(element):
+                    yield from _paths(element, f"{here}[{index}].")
+                elif isinstance(element, int | float | str | np.generic):
+                    yield f"{here}[{index}]"
+        elif isinstance(value, int | float | str | np.generic):
+            yield here
+
+
+def _seconds(value: Any) -> float:
+    return float(value.sec + value.nanosec * 1e-9)
+
+
+def _is_time(value: Any) -> bool:
+    return {"sec", "nanosec"} <= {field.name for field in fields(value)}
+
+
+def _taker(column: str) -> Callable[[int, Any], Any]:
+    """Return the function that takes a column's value out of (recorded, message)."""
+    if column == RECORDED:
+        return lambda recorded, message: recorded * 1e-9
+    # A joint's name may hold points itself, and the order of the names may change between messages.
+    parts = column.split(".")
+    place = next((k for k, part in enumerate(parts[:-1]) if part in NAMED), None)
+    if place is None:
+        return _by_path(parts)
+    by_name = _by_name(parts[: place + 1], ".".join(parts[place + 1 :]))
+    by_path = _by_path(parts)
+    inside = _steps(parts[: place + 1])
+
+    def take(recorded: int, message: Any) -> Any:
+        # `position` is an array in a joint's state, three members in a pose.
+        held = message
+        for step in inside:
+            held = step(held)
+        return (by_path if is_dataclass(held) else by_name)(recorded, message)
+
+    return take
+
+
+def _by_path(parts: list[str]) -> Callable[[int, Any], Any]:
+    steps = _steps(parts)
+
+    def take(_: int, message: Any) -> Any:
+        for step in steps:
+            message = step(message)
+        return _seconds(message) if is_dataclass(message) else message
+
+    return take
+
+
+def _by_name(parts: list[str], joint: str) -> Callable[[int, Any], Any]:
+    steps, array = _steps(parts[:-1]), parts[-1]
+
+    def take(_: int, message: Any) -> Any:
+        for step in steps:
+            message = step(message)
+        return getattr(message, array)[list(message.name).index(joint)]
+
+    return take
+
+
+def _steps(parts: list[str]) -> list[Callable[[Any], Any]]:
+    return [_step(part) for joined in parts for part in joined.replace("[", ".[").split(".")]
+
+
+def _step(part: str) -> Callable[[Any], Any]:
+    if part.startswith("["):
+        index = int(part[1:-1])
+        return lambda item: item[index]
+    return lambda item: getattr(item, part)
+
+
+def _batch(held: dict[str, list[Any]], wanted: Wanted, start: int, count: int, shown: str) -> Batch:
+    arrays = {name: np.asarray(values) for name, values in held.items()}
+    return batch_of_columns(lambda name, a, b: arrays[name], wanted, start, start + count, shown)

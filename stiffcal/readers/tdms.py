@@ -1,0 +1,196 @@
+"""TDMS logs, as National Instruments' LabVIEW, DIAdem and FlexLogger write them. Needs the extra ``tdms`` (npTDMS).
+
+Options of the manifest (``tdms = {…}``):
+
+group : the group that holds the channels; may be left out where one group alone has any.
+
+Columns are the group's channels. Channels that were written as waveforms carry no times but a step: their times are to
+be had as a column ``time`` (s from the waveform's start), unless a channel has that name. Units come from the property
+``unit_string`` (or ``NI_UnitDescription``). Scalings that are stored with a channel are applied.
+
+npTDMS reads a file whose writer died up to where it goes: such a file is refused, as are channels of unequal length.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import InputError
+from stiffcal.readers import (
+    Batch,
+    Header,
+    Options,
+    Wanted,
+    batch_of_columns,
+    check_columns,
+    check_options,
+    common_length,
+    missing_library,
+    nearest_name,
+)
+
+BATCH_ROWS = 1 << 16
+KNOWN_OPTIONS: dict[str, type] = {"group": str}
+UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
+WAVEFORM_TIME = "time"
+
+
+class TdmsReader:
+    """Reads TDMS files in batches of rows."""
+
+    name = "tdms"
+
+    def recognises(self, path: Path) -> bool:
+        """Return True for a file that begins like TDMS, or is named so."""
+        if path.suffix.lower() == ".tdms":
+            return True
+        try:
+            with path.open("rb") as file:
+                return file.read(4) == b"TDSm"
+        except OSError:
+            return False
+
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+        """Return the channels of the group."""
+        shown = shown or str(path)
+        with _open(path, options, shown) as (channels, place):
+            if wanted is not None:
+                check_columns(wanted, tuple(channels), shown, place)
+            lengths = {_length(channel) for channel in channels.values()}
+            units = {name: unit for name, channel in channels.items() if (unit := _unit(name, channel))}
+            return Header(tuple(channels), units, lengths.pop() if len(lengths) == 1 else None)
+
+    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+        """Yield the rows in batches.
+
+        Raises
+        ------
+        InputError
+            For a damaged file or one whose writer was interrupted, a missing channel, channels of unequal length, a
+            channel that holds no numbers, a number that is not finite.
+        """
+        shown = shown or str(path)
+        with _open(path, options, shown) as (channels, place):
+            check_columns(wanted, tuple(channels), shown, place)
+            n_rows = common_length({name: _length(channel) for name, channel in channels.items()}, wanted, shown)
+
+            def read(name: str, start: int, end: int) -> NDArray[Any]:
+                channel = channels[name]
+                if isinstance(channel, _Waveform):
+                    return channel.times(start, end)
+                with _whole(shown):
+                    return np.asarray(channel.read_data(start, end - start))
+
+            for start in range(0, n_rows, BATCH_ROWS):
+                yield batch_of_columns(read, wanted, start, min(start + BATCH_ROWS, n_rows), shown)
+
+    def place_of_row(self, path: Path, options: Options, row: int) -> str:
+        """Return ``row n``."""
+        return f"row {row}"
+
+
+READER = TdmsReader()
+
+
+class _Waveform:
+    """The times of channels that were written as waveforms: evenly spaced from an offset."""
+
+    def __init__(self, channel: Any) -> None:
+        self.n_rows = len(channel)
+        self._offset = float(channel.properties.get("wf_start_offset", 0.0))
+        self._step = float(channel.properties["wf_increment"])
+
+    def times(self, start: int, end: int) -> NDArray[np.float64]:
+        """Return seconds of rows `start` to before `end`."""
+        return np.asarray(self._offset + self._step * np.arange(start, end), dtype=np.float64)
+
+
+@contextmanager
+def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Mapping[str, Any], str]]:
+    check_options(options, KNOWN_OPTIONS, "tdms", shown)
+    if not path.is_file():
+        raise InputError.at(shown, "", "no such file", "correct the file's name")
+    try:
+        from nptdms import TdmsFile
+    except ImportError:
+        raise missing_library("tdms", shown) from None
+    # Opened here, as the library lets go of no file that it cannot read.
+    with path.open("rb") as raw:
+        with _whole(shown):
+            # What it logs of a damaged file is said below, as a fault.
+            logging.getLogger("nptdms").setLevel(logging.CRITICAL)
+            file = TdmsFile.open(raw)
+        with file:
+            _check_finished(file, shown)
+            with _whole(shown):
+                group = _group(file, options, shown)
+                channels = _channels(group)
+            yield channels, f"group {group.name}"
+
+
+def _channels(group: Any) -> dict[str, Any]:
+    channels: dict[str, Any] = {channel.name: channel for channel in group.channels()}
+    waveform = next((channel for channel in channels.values() if "wf_increment" in channel.properties), None)
+    if waveform is not None and WAVEFORM_TIME not in channels and float(waveform.properties["wf_increment"]) > 0.0:
+        channels[WAVEFORM_TIME] = _Waveform(waveform)
+    return channels
+
+
+@contextmanager
+def _whole(shown: str) -> Iterator[None]:
+    """Turn whatever the library says of a damaged file (it has no error of its own) into one line."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:
+        said = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = f"no whole TDMS file ({said})"
+        raise InputError.at(shown, "", reason, "copy it again from its origin, or log again") from None
+
+
+def _check_finished(file: Any, shown: str) -> None:
+    status = file.file_status
+    if not status.incomplete_final_segment and not status.channel_statuses:
+        return
+    reason = "the last segment is not complete: writing was interrupted, or the copy was cut off"
+    for path, channel in (status.channel_statuses or {}).items():
+        if channel.read_length < channel.expected_length:
+            reason += f" (channel {path}: {channel.read_length} of {channel.expected_length} values of it)"
+            break
+    mend = "copy it again from its origin, or open and save it in DIAdem or LabVIEW and see what is left"
+    raise InputError.at(shown, "last segment", reason, mend)
+
+
+def _group(file: Any, options: Options, shown: str) -> Any:
+    groups = {group.name: group for group in file.groups()}
+    asked = options.get("group")
+    if asked is not None:
+        if asked not in groups:
+            raise InputError.at(shown, "tdms.group", f"no group {asked!r}", nearest_name(str(asked), list(groups)))
+        return groups[str(asked)]
+    held = [name for name, group in groups.items() if group.channels()]
+    if len(held) == 1:
+        return groups[held[0]]
+    if not held:
+        raise InputError.at(shown, "", "the file holds no channels", "log again, or leave the file out")
+    told = ", ".join(repr(name) for name in held[:12])
+    raise InputError.at(shown, "tdms.group", f"{len(held)} groups hold channels", f"say which: {told}")
+
+
+def _length(channel: Any) -> int:
+    return channel.n_rows if isinstance(channel, _Waveform) else len(channel)
+
+
+def _unit(name: str, channel: Any) -> str:
+    if isinstance(channel, _Waveform):
+        return "s"
+    found: Callable[[str], Any] = channel.properties.get
+    return next((str(found(key)).strip() for key in UNIT_PROPERTIES if found(key)), "")

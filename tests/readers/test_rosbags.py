@@ -1,0 +1,120 @@
+"""ROS 2 bags and MCAP: fields by path, joints by name, transforms by frame; what is broken is one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.readers import Wanted, find_reader, formats
+from stiffcal.readers import rosbag2 as bag_module
+from tests.readers.bags import joint_state, pose, transforms, wrench, write_bag
+
+START = 1_795_248_930_000_000_000
+MOMENTS = [START + k * 2_000_000 for k in range(250)]
+LOADS = np.random.default_rng(2).normal(size=(250, 6))
+ANGLES = np.random.default_rng(3).normal(size=(250, 2))
+FIRST, LAST = ["A1", "arm.2"], ["arm.2", "A1"]
+
+
+def topics() -> dict[str, list[tuple[int, Any]]]:
+    angles = [
+        # the order of the names changes half-way: that is legal, and some drivers do
+        joint_state(moment, FIRST if k < 100 else LAST, ANGLES[k] if k < 100 else ANGLES[k, ::-1])
+        for k, moment in enumerate(MOMENTS)
+    ]
+    rows = list(zip(MOMENTS, LOADS, strict=True))
+    return {
+        "/ft": [(moment + 7, wrench(moment, load)) for moment, load in rows],
+        "/joint_states": list(zip(MOMENTS, angles, strict=True)),
+        "/tool": [(moment, pose(moment, load[:3], (1.0, 0.0, 0.0, 0.0))) for moment, load in rows],
+        "/tf": [(moment, transforms(moment, {"a": load[:3], "b": load[3:]})) for moment, load in rows],
+    }
+
+
+@pytest.fixture(scope="module", params=["log.mcap", "log.db3", "log"])
+def bag(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_bag(tmp_path_factory.mktemp("bags") / request.param, topics())
+
+
+def read(path: Path, wanted: Wanted, **options: object) -> dict[str, Any]:
+    found: dict[str, list[Any]] = {name: [] for name in wanted.names}
+    for batch in find_reader(path).read_batches(path, options, wanted, "raw/log"):
+        assert batch.first_row == len(found[wanted.names[0]]) + 1
+        for name in wanted.names:
+            found[name].extend(batch.numbers.get(name, batch.texts.get(name, ())))
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def fault(path: Path, wanted: Wanted, **options: object) -> str:
+    with pytest.raises(InputError) as caught:
+        read(path, wanted, **options)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_fields_by_path(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bag_module, "BATCH_MESSAGES", 90)
+    names = ("time", "header.stamp", "wrench.force.x", "wrench.torque.z")
+    found = read(bag, Wanted(names, texts=("header.frame_id",)), topic="/ft")
+    assert np.array_equal(found["wrench.force.x"], LOADS[:, 0])
+    assert np.array_equal(found["wrench.torque.z"], LOADS[:, 5])
+    assert np.allclose(found["header.stamp"], np.array(MOMENTS) / 1e9, rtol=0, atol=3e-7)
+    assert set(found["header.frame_id"]) == {"base"}
+    header = find_reader(bag).read_header(bag, {"topic": "/ft"})
+    assert header.n_rows == 250
+    assert header.units == {"time": "s", "header.stamp": "s"}
+
+
+def test_joints_by_name_in_any_order(bag: Path) -> None:
+    found = read(bag, Wanted(("position.A1", "position.arm.2")), topic="/joint_states")
+    assert np.array_equal(found["position.A1"], ANGLES[:, 0])
+    assert np.array_equal(found["position.arm.2"], ANGLES[:, 1])
+
+
+def test_poses_and_transforms(bag: Path) -> None:
+    found = read(bag, Wanted(("pose.position.y", "pose.orientation.w")), topic="/tool")
+    assert np.array_equal(found["pose.position.y"], LOADS[:, 1])
+    assert set(found["pose.orientation.w"]) == {1.0}
+    found = read(bag, Wanted(("transform.translation.x",)), topic="/tf", child_frame="b")
+    assert np.array_equal(found["transform.translation.x"], LOADS[:, 3])
+
+
+def test_faults_are_one_clear_line(bag: Path) -> None:
+    wanted = Wanted(("wrench.force.x",))
+    assert "topic: the bag holds 4 topics; say which: /ft (geometry_msgs/msg/WrenchStamped)" in fault(bag, wanted)
+    assert "no topic '/fts'; did you mean '/ft'?" in fault(bag, wanted, topic="/fts")
+    assert "topic /ft: no column 'wrench.force.X'; did you mean 'wrench.force.x'?" in fault(
+        bag, Wanted(("wrench.force.X",)), topic="/ft"
+    )
+    assert "transforms of several frames" in fault(bag, Wanted(("transform.translation.x",)), topic="/tf")
+    told = fault(bag, Wanted(("transform.translation.x",)), topic="/tf", child_frame="c")
+    assert "no transform of frame 'c' in /tf" in told
+    assert "there are 'a', 'b'" in told
+    assert "types: no release 'humble'; did you mean 'ros2_humble'?" in fault(bag, wanted, topic="/ft", types="humble")
+
+
+@pytest.mark.parametrize("name", ["log.mcap", "log.db3"])
+@pytest.mark.parametrize("keep", [0.0, 0.2, 0.6, 0.98])
+def test_a_cut_off_file_is_refused(tmp_path: Path, name: str, keep: float) -> None:
+    path = write_bag(tmp_path / name, {"/ft": topics()["/ft"]})
+    content = path.read_bytes()
+    path.write_bytes(content[: int(keep * len(content))])
+    assert "raw/log: no whole bag (" in fault(path, Wanted(("wrench.force.x",)))
+
+
+def test_a_message_without_the_joint_is_placed(tmp_path: Path) -> None:
+    messages = [
+        (MOMENTS[0], joint_state(MOMENTS[0], FIRST, ANGLES[0])),
+        (MOMENTS[1], joint_state(MOMENTS[1], ["A1"], [1.0])),
+    ]
+    path = write_bag(tmp_path / "log.mcap", {"/joint_states": messages})
+    assert "topic /joint_states, message 2: it has no 'position.arm.2'" in fault(path, Wanted(("position.arm.2",)))
+
+
+def test_both_formats_are_listed() -> None:
+    assert {"mcap", "rosbag2", "tdms", "mat"} <= set(formats())
+    assert find_reader(Path("x"), "mcap").name == "mcap"
