@@ -8,6 +8,7 @@ import typer
 
 from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.bodies import show_cartesian, show_joints
+from stiffcal.cli.clamped import show_clamped
 from stiffcal.cli.endings import OK
 from stiffcal.cli.friction import friction_parameters, show_friction
 from stiffcal.cli.links import show_coupling, show_links
@@ -56,6 +57,7 @@ def show_fit(console: Console, document: Document) -> None:
     console.print(f"{taken} in {document['n_runs']} runs")
     elsewhere = friction_parameters(document)
     show_parameters(console, [one for one in document["parameters"] if one["name"] not in elsewhere])
+    show_clamped(console, document)
     show_friction(console, document)
     noise = document.get("noise")
     against = f", noise {deviation(noise)} (from {document['noise_source']})" if noise else ", noise not known"

@@ -16,6 +16,7 @@ from typing_extensions import TypedDict
 
 from stiffcal.workflow.batch_documents import Batch
 from stiffcal.workflow.body_documents import CartesianStiffness, JointByItself
+from stiffcal.workflow.clamped_types import Clamped, ClampedJudged
 from stiffcal.workflow.command_documents import Check, Edit, Effects, Init, Plot, Report, Run, Simulate, StatesExport
 from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
 from stiffcal.workflow.document_types import Fault, Matrix, Model, Number, Rms, Threshold, Where
@@ -98,6 +99,7 @@ class Identify(TypedDict):
     joints_by_themselves: NotRequired[list[JointByItself]]
     cartesian_stiffness: NotRequired[list[CartesianStiffness]]
     n_readings: NotRequired[int]
+    clamped: NotRequired[Clamped]
     friction: NotRequired[Friction]
 
 
@@ -139,6 +141,7 @@ class Validate(TypedDict):
     by_joint_angle: list[Part]
     by_body: NotRequired[list[Part]]
     by_joint: NotRequired[list[Part]]
+    clamped: NotRequired[ClampedJudged]
     friction: NotRequired[FrictionJudged]
     worst: list[Worst]
     passed: bool

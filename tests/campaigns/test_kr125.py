@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.cli.app import main
 from stiffcal.errors import InputError
+from stiffcal.report.blocks import Items, Picture
+from stiffcal.report.building import lay_out
+from stiffcal.report.content import ReportContent
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.validate import validate_campaign
+from stiffcal.workflow.history import read_history
+from stiffcal.workflow.identify import fitted, identify_campaign
+from stiffcal.workflow.report_content import report_content
+from stiffcal.workflow.steps import Means, ingested
+from stiffcal.workflow.validate import validate_campaign, validated
 
 SOURCE = Path(__file__).parents[2] / "campaigns" / "kr125"
 DEGREE = np.pi / 180.0
@@ -78,6 +87,12 @@ def joint_of(document: dict[str, Any], joint: int) -> dict[str, Any]:
     return next(one for one in document["clamped"]["joints"] if one["joint"] == joint)
 
 
+def content_of(folder: Path) -> ReportContent:
+    data = ingested(folder, Means())
+    told = fitted(data, Means())
+    return report_content(data, told, validated(data, told, Means()), read_history(folder, Means()))
+
+
 def values(document: dict[str, Any]) -> dict[str, dict[str, Any]]:
     return {one["name"]: one for one in document["parameters"]}
 
@@ -133,6 +148,36 @@ def test_the_poor_pose_is_named_for_joints_2_and_3(identified: dict[str, Any]) -
 def test_rms_of_motor_angles_is_the_encoders(identified: dict[str, Any]) -> None:
     assert identified["rms"]["motor_angle"] < 0.001 * DEGREE
     assert identified["n_states"] == 0
+
+
+def test_the_answer_is_as_its_schema_says(campaign: Path, identified: dict[str, Any]) -> None:
+    schemas = Path(__file__).parents[2] / "schemas"
+    for name, document in (("identify", identified), ("validate", validate_campaign(campaign))):
+        schema = json.loads((schemas / f"{name}.document.schema.json").read_text(encoding="utf-8"))
+        jsonschema.Draft202012Validator(schema).validate(document)
+
+
+def test_people_read_degrees(campaign: Path, identified: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["identify", str(campaign)])
+    assert ended.value.code == 0
+    shown = capsys.readouterr().out
+    assert "joint 2 (A2)" in shown
+    assert "0.151 ±" in shown
+    assert "none found" in shown
+
+
+def test_the_report_has_the_papers_pages(campaign: Path, identified: dict[str, Any]) -> None:
+    sections = lay_out(content_of(campaign))
+    (section,) = [one for one in sections if one.title.startswith("The clamped robot")]
+    pictures = [block for block in section.blocks if isinstance(block, Picture)]
+    # Fig. 5 and 6's kind, 7's, and 8's
+    assert len(pictures) == 3
+    for picture in pictures:
+        figure = picture.draw()
+        assert all(panel.get_xlabel() for panel in figure.axes if panel.axison and panel.get_ylabel() != "play [°]")
+    words = " ".join(text for block in section.blocks if isinstance(block, Items) for text in block.texts)
+    assert "c-joint2: left out" in words
 
 
 def test_validate_judges_a_joint_in_a_pose_left_out(campaign: Path, identified: dict[str, Any]) -> None:
