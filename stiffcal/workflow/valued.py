@@ -88,6 +88,9 @@ def valued_campaign(campaign: Campaign, means: Means) -> ValuedCampaign:
     from stiffcal.workflow.ingest import source_files
 
     robot = placed_robot(campaign)
+    if not robot.placed:
+        reason = "the model holds nothing that gives under a load, so no deflection can be told"
+        raise InputError.at("model.toml", "effects", reason, f"stiffcal add {campaign.folder} joint-compliance --all")
     missing, _ = free_names(campaign, robot)
     measured = all((campaign.folder / file).exists() for file in source_files(campaign))
     if not measured:
@@ -96,10 +99,25 @@ def valued_campaign(campaign: Campaign, means: Means) -> ValuedCampaign:
             raise InputError.at("model.toml", "parameters", reason, "give it a value, or put the logs in place")
         chain = campaign.chain
         setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
-        return ValuedCampaign(campaign, robot, setup, {}, "model.toml")
+        return ValuedCampaign(campaign, robot, _aimed(setup, chain.n_joints), {}, "model.toml")
     data = ingested(campaign.folder, means)
     identified = fitted(data, means)
     names, matrix = identified["free_parameters"], identified["covariance"]
-    covariance = {a: {b: float(matrix[i][j]) for j, b in enumerate(names)} for i, a in enumerate(names)}
+    # what shows in motion alone (friction) is in the fit and not in the robot at rest
+    here = {one.parameter_name(spec.symbol) for one in robot.placed for spec in one.effect.parameters}
+    kept = [(k, name) for k, name in enumerate(names) if name in here]
+    covariance = {a: {b: float(matrix[i][j]) for j, b in kept} for i, a in kept}
     valued = robot.with_values(values_of(identified))
-    return ValuedCampaign(campaign, valued, data.states.setup, covariance, f"fit {identified['fit_id']}")
+    setup = _aimed(data.states.setup, campaign.chain.n_joints)
+    return ValuedCampaign(campaign, valued, setup, covariance, f"fit {identified['fit_id']}")
+
+
+def _aimed(setup: MeasurementSetup, n_joints: int) -> MeasurementSetup:
+    """Return the set-up with the flange as its target where no target was measured, as on a clamped robot."""
+    import numpy as np
+
+    from stiffcal.measurements.load_states import Attachment
+
+    if setup.targets:
+        return setup
+    return replace(setup, targets=(Attachment(n_joints + 1, np.eye(4)),), target_names=("flange",))

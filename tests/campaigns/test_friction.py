@@ -143,6 +143,12 @@ def test_pictures(made: Path, command: Command, tmp_path: Path) -> None:
     assert "A5" in command("plot", made, "--against", "velocity:5", codes=(2,))["error"]["reason"]
 
 
+def test_friction_alone_predicts_no_deflection(made: Path, command: Command) -> None:
+    words = ("--load-path", "0,0,0;0,0,-100", "--at", "0,-70,20,0,30,0")
+    fault = command("predict", made, *words, codes=(2,))["error"]
+    assert "nothing that gives under a load" in fault["reason"]
+
+
 def test_export_compare_and_another_model(made: Path, command: Command, tmp_path: Path) -> None:
     assert "readings" in command("export", made, "-o", tmp_path / "x.csv")["holds"]
     command("export", made, "-o", tmp_path / "x.json")
