@@ -37,7 +37,7 @@ class JointFriction(DocumentedEffect):
         ParameterSpec("exponent", "1", "how sharply it fades", 0.3, 4.0, 1.3, _SOURCE, Sort.SHAPE),
         ParameterSpec("viscous", "N·m·s/rad", "friction in proportion to speed", 0.0, 1e6, 100.0, _SOURCE),
     )
-    needs = ("friction runs: joint velocity and torque at constant speeds both ways",)
+    needs = ("friction runs: joint velocity and torque, best at constant speeds both ways",)
     looks_like = ("friction-hysteresis",)
     in_motion = True
     optional = MappingProxyType({"stribeck": ("velocity", "exponent")})
