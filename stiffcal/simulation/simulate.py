@@ -81,10 +81,10 @@ def simulate_campaign(
         progress(f"recording {stage.played[number].act.name}", 0.1 + 0.5 * number / len(switched_on))
         logs.append([record(stage, device) for device in devices])
     out.mkdir(parents=True, exist_ok=True)
-    files = _write_logs(out, campaign, switched_on, logs, progress)
     truth = truth_document(robot, stage, switched_on, logs)
+    # First: it tells a folder that was left half-made from one that holds something else.
     write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")
-    files.append(TRUTH_FILE)
+    files = [*_write_logs(out, campaign, switched_on, logs, progress), TRUTH_FILE]
     if out.resolve() != campaign.folder.resolve():
         files += _copy_documents(campaign, out)
     progress("simulated", 1.0)
