@@ -11,13 +11,14 @@ from stiffcal.simulation.simulate import play_campaign
 from tests.simulation.folders import FRAMES, SETTINGS, TABLE, write_folder
 from tests.simulation.test_controller import POSES, SAME, TWICE
 
-STIFFNESS = 2e5
+STIFFNESS = 5e4
 DRILL = f"directions = [[0.3, 0.2, -1.0]]\nboth_ways = false\nguide_N_per_m = {STIFFNESS}\n"
 
 
 def test_the_side_force_is_that_of_the_guide(tmp_path: Path) -> None:
     manifest = FRAMES + TABLE + TWICE.format(off="", on="")
-    campaign, settings = write_folder(tmp_path, manifest, SETTINGS + SAME + DRILL + POSES)
+    once = SETTINGS.replace("[0.5, 1.0]", "[1.0]") + "ramp_points = 0\n"
+    campaign, settings = write_folder(tmp_path, manifest, once + SAME + DRILL + POSES)
     _, stage = play_campaign(campaign, settings, 1)
     off, on = stage.played
     sides = []
@@ -34,7 +35,7 @@ def test_the_side_force_is_that_of_the_guide(tmp_path: Path) -> None:
             across = moved - np.outer(moved @ along, along)
             assert np.allclose(side, -STIFFNESS * across, atol=1e-3 * sides[0])
             assert np.allclose(played.wrench_at(played.node), played.wrench)
-    assert sides[0] > 20.0
+    assert sides[0] > 8.0
     assert sides[1] < 0.1 * sides[0]
 
 
