@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -80,13 +81,13 @@ def simulate_campaign(
     for number, devices in enumerate(switched_on):
         progress(f"recording {stage.played[number].act.name}", 0.1 + 0.5 * number / len(switched_on))
         logs.append([record(stage, device) for device in devices])
-    out.mkdir(parents=True, exist_ok=True)
     truth = truth_document(robot, stage, switched_on, logs)
-    # First: it tells a folder that was left half-made from one that holds something else.
-    write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")
-    files = [*_write_logs(out, campaign, switched_on, logs, progress), TRUTH_FILE]
-    if out.resolve() != campaign.folder.resolve():
-        files += _copy_documents(campaign, out)
+    with _only_whole(out):
+        # First: it tells a folder that a killed process left half-made from one that holds something else.
+        write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")
+        files = [*_write_logs(out, campaign, switched_on, logs, progress), TRUTH_FILE]
+        if out.resolve() != campaign.folder.resolve():
+            files += _copy_documents(campaign, out)
     progress("simulated", 1.0)
     states = sum(len(played.act.program) for played in stage.played)
     runs = [played.act.name for played in stage.played]
@@ -141,6 +142,24 @@ def _check_out(out: Path, source: Path) -> None:
         raise InputError.at(str(out), "", "this is a file", "name a folder that does not exist yet")
     if any(out.iterdir()) and not (out / TRUTH_FILE).exists():
         raise InputError.at(str(out), "", "the folder is not empty", "name a folder that does not exist yet")
+
+
+@contextmanager
+def _only_whole(out: Path) -> Iterator[None]:
+    """Make the folder; take away what was written into an empty one where not all of it can be."""
+    there = out.exists()
+    empty = not there or not any(out.iterdir())
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        if empty:
+            with suppress(OSError):
+                for path in out.iterdir():
+                    shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink(missing_ok=True)
+                if not there:
+                    out.rmdir()
+        raise
 
 
 def _write_logs(
