@@ -139,15 +139,16 @@ def _paths(manifest: Manifest) -> Iterator[tuple[tuple[int | str, ...], str, boo
     """Yield (place, path, whether it is read as a file) of everything that names a file."""
     yield ("robot",), manifest.robot, False  # its absence is found when it is read
     for name, source in manifest.sources.items():
-        local = source.format != "postgres"
+        if not source.in_files:
+            continue
         if source.file is not None:
-            yield ("sources", name, "file"), source.file, local
+            yield ("sources", name, "file"), source.file, True
         for signal, file in source.files.items():
-            yield ("sources", name, "files", signal), file, local
+            yield ("sources", name, "files", signal), file, True
     for number, run in enumerate(manifest.runs):
         for name, file in run.files.items():
-            local = name not in manifest.sources or manifest.sources[name].format != "postgres"
-            yield ("runs", number, "files", name), file, local
+            if name not in manifest.sources or manifest.sources[name].in_files:
+                yield ("runs", number, "files", name), file, True
         if run.states is not None:
             yield ("runs", number, "states"), run.states, True
     for number, file in enumerate(manifest.plugins):

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import PurePosixPath
-from typing import Annotated, Any, ClassVar, Literal, TypeAlias
+from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from pydantic import Field
 
 from stiffcal.campaign.typed import Name, Table
 
 Format: TypeAlias = Literal["csv", "hdf5", "parquet", "tdms", "mat", "mcap", "rosbag2", "postgres"]
-# What is said of a format that no reader checks yet.
-Options: TypeAlias = dict[str, Any]
-
 _ENDINGS: dict[str, Format] = {
     ".csv": "csv",
     ".txt": "csv",
@@ -83,3 +80,59 @@ class Hdf5Options(Table):
 
 class ParquetOptions(Table):
     """Nothing to say yet: a Parquet file carries names and types itself."""
+
+
+class TdmsOptions(Table):
+    """Where in a TDMS file the channels lie: the group; may be left out where only one group has any."""
+
+    group: Name | None = None
+
+
+class MatOptions(Table):
+    """Where in a MAT file the columns lie.
+
+    Attributes
+    ----------
+    variable : the struct whose fields they are, or the matrix that holds them (``log.ft``); absent: the file itself.
+    columns : the names of a matrix's columns.
+    """
+
+    variable: Name | None = None
+    columns: Annotated[list[Name] | None, Field(min_length=1)] = None
+
+
+class RosOptions(Table):
+    """Which messages of a ROS 2 bag or MCAP file are read; its columns are fields: ``wrench.force.x``, ``position.A1``.
+
+    Attributes
+    ----------
+    topic : may be left out where the bag has only one. child_frame : of transforms, the frame that was tracked.
+    types : the ROS release (``ros2_humble``) whose messages they are, where the bag does not define them itself.
+    """
+
+    topic: Name | None = None
+    child_frame: Name | None = None
+    types: Name | None = None
+
+
+class PostgresOptions(Table):
+    """How a PostgreSQL database is reached; which table or query is read, `file` says. No password stands here.
+
+    Attributes
+    ----------
+    uri_env : the environment variable that holds the address (``postgresql://…``), its password included if need be.
+    host, port, database, user : instead of it; the password comes from PGPASSWORD or from ~/.pgpass.
+    order_by : the column, or columns, that put a table's rows into order.
+    """
+
+    uri_env: Name | None = None
+    host: Name | None = None
+    port: Annotated[int, Field(gt=0, lt=65536)] | None = None
+    database: Name | None = None
+    user: Name | None = None
+    order_by: Name | None = None
+
+    look_alikes: ClassVar[dict[str, str]] = {
+        "db": "database", "dbname": "database", "uri": "uri_env", "url": "uri_env", "dsn": "uri_env",
+        "password": "uri_env", "username": "user", "order": "order_by",
+    }  # fmt: skip

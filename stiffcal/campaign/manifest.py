@@ -10,7 +10,17 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
-from stiffcal.campaign.file_formats import CsvOptions, Format, Hdf5Options, Options, ParquetOptions, format_of
+from stiffcal.campaign.file_formats import (
+    CsvOptions,
+    Format,
+    Hdf5Options,
+    MatOptions,
+    ParquetOptions,
+    PostgresOptions,
+    RosOptions,
+    TdmsOptions,
+    format_of,
+)
 from stiffcal.campaign.signals import (
     DeadWeight,
     Deflection,
@@ -132,7 +142,8 @@ class Source(Table):
     ----------
     format : from the file's ending where left out.
     sampling : "time": logged at a rate; "states": one row per averaged load state. Left out: states where `run` stands.
-    file : one file for all runs. files : signal name to file, where the columns lie in several files of equal length.
+    file : one file for all runs; of a database its table or query. files : signal name to file, where the columns
+        lie in several files of equal length.
     run : which run each row belongs to. time : optional for states.
     """
 
@@ -145,11 +156,11 @@ class Source(Table):
     csv: CsvOptions | None = None
     hdf5: Hdf5Options | None = None
     parquet: ParquetOptions | None = None
-    tdms: Options | None = None
-    mat: Options | None = None
-    mcap: Options | None = None
-    rosbag2: Options | None = None
-    postgres: Options | None = None
+    tdms: TdmsOptions | None = None
+    mat: MatOptions | None = None
+    mcap: RosOptions | None = None
+    rosbag2: RosOptions | None = None
+    postgres: PostgresOptions | None = None
     joints: Joints | None = None
     wrench: Wrench | None = None
     dead_weight: DeadWeight | None = None
@@ -186,6 +197,11 @@ class Source(Table):
     def is_states(self) -> bool:
         """True where each row is one averaged load state."""
         return self.sampling == "states" or (self.sampling is None and self.run is not None)
+
+    @property
+    def in_files(self) -> bool:
+        """False where `file` names a database's table or query."""
+        return self.format != "postgres"
 
     def format_for(self, file: str) -> Format | None:
         """Return the format to read `file` with: as written, else by its ending."""

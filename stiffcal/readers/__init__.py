@@ -122,6 +122,14 @@ class Reader(Protocol):
         ...
 
 
+class NotAFile(Reader, Protocol):
+    """A format whose logs are no files: `file` of the manifest reaches it as the option ``from``."""
+
+    def fingerprint(self, options: Options) -> tuple[int, str]:
+        """Return the number of rows and a text that changes with what is read."""
+        ...
+
+
 def formats() -> tuple[str, ...]:
     """Return the names of the formats that lie in this folder.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from stiffcal.campaign.signals import Deflection, Displacement, Joints, Pose, Wr
 from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_rpy, rotation_from_vector
 from stiffcal.quantities import unit
-from stiffcal.readers import Batch, Wanted, find_reader
+from stiffcal.readers import Batch, NotAFile, Wanted, find_reader
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -246,14 +247,11 @@ def _conditions(source: Source) -> list[RowCondition]:
     return list(dict.fromkeys(found))
 
 
-def reader_options(source: Source, log_format: str) -> dict[str, object]:
-    """Return what the manifest says of a format, as the reader wants it."""
+def reader_options(source: Source, log_format: str, file: str = "") -> dict[str, object]:
+    """Return what the manifest says of a format, as the reader wants it; with the table or query that is no file."""
     table = getattr(source, log_format, None)
-    if table is None:
-        return {}
-    if isinstance(table, dict):
-        return dict(table)
-    return dict(table.model_dump(exclude_unset=True))
+    said = {} if table is None else dict(table.model_dump(exclude_unset=True))
+    return said if source.in_files else said | {"from": file}
 
 
 def _batches(folder: Path, source: Source, files: Mapping[str, str]) -> Iterator[Batch]:
@@ -266,16 +264,33 @@ def _batches(folder: Path, source: Source, files: Mapping[str, str]) -> Iterator
 def read_batches(folder: Path, source: Source, file: str, wanted: Wanted) -> Iterator[Batch]:
     """Yield the batches of one file of a source, as they stand there."""
     path = folder / file
-    if not path.is_file():
+    if not is_there(folder, source, file):
         raise InputError.at(file, "", "no such file", "correct its name in campaign.toml, or put the log there")
     reader = find_reader(path, source.format_for(file), file)
-    yield from reader.read_batches(path, reader_options(source, reader.name), wanted, file)
+    yield from reader.read_batches(path, reader_options(source, reader.name, file), wanted, file)
+
+
+def is_there(folder: Path, source: Source, file: str) -> bool:
+    """Tell whether a source's file is there; of what is no file that is seen when it is read."""
+    return not source.in_files or (folder / file).exists()
+
+
+def fingerprint_of(source: Source, file: str) -> tuple[int, str]:
+    """Return the number of rows and a digest of a table or query that is no file.
+
+    Raises
+    ------
+    InputError
+        It cannot be reached.
+    """
+    reader = cast(NotAFile, find_reader(Path(file), source.format, file))
+    return reader.fingerprint(reader_options(source, reader.name, file))
 
 
 def place_of_row(folder: Path, source: Source, file: str, row: int) -> str:
     """Return where data row ``row`` (from 1) stands in the file."""
     reader = find_reader(folder / file, source.format_for(file), file)
-    return str(reader.place_of_row(folder / file, reader_options(source, reader.name), row))
+    return str(reader.place_of_row(folder / file, reader_options(source, reader.name, file), row))
 
 
 def wanted_columns(source: Source, signals: tuple[str, ...] | None) -> Wanted:

@@ -187,7 +187,11 @@ def hash_sources(folder: Path, files: Sequence[str]) -> Iterator[SourceHashes]:
 
 
 def changed_sources(
-    provenance: Provenance, folder: Path, files: Sequence[str] | None = None, thorough: bool = False
+    provenance: Provenance,
+    folder: Path,
+    files: Sequence[str] | None = None,
+    thorough: bool = False,
+    elsewhere: Sequence[SourceFile] = (),
 ) -> SourceChanges:
     """Compare the sources on the disk with those that were read.
 
@@ -198,14 +202,17 @@ def changed_sources(
     files : what the manifest names now; None: the same as then.
     thorough : hash every file; otherwise those of unchanged size and time of change are taken as unchanged, unless
         they were changed so shortly before they were read that the time cannot tell.
+    elsewhere : sources that are no files, as they are now.
     """
     known = {source.file: source for source in provenance.sources}
+    outside = {source.file: source.sha256 for source in elsewhere}
     named = list(dict.fromkeys(files)) if files is not None else list(known)
-    missing = [file for file in named if not (folder / file).is_file()]
+    missing = [file for file in named if not (folder / file).exists()]
     new = [file for file in named if file not in known and file not in missing]
-    dropped = [file for file in known if file not in named]
+    new += [name for name in outside if name not in known]
+    dropped = [file for file in known if file not in named and file not in outside]
     read_ns = int(_seconds_of(provenance.created) * 1e9)
-    changed = []
+    changed = [name for name, digest in outside.items() if name in known and known[name].sha256 != digest]
     for file in named:
         if file in missing or file not in known:
             continue
@@ -245,9 +252,10 @@ def _hash_file(folder: Path, file: str, stop: threading.Event | None = None) -> 
     before = _state(folder, file)
     digest = hashlib.sha256()
     try:
-        with (folder / file).open("rb", buffering=0) as stream:
-            while (chunk := stream.read(CHUNK)) and not (stop is not None and stop.is_set()):
-                digest.update(chunk)
+        for path in _parts(folder / file):
+            with path.open("rb", buffering=0) as stream:
+                while (chunk := stream.read(CHUNK)) and not (stop is not None and stop.is_set()):
+                    digest.update(chunk)
     except OSError as error:
         raise _unreadable(file, error) from None
     if _state(folder, file) != before:
@@ -257,10 +265,15 @@ def _hash_file(folder: Path, file: str, stop: threading.Event | None = None) -> 
 
 def _state(folder: Path, file: str) -> tuple[int, int]:
     try:
-        status = (folder / file).stat()
+        states = [path.stat() for path in _parts(folder / file)]
     except OSError as error:
         raise _unreadable(file, error) from None
-    return status.st_size, status.st_mtime_ns
+    return sum(state.st_size for state in states), max((state.st_mtime_ns for state in states), default=0)
+
+
+def _parts(path: Path) -> list[Path]:
+    """Return the files of a log that is a folder, or the file."""
+    return sorted(part for part in path.rglob("*") if part.is_file()) if path.is_dir() else [path]
 
 
 def _unreadable(file: str, error: OSError) -> InputError:

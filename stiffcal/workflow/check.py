@@ -143,11 +143,11 @@ def _is_missing(fault: Fault) -> bool:
 
 def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
     """Return one line for every file that is named and not there yet."""
-    told = []
+    told, sources = [], campaign.manifest.sources
     homeless: dict[str, int] = {}  # a folder that is not there is told once, not for each of its files
 
     def absent(files: Iterable[str]) -> list[str]:
-        missing = [file for file in files if not (campaign.folder / file).is_file()]
+        missing = [file for file in files if not (campaign.folder / file).exists()]
         for file in missing:
             parent = PurePosixPath(file).parent
             if not (campaign.folder / parent).is_dir():
@@ -156,9 +156,11 @@ def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
 
     for entry in campaign.manifest.runs:
         if only in (None, entry.id):
-            files = absent(entry.files.values())
+            files = absent(entry.files[name] for name in entry.files if sources[name].in_files)
             told += [f"run {entry.id}: {', '.join(files)} not there yet"] if files else []
-    for name in campaign.manifest.sources:
+    for name in sources:
+        if not sources[name].in_files:
+            continue
         told += [f"source {name}: {file} not there yet" for file in absent(campaign.manifest.files_of(name).values())]
     return [f"folder {name}: not there yet, {count} files are named in it" for name, count in homeless.items()] + told
 

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiffcal.errors import Progress, no_progress
+from stiffcal.errors import InputError, Progress, no_progress
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.store import Provenance
+    from stiffcal.store import Provenance, SourceFile
 
 SCHEMA = "stiffcal/ingest/1"
 # Raised when the reduction changes what it makes of the same logs, so that stores are made anew.
@@ -52,10 +52,11 @@ def ingest_campaign(
     campaign = load_campaign(folder)
     target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
     files, settings = source_files(campaign), ingest_settings(campaign)
+    outside = sources_elsewhere(campaign)
     changed = ""
     if target.exists and INGEST in target.documents:
         then = Provenance.from_document(target.read_document(PROVENANCE))
-        sources = changed_sources(then, folder, files)
+        sources = changed_sources(then, folder, files, elsewhere=outside)
         keys = changed_settings(then, settings)
         if not sources and not keys:
             return target.read_document(INGEST) | {"unchanged": True, "changed": ""}
@@ -81,7 +82,10 @@ def ingest_campaign(
             writing.write_table(FREE_MOTION, motion_table(friction.motion, campaign.chain.joint_names))
         writing.write_document(INGEST, document)
         progress("hashing the sources", None)
-        provenance = Provenance.now("ingest", hashes.result(), settings)
+        if outside != sources_elsewhere(campaign):
+            names = ", ".join(source.file for source in outside)
+            raise InputError.at(names, "", "the rows changed while they were read", "wait until nothing writes them")
+        provenance = Provenance.now("ingest", (*hashes.result(), *outside), settings)
         writing.write_document(PROVENANCE, provenance.as_document())
         _keep_what_others_wrote(writing, target.tables, target.documents)
         writing.commit()
@@ -110,7 +114,7 @@ def is_stale(folder: str | Path, store: str | Path | None = None) -> str:
         return "nothing is ingested yet"
     campaign = load_campaign(folder, check_files=False)
     then: Provenance = Provenance.from_document(target.read_document(PROVENANCE))
-    sources = changed_sources(then, folder, source_files(campaign))
+    sources = changed_sources(then, folder, source_files(campaign), elsewhere=sources_elsewhere(campaign))
     keys = changed_settings(then, ingest_settings(campaign))
     told = [str(sources)] if sources else []
     return "; ".join([*told, *([f"settings: {', '.join(keys)}"] if keys else [])])
@@ -130,7 +134,6 @@ def stored_states(
     InputError
         The campaign is wrong, or the store is stale and may not be updated.
     """
-    from stiffcal.errors import InputError
     from stiffcal.measurements.tables import states_from_table
     from stiffcal.store import Store
 
@@ -153,12 +156,42 @@ def source_files(campaign: Campaign) -> list[str]:
     """Return every data file that the manifest names, as named there, each once."""
     manifest = campaign.manifest
     files: list[str] = []
-    for name in manifest.sources:
+    for name, source in manifest.sources.items():
+        if not source.in_files:
+            continue
         files += manifest.files_of(name).values()
         for run in manifest.runs:
             files += [run.files[name]] if name in run.files else []
     files += [run.states for run in manifest.runs if run.states is not None]
     return list(dict.fromkeys(files))
+
+
+def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
+    """Return the tables and queries that the manifest names instead of files, as they are now.
+
+    Raises
+    ------
+    InputError
+        A database cannot be reached.
+    """
+    manifest = campaign.manifest
+    if all(source.in_files for source in manifest.sources.values()):
+        return ()
+    import hashlib
+
+    from stiffcal.reduction.logs import fingerprint_of
+    from stiffcal.store import SourceFile
+
+    found: dict[str, SourceFile] = {}
+    for name, source in manifest.sources.items():
+        if source.in_files:
+            continue
+        named = [*manifest.files_of(name).values(), *(run.files[name] for run in manifest.runs if name in run.files)]
+        for text in dict.fromkeys(named):
+            rows, told = fingerprint_of(source, text)
+            key = f"{name}: {' '.join(text.split())}"
+            found[key] = SourceFile(key, rows, 0, hashlib.sha256(told.encode()).hexdigest())
+    return tuple(found.values())
 
 
 def ingest_settings(campaign: Campaign) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted
-from stiffcal.reduction.logs import Rows, read_batches
+from stiffcal.reduction.logs import Rows, is_there, read_batches
 
 
 def logged_runs(campaign: Campaign) -> list[tuple[Run, list[str]]]:
@@ -85,7 +85,7 @@ def _names_in(campaign: Campaign, name: str) -> list[str]:
             "campaign.toml", f"[sources.{name}.files]", f'no file is named for the run column "{column}"',
             'add run = "raw/….csv", the file that holds it',
         )  # fmt: skip
-    if not (campaign.folder / file).is_file():
+    if not is_there(campaign.folder, source, file):
         return []
     found: dict[str, None] = {}
     for batch in read_batches(campaign.folder, source, file, Wanted((), (column,))):

@@ -22,7 +22,7 @@ from stiffcal.reduction.blocks import BlockAverager, Blocks
 from stiffcal.reduction.clamped_states import clamped_states
 from stiffcal.reduction.friction_runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
 from stiffcal.reduction.holds import Dropped, Holds, given_holds
-from stiffcal.reduction.logs import read_batches, read_rows
+from stiffcal.reduction.logs import is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
@@ -171,7 +171,8 @@ def gather(
     runs: list[ReducedRun] = []
     for k, (run, sources) in enumerate(chosen):
         if reading.collected is not None:  # files that are still to be measured are no faults there
-            sources = [name for name, file in log_files(campaign, run, sources) if (campaign.folder / file).is_file()]
+            named, held = log_files(campaign, run, sources), campaign.manifest.sources
+            sources = [name for name, file in named if is_there(campaign.folder, held[name], file)]
         if not sources:
             continue
         logs = _read_logs(

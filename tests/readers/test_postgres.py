@@ -1,0 +1,141 @@
+"""PostgreSQL, on a real server: tables, partitioned tables and queries; order, faults, and no password anywhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import postgres as postgres_module
+from tests.readers.database import VARIABLE, Database, database
+
+__all__ = ["database"]
+
+READER = find_reader(Path("x"), "postgres")
+NO_FILE = Path("nothing")
+SETUP = """
+create schema daq;
+create table daq.ft (t double precision, "Fx" real, fy numeric(12, 6), run text, at timestamptz, n int, gap real)
+    partition by range (t);
+create table daq.ft_a partition of daq.ft for values from (0) to (5);
+create table daq.ft_b partition of daq.ft for values from (5) to (10);
+insert into daq.ft select k * 0.01, k * 0.5, k * 1.25, 'p' || (k % 2),
+    '2026-11-21T08:15:30.25Z'::timestamptz + k * interval '10 ms', k, nullif(k, 7)
+    from generate_series(999, 0, -1) as k;
+create table daq.holes as select k * 0.1 as t, case when k = 3 then null else k end as x,
+    case when k = 4 then 'NaN'::float8 else 1.0 end as y from generate_series(0, 9) as k;
+create table daq.big as select k as t, k * 0.001 as x, k * 0.002 as y from generate_series(1, 400000) as k;
+"""
+
+
+@pytest.fixture(scope="module")
+def filled(database: Database) -> Database:
+    database.run(SETUP)
+    return database
+
+
+def read(options: dict[str, Any], wanted: Wanted) -> dict[str, Any]:
+    found: dict[str, list[Any]] = {name: [] for name in wanted.names}
+    for batch in READER.read_batches(NO_FILE, {"uri_env": VARIABLE} | options, wanted):
+        assert batch.first_row == len(found[wanted.names[0]]) + 1
+        for name in wanted.names:
+            found[name].extend(batch.numbers.get(name, batch.texts.get(name, ())))
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def fault(options: dict[str, Any], wanted: Wanted) -> str:
+    with pytest.raises(InputError) as caught:
+        read(options, wanted)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+K = np.arange(1000)
+
+
+def test_a_partitioned_table_in_order(filled: Database) -> None:
+    wanted = Wanted(("t", "Fx", "fy", "n", "gap"), texts=("run",), times=("at",), gaps=frozenset({"gap"}))
+    found = read({"from": "daq.ft", "order_by": "t"}, wanted)
+    assert np.allclose(found["t"], K * 0.01, rtol=0, atol=1e-12)
+    assert np.array_equal(found["Fx"], K * 0.5)
+    assert np.array_equal(found["fy"], K * 1.25)
+    assert np.array_equal(found["n"], K)
+    assert np.flatnonzero(np.isnan(found["gap"])).tolist() == [7]
+    assert found["run"][:3].tolist() == ["p0", "p1", "p0"]
+    assert np.allclose(found["at"] - 1795248930.25, K * 0.01, rtol=0, atol=1e-6)
+    assert READER.read_header(NO_FILE, {"uri_env": VARIABLE, "from": "daq.ft"}).columns[:3] == ("t", "Fx", "fy")
+
+
+def test_queries_say_their_order(filled: Database) -> None:
+    query = "select t, \"Fx\" * 2 as x from daq.ft where run = 'p1' order by t desc;  "
+    found = read({"from": query}, Wanted(("x",)))
+    assert np.array_equal(found["x"], K[1::2][::-1] * 1.0)
+    found = read({"from": "select t, fy from daq.ft -- all of it", "order_by": "t"}, Wanted(("fy",)))
+    assert np.array_equal(found["fy"], K * 1.25)
+    assert "its rows have no order; add postgres.order_by" in fault({"from": "daq.ft"}, Wanted(("t",)))
+    assert "its rows have no order" in fault({"from": "select t from daq.ft"}, Wanted(("t",)))
+
+
+def test_rows_are_streamed(filled: Database, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(postgres_module, "BATCH_BYTES", 1 << 18)
+    options = {"uri_env": VARIABLE, "from": "daq.big", "order_by": "t"}
+    lengths, last = [], 0.0
+    for batch in READER.read_batches(NO_FILE, options, Wanted(("t", "x", "y"))):
+        lengths.append(len(batch))
+        last = batch.numbers["t"][-1]
+    assert sum(lengths) == last == 400_000
+    assert max(lengths) <= 20_000  # 256 kB of three columns
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({"from": "daq.fft"}, 'table daq.fft: the database refused (ERROR: relation "daq.fft" does not exist)'),
+        ({"from": "daq.ft", "order_by": "tt"}, "postgres.order_by: no column 'tt'; did you mean 't'?"),
+        ({"from": "daq.holes", "order_by": "t"}, "row 4, column x: the cell is empty (NULL)"),
+        ({"from": "select t, y as x from daq.holes order by t"}, "row 5, column x: nan is not a finite number"),
+        ({"from": "select t, run as x from daq.ft order by t"}, "column x: it holds words, not numbers"),
+        ({"from": "select t, t as x from daq.ft where t < 0 order by t"}, "there are no rows"),
+        ({"from": "select 1/0 as x order by x"}, "ERROR: division by zero"),
+        ({"from": "daq.ft", "password": "geheim"}, "postgres.password: no such option"),
+        ({"from": "daq.ft", "host": "localhost"}, "the address is given twice"),
+        ({"from": "daq.ft", "uri_env": "NOT_SET_HERE"}, "the environment variable NOT_SET_HERE is not set"),
+        (
+            {"from": "with gone as (delete from daq.ft returning t as x) select * from gone order by x"},
+            "data-modifying",
+        ),
+        ({"from": "daq.ft", "order_by": "t; drop table daq.ft"}, "no column 't; drop table daq.ft'"),
+    ],
+)
+def test_faults_are_one_clear_line(filled: Database, options: dict[str, Any], expected: str) -> None:
+    assert expected in fault(options, Wanted(("x",)) if options["from"] != "daq.ft" else Wanted(("t",)))
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "postgresql://me:ge%20heim@localhost:1/db",
+        "postgresql://me:geheim@loc[alhost:x1/db?password=geheim",
+        "host=localhost port=1 password='geheim' user=me",
+        "password=geheim nonsense",
+    ],
+)
+def test_no_password_is_shown(monkeypatch: pytest.MonkeyPatch, address: str) -> None:
+    monkeypatch.setenv("LAB", address)
+    told = fault({"from": "ft", "uri_env": "LAB"}, Wanted(("t",)))
+    assert "the database cannot be reached" in told
+    assert "heim" not in told
+
+
+def test_the_fingerprint_follows_the_rows(filled: Database) -> None:
+    options = {"uri_env": VARIABLE, "from": "select * from daq.holes order by t"}
+    before = postgres_module.READER.fingerprint(options)
+    assert before == postgres_module.READER.fingerprint(options)
+    filled.run("update daq.holes set y = 2.0 where t = 0")
+    after = postgres_module.READER.fingerprint(options)
+    assert before[0] == after[0] == 10
+    assert before != after
