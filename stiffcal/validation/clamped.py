@@ -40,10 +40,13 @@ def unseen_clamped(runs: Sequence[ClampedRun]) -> list[UnseenRun]:
     The middle of the play and the sensor's zero are the pose's own, as the reference of a load run is.
     """
     found = []
+    told = {joint.joint: joint.far for joint in joints_of([run for run in runs if not run.left_out])}
     for run in runs:
         held_out = run.holdout and run.branches.angle.size and run.both_ways
-        others = [one for one in runs if one is not run and one.joint == run.joint and not one.left_out]
-        if (run.left_out and not held_out) or not others:
+        # what moved too little to tell the curve neither tells nor judges it
+        others = [one for one in told.get(run.joint, ()) if one is not run]
+        used = any(one is run for one in told.get(run.joint, ()))
+        if not (used or held_out) or not others:
             continue
         joint = joints_of(others)[0]
         own = run.fit.law

@@ -134,9 +134,14 @@ def branches_table(runs: tuple[ClampedRun, ...]) -> pa.Table:
             "up": stacked([run.branches.up for run in parts]),
             "spread_Nm": stacked([run.branches.spread for run in parts]),
             "half_sweeps": stacked([run.branches.n_sweeps for run in parts]),
-            "law_Nm": stacked([run.fit.law.torque_at(run.branches.angle, run.branches.up) for run in parts]),
+            "law_Nm": stacked([_law(run) for run in parts]),
+            "residual_Nm": stacked([run.branches.torque - _law(run) for run in parts]),
         }
     )
+
+
+def _law(run: ClampedRun) -> NDArray[Any]:
+    return run.fit.law.torque_at(run.branches.angle, run.branches.up)
 
 
 def parameters_of(

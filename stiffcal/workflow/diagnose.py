@@ -82,11 +82,8 @@ def without_states(data: Ingested, identified: Document, means: Means) -> Docume
     adequate = None
     if left is not None and noise is not None:
         adequate = bool(left <= ADEQUATE_RATIO * noise or (lack is not None and lack["p_value"] > LACK_OF_FIT_P))
-    words = {
-        True: "the law fits: what it leaves at unseen speeds is no more than repeats scatter",
-        False: "the law does not fit: it leaves more at unseen speeds than repeats scatter; look at the curves",
-        None: "whether the law is good enough cannot be judged: too few repeats to know the noise",
-    }[adequate]
+    held = [("clamped", "Torque over angle", "in poses left out"), ("friction", "Friction", "at unseen speeds")]
+    words = [_held_words(name, where, adequate) for key, name, where in held if key in identified]
     nothing = {"translation": None, "rotation": None}
     return {
         "schema": SCHEMA,
@@ -99,14 +96,24 @@ def without_states(data: Ingested, identified: Document, means: Means) -> Docume
         "findings": [],
         "superfluous": [],
         "next_measurement": None,
-        "not_tried": [{"effect": "every effect that bends the robot", "needs": "load or clamped runs"}],
+        "not_tried": [{"effect": "every effect that bends the robot", "needs": "load states"}],
         "unexplained": None if adequate is None else not adequate,
         "structure": [],
         "heldout_rms_after_choosing": nothing,
         "parameters_with_missing": [],
         "pace": {"models": 0, "candidates": 0, "signatures": 0, "seconds": 0.0, "candidates_per_second": 0.0},
-        "summary": f"The campaign holds no load states, so no effect is searched for. Friction: {words}.",
+        "summary": f"The campaign holds no load states, so no effect is searched for. {' '.join(words)}",
     }
+
+
+def _held_words(name: str, where: str, adequate: bool | None) -> str:
+    """Return whether the laws of an experiment without load states hold, in words."""
+    words = {
+        True: f"the law fits: what it leaves {where} is no more than repeats scatter",
+        False: f"the law does not fit: it leaves more {where} than repeats scatter; look at the curves",
+        None: "whether the law is good enough cannot be judged: too few repeats to know the noise",
+    }[adequate]
+    return f"{name}: {words}."
 
 
 def current_diagnosis(data: Ingested, identified: Document) -> tuple[Document | None, str]:

@@ -85,12 +85,14 @@ def states_with_residuals(data: Ingested) -> pa.Table:
 
 def _readings(data: Ingested) -> pa.Table:
     """Return what other experiments measured, with the fit, of a campaign without load states."""
+    from stiffcal.workflow.clamped import BRANCHES
     from stiffcal.workflow.friction import FRICTION_FIT
 
-    if FRICTION_FIT not in data.store.tables:
-        reason = "the campaign holds no load states, and no readings of friction"
-        raise InputError.at(str(data.campaign.folder), "runs", reason, "export the model instead: -o model.json")
-    return data.store.read_table(FRICTION_FIT)
+    for name in (FRICTION_FIT, BRANCHES):
+        if name in data.store.tables:
+            return data.store.read_table(name)
+    reason = "the campaign holds no load states, and no readings of friction or of clamped joints"
+    raise InputError.at(str(data.campaign.folder), "runs", reason, "export the model instead: -o model.json")
 
 
 def write_table(table: pa.Table | Mapping[str, Any], output: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,11 +58,17 @@ def plot_campaign(
         raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
     data = ingested(folder, means)
     names = [info.name for info in data.states.runs]
+    if len(data.states) == 0 and against is None:
+        names += clamped_runs(data)
     if run is not None and run not in names:
         raise InputError.at("command line", "--run", f"no run is called {run}", f"runs: {', '.join(names)}")
     identified = fitted(data, means)
     from stiffcal.report.figures.canvas import save_figure
 
+    if len(data.states) == 0 and against is None and clamped_runs(data):
+        figure, drawn = _clamped(data, identified, run)
+        save_figure(figure, file)
+        return {"schema": "stiffcal/plot/1", "warnings": [], "file": str(file), "drawn": drawn}
     if (against or "").partition(":")[0] == "velocity" or (len(data.states) == 0 and against is None):
         figure, drawn = _friction(data, identified, against or "velocity")
         save_figure(figure, file)
@@ -86,6 +93,26 @@ def plot_campaign(
         drawn = f"residual against {driver.name}" + (f" in run {run}" if run else "")
     save_figure(figure, file)
     return {"schema": "stiffcal/plot/1", "warnings": [], "file": str(file), "drawn": drawn}
+
+
+def clamped_runs(data: Ingested) -> list[str]:
+    """Return the names of the campaign's clamped runs."""
+    return [run.id for run in data.campaign.manifest.runs if run.experiment == "clamped"]
+
+
+def _clamped(data: Ingested, identified: Document, run: str | None) -> tuple[Figure, str]:
+    from stiffcal.report.figures.clamped import draw_branches
+    from stiffcal.workflow.report_clamped import clamped_curves
+
+    curves = clamped_curves(data, identified)
+    if run is not None:
+        chosen = (replace(one, poses=tuple(pose for pose in one.poses if pose.run == run)) for one in curves)
+        curves = tuple(one for one in chosen if one.poses)
+    drawn = tuple(one for one in curves if one.shown.angle.size)
+    if not drawn:
+        reason = "no whole sweep is left to draw" if run is None else f"no whole sweep is left of run {run}"
+        raise InputError.at(str(data.campaign.folder), "runs", reason, "stiffcal identify says why")
+    return draw_branches(drawn), "torque over angle of " + ", ".join(f"{one.joint} ({one.shown.run})" for one in drawn)
 
 
 def _friction(data: Ingested, identified: Document, against: str) -> tuple[Figure, str]:
