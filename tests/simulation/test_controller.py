@@ -101,7 +101,10 @@ def test_commands_are_no_motors_pushed_off(tmp_path: Path) -> None:
 
 def test_a_compensated_run_tells_the_same_stiffness(tmp_path: Path) -> None:
     folder = simulated(tmp_path)
-    found = {one["name"]: one["value"] for one in identify_campaign(folder)["parameters"]}
+    document = identify_campaign(folder)
+    assert document["n_runs"] == 2
+    assert document["rms"]["translation"] < 5e-6  # of more than a millimetre
+    found = {one["name"]: one["value"] for one in document["parameters"]}
     for name, true in (("joint-compliance.j1.c", 1.366456e-6), ("joint-compliance.j3.c", 2.333123e-6)):
         assert found[name] == pytest.approx(true, rel=5e-3)
 
