@@ -9,7 +9,7 @@ not a place between them. The worst goes first, then the rest is looked at again
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ Booleans = NDArray[np.bool_]
 ALARM_EXPONENT = 16.0
 LIKE_LOAD = 0.08  # of the run's largest load, as in load_cycles
 MOST_SET_ASIDE = 0.34  # of the readings of one direction and branch: more is no accident but an effect
+FEW = 12  # readings of a group of which two bumped ones can hide each other
 LEAST_LOADED = 0.1  # of the most loaded direction of a run: below, how it gives that way is not known
 NOT_SMOOTH = 2.5  # times the noise, left by a line with a jump: then it is not that
 
@@ -217,6 +218,7 @@ class _RunReadings:
             worst = next((k for k in suspects if self._may_go(k) and self._unexplained(k)), None)
             if worst is None:
                 return found
+            worst = self._instead(worst, lengths)
             self.kept[worst] = False
             self.counts[id(self.group_of[worst])] += 1
             found.append((worst, lengths[worst]))
@@ -224,6 +226,35 @@ class _RunReadings:
     def _may_go(self, k: int) -> bool:
         group = self.group_of[k]
         return self.counts[id(group)] + 1 <= max(MOST_SET_ASIDE * group.members.size, 1.0)
+
+    def _instead(self, worst: int, lengths: dict[int, float]) -> int:
+        """Return the reading to take out first: with two bumped ones among few, a good one may stand out most.
+
+        Where taking out the worst leaves the group rough and some two leave it smooth, it is the worse of these two.
+        """
+        group = self.group_of[worst]
+        members = [int(k) for k in group.members if self.kept[k]]
+        if self.counts[id(group)] + 2 > MOST_SET_ASIDE * group.members.size or len(members) > FEW:
+            return worst
+        if self._roughness(group, (worst,)) <= self.bound:
+            return worst
+        left, two = min((self._roughness(group, two), two) for two in combinations(members, 2))
+        able = left <= self.bound and worst not in two and all(self._unexplained(k) for k in two)
+        return max(two, key=lambda k: lengths[k]) if able else worst
+
+    def _roughness(self, group: _Group, without: tuple[int, ...]) -> float:
+        """Return how far the worst reading of a group is from the course of the rest, some left out."""
+        mask = self.kept[group.members] & ~np.isin(group.members, without)
+        course = _course(group, mask)
+        if course is None or course.shape[0] <= course.shape[1]:
+            return float(np.inf)
+        return float(max(self._lengths(group.members[mask], course)))
+
+    def _lengths(self, members: Integers, course: Floats) -> Floats:
+        """Return (m,) how far readings are from a course through them, in standard deviations."""
+        hat = course @ np.linalg.pinv(course)
+        residual = self.white[members] - hat @ self.white[members]
+        return np.asarray(np.linalg.norm(residual, axis=1) / np.sqrt(np.maximum(1.0 - np.diag(hat), 0.05)))
 
     def _course_residuals(self) -> dict[int, float]:
         """Return how far each reading is from its group's smooth course, in standard deviations."""
@@ -234,10 +265,7 @@ class _RunReadings:
             if course is None:
                 continue
             members = group.members[mask]
-            hat = course @ np.linalg.pinv(course)
-            residual = self.white[members] - hat @ self.white[members]
-            length = np.linalg.norm(residual, axis=1) / np.sqrt(np.maximum(1.0 - np.diag(hat), 0.05))
-            lengths |= {int(k): float(length[i]) for i, k in enumerate(members)}
+            lengths |= {int(k): float(x) for k, x in zip(members, self._lengths(members, course), strict=True)}
         return lengths
 
     def _others(self, k: int) -> Integers:

@@ -101,3 +101,27 @@ def test_loads_set_askew_are_no_bumps() -> None:
     position = states.position.copy()
     position[6, 0] += [6e-4, 0.0, -4e-4]
     assert set(bumped_readings(replace(states, position=position))) == {6}
+
+
+@pytest.mark.parametrize(
+    ("two", "push"),
+    [
+        ((56, 62), ((-0.77e-3, -0.04e-3, 0.30e-3), (0.41e-3, 0.20e-3, 0.45e-3))),
+        ((54, 56), ((-0.16e-3, -0.68e-3, 0.01e-3), (0.28e-3, 0.31e-3, -0.16e-3))),
+        ((54, 63), ((-0.39e-3, 0.20e-3, 0.29e-3), (0.16e-3, -0.77e-3, -0.46e-3))),
+    ],
+)
+def test_two_bumps_do_not_hide_behind_a_good_reading(two: tuple[int, int], push: tuple[tuple[float, ...], ...]) -> None:
+    """Two of the six readings of one branch: what is left of a course through all is largest at a good one."""
+    generator = np.random.default_rng(0)
+    levels = np.tile([0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0], 2)
+    wrench = []
+    for _ in range(4):
+        axes = np.linalg.qr(generator.normal(size=(3, 3)))[0]
+        loads = [np.outer(levels * 300.0 * (1.0 + 0.03 * generator.normal(size=16)), axis) for axis in axes]
+        force = np.concatenate([np.zeros((1, 3)), *loads])
+        wrench.append(np.concatenate([force, np.cross(LOAD_POINT, force)], axis=1))
+    states = played(medium_robot(), runs=4, wrench=wrench, noise=Sigma(16e-6, 30e-6, 0.5, 0.1), seed=0)
+    position = states.position.copy()
+    position[list(two), 0] += push
+    assert set(bumped_readings(replace(states, position=position))) == set(two)
