@@ -185,8 +185,9 @@ def markdown_text(document: Document) -> str:
 def _row(outcome: Document) -> list[str]:
     verdict = verdict_of(outcome)
     marked = verdict if verdict in ("held", "done") else f"**{verdict}**"
+    rms = outcome["rms"] or {}
     values = [
-        _number((outcome["rms"] or {}).get("translation"), 1e3),
+        _number(rms.get("translation"), 1e3) if rms.get("torque") is None else _number(rms["torque"], 1.0, " N·m"),
         _number((outcome["relative"] or {}).get("translation"), 100.0, " %"),
         _number((outcome["noise"] or {}).get("translation"), 1e3),
     ]
