@@ -27,7 +27,9 @@ def section(content: ReportContent) -> Section | LeftOut:
         return LeftOut(_TITLE, "there are no load states to draw")
     if states.along is not None:
         return Section(_TITLE, tuple(_along_lines(content, states)))
-    counts = np.bincount(states.run[states.used], minlength=len(content.runs))
+    # clamped runs have states too, and no displacement: their pages are their own
+    seen = states.used & np.isfinite(states.measured[:, :3]).any(axis=1)
+    counts = np.bincount(states.run[seen], minlength=len(content.runs))
     curves = [number for number in range(len(content.runs)) if counts[number] >= _FEWEST_STATES]
     blocks: list[Block] = []
     if curves:
