@@ -14,7 +14,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from tests.faults.commands import COMMANDS, Command, make_bases
@@ -73,16 +73,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with bench(commands) as on:
         pairs = [(command, kind) for command in commands for kind in kinds_of(command)]
         pairs = [(command, kind) for command, kind in pairs if options.kind in (None, kind)]
-        for number in range(options.tries):
-            if number % len(pairs) == 0:
-                chance.shuffle(pairs)
-            command, kind = pairs[number % len(pairs)]
-            try:
-                outcomes.append(on.try_once(command, kind, chance))
-            except FoundError as error:
-                found.append(str(error))
-                outcomes.append(Outcome(command.name, kind, -1, "found"))
-                print(f"NOT KEPT: {error}", flush=True)
+        with suppress(KeyboardInterrupt):  # the table of what was tried so far is worth having
+            for number in range(options.tries):
+                if number % len(pairs) == 0:
+                    chance.shuffle(pairs)
+                command, kind = pairs[number % len(pairs)]
+                try:
+                    outcomes.append(on.try_once(command, kind, chance))
+                except FoundError as error:
+                    found.append(str(error))
+                    outcomes.append(Outcome(command.name, kind, -1, "found"))
+                    print(f"NOT KEPT: {error}", flush=True)
     print(table_of(outcomes, found))
     print(f"{time.monotonic() - began:.0f} s")
     return 1 if found else 0
