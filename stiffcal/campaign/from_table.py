@@ -162,6 +162,13 @@ def _source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
     return lines
 
 
+def signal_lines(roles: Roles) -> list[str]:
+    """Return the lines of those signals that a log holds, every guess marked; empty where none is recognised."""
+    lines = [_joints_line(roles)] if roles.joints is not None else []
+    lines += _load_lines(roles) if roles.force is not None else []
+    return lines + ([_moved_line(roles)] if roles.deflection is not None or roles.position is not None else [])
+
+
 def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
     """Say in which file the columns of each signal lie."""
     signals = {

@@ -16,6 +16,7 @@ from stiffcal.quantities import UnknownUnitError, quantities, unit
 
 # So many rows tell a column's unit by their size; a longer log is not read to its end.
 ROWS_LOOKED_AT = 5000
+BYTES_LOOKED_AT = 1 << 22
 
 _DELIMITERS = (";", "\t", ",", "|")
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*(?:\[\s*(?P<a>[^\]]*)\]|\(\s*(?P<b>[^)]*)\)|\s/\s*(?P<c>\S+))\s*$")
@@ -102,7 +103,10 @@ def sniff_table(path: Path) -> SniffedTable:
 
 def _decoded(path: Path, shown: str) -> tuple[str, str]:
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(BYTES_LOOKED_AT)
+        if len(content) == BYTES_LOOKED_AT:  # a long log: whole lines of its beginning
+            content = content[: content.rfind(b"\n") + 1]
     except FileNotFoundError:
         raise InputError.at(str(path), "", "no such file", "correct the name after --from") from None
     except OSError as error:

@@ -63,6 +63,13 @@ def show_check(console: Console, document: Document) -> None:
     for view in document.get("rods", []):
         for sentence in view["says"]:
             console.print(sentence, soft_wrap=True)
+    for proposal in document.get("proposals", []):
+        files, device = proposal["files"], proposal["device"]
+        told = files[0] + (f" and {len(files) - 1} more" if len(files) > 1 else "")
+        words = f"{told}: not named in campaign.toml" + (f", looks like an export of {device}" if device else "")
+        console.print(f"{words}; lines to copy:", soft_wrap=True)
+        for line in proposal["lines"]:
+            console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
     if document["ready"]:
         console.print("ready")
         return

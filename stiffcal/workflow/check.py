@@ -7,6 +7,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
+from stiffcal.workflow.proposals import propose_sources
 from stiffcal.workflow.rod_views import rod_views
 
 if TYPE_CHECKING:
@@ -79,6 +80,8 @@ def check_campaign(
     if beside and not faults:
         missing += _beside(campaign, beside, document)
     raise_faults(faults)
+    if proposals := propose_sources(campaign):
+        document["proposals"] = proposals
     document["ready"] = not missing
     document["missing"] = missing
     return document

@@ -62,6 +62,14 @@ class JointSeen(TypedDict):
     says: str
 
 
+class ProposedSource(TypedDict):
+    """Logs in ``raw`` that the manifest does not name: whose export they seem to be ("" not known), lines to copy."""
+
+    files: list[str]
+    device: str
+    lines: list[str]
+
+
 class Check(TypedDict):
     """Answer of ``check``; ``missing`` says what is still to be measured or written. ``joints``: not with --quick."""
 
@@ -76,6 +84,7 @@ class Check(TypedDict):
     missing: list[str]
     joints: NotRequired[list[JointSeen]]
     rods: NotRequired[list[RodView]]
+    proposals: NotRequired[list[ProposedSource]]
 
 
 class Edit(TypedDict):

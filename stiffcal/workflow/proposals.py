@@ -1,0 +1,162 @@
+"""Logs that lie in a campaign and that its manifest does not name: what they seem to be, and lines to copy.
+
+The usual exports are known by words in their first lines: ATI's force-torque sensors, Beckhoff's TwinCAT Scope, Leica's
+and Nikon's trackers, traces of robot controllers. What a column is, its name tells; every guess is marked with ``# ?``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.campaign.file_formats import format_of
+from stiffcal.errors import InputError
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.campaign.table_sniffing import SniffedTable
+
+GUESS = "# ?"
+FIRST_BYTES = 1 << 14
+# So many files of one make are looked into; the others are named by count.
+LOOKED_AT = 200
+
+# Words of a maker in the name or the first lines, what it is called here, and the name of the source.
+MAKERS: tuple[tuple[str, str, str], ...] = (
+    (r"\bATI\b|Net ?F/?T|RDT ?Sequence|F/T ?Sequence|Counts per Unit (Force|Torque)", "ATI force-torque sensor", "ft"),
+    (r"TwinCAT|Beckhoff|SampleTime ?\[|Starttime of export|\.svdx?\b", "Beckhoff TwinCAT Scope", "scope"),
+    (r"\bLeica\b|Spatial ?Analyzer|\bAT9[36]0\b|T-?Mac\b|T-?Probe\b|Tracker Pilot", "Leica tracker", "tracker"),
+    (r"\bNikon\b|\bMetris\b|K-?Series|\bK[46]\d0\b|\biGPS\b|Space ?Probe", "Nikon tracker", "tracker"),
+    (r"\bKUKA\b|\bKRC\d?\b|\$(AXIS|POS|TORQUE)_ACT|AxisPos", "KUKA controller trace", "controller"),
+    (r"\bABB\b|RobotStudio|Test ?Signal Viewer|\bIRC5\b", "ABB controller trace", "controller"),
+    (r"\bFANUC\b|\bSt(ä|ae|a)ubli\b|\bYaskawa\b|\bMotoman\b|\bUR1?\d\b", "robot controller trace", "controller"),
+)
+_NUMBER = r"[^0-9\n]{0,30}([0-9]+(?:[.,][0-9]+)?)"
+_RATE = re.compile(r"(?:sampl\w*[ _-]?rate|data ?rate|abtastrate|frequenc\w*|frequenz)" + _NUMBER, re.IGNORECASE)
+_PERIOD = re.compile(r"(?:sample ?time|abtastzeit|cycle ?time)\s*\[?\s*(ms|us|s)\]?" + _NUMBER, re.IGNORECASE)
+_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+
+
+def propose_sources(campaign: Campaign) -> list[dict[str, Any]]:
+    """Return, for every kind of log that nothing names, what it seems to be and the manifest's lines for it.
+
+    Returns
+    -------
+    List of ``{files, device, lines}``; `device` is "" where no maker was recognised.
+    """
+    groups: dict[tuple[str, ...], dict[str, Any]] = {}
+    for file in _unnamed(campaign)[:LOOKED_AT]:
+        found = _look(campaign.folder, file)
+        if found is None:
+            continue
+        device, name, lines = found
+        group = groups.setdefault((device, *lines), {"files": [], "device": device, "name": name, "lines": lines})
+        group["files"].append(file)
+    taken = set(campaign.manifest.sources)
+    return [_proposal(group, taken) for group in groups.values()]
+
+
+def _proposal(group: Mapping[str, Any], taken: set[str]) -> dict[str, Any]:
+    name = next(one for k in range(1, 100) if (one := group["name"] + (str(k) if k > 1 else "")) not in taken)
+    taken.add(name)
+    files = list(group["files"])
+    lines = [f"[sources.{name}]", *group["lines"]]
+    for file in files[:3]:
+        lines.append(f'# in its run: files = {{ {name} = "{file}" }}')
+    if len(files) > 3:
+        lines.append(f"# … and {len(files) - 3} more files like these")
+    return {"files": files, "device": group["device"], "lines": lines}
+
+
+def _unnamed(campaign: Campaign) -> list[str]:
+    from stiffcal.workflow.ingest import source_files
+
+    named = set(source_files(campaign))
+    raw = campaign.folder / "raw"
+    found = []
+    for path in sorted(raw.rglob("*")) if raw.is_dir() else []:
+        file = path.relative_to(campaign.folder).as_posix()
+        inside = any(file.startswith(f"{name}/") for name in named)
+        if path.is_file() and file not in named and not inside and format_of(file) is not None:
+            found.append(file)
+    return found
+
+
+def _look(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
+    """Return (device, name for its source, lines), or None where nothing is understood."""
+    path, kind = folder / file, format_of(file)
+    text = _first_bytes(path).decode("latin-1")
+    device, name = _maker(path.name.replace("_", " ") + "\n" + (text if kind == "csv" else ""))
+    try:
+        table, said = _text_table(path) if kind == "csv" else _other_table(folder, file, str(kind))
+    except InputError:
+        return None
+    from stiffcal.campaign.column_roles import recognise
+    from stiffcal.campaign.from_table import signal_lines
+
+    roles = recognise(table.columns)
+    signals = signal_lines(roles)
+    if not signals:
+        return None
+    if not name:
+        name = "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
+    return device, name, [f'format = "{kind}"', *said, 'sampling = "time"', _time_line(table, text), *signals]
+
+
+def _first_bytes(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(FIRST_BYTES)
+    except OSError:
+        return b""
+
+
+def _maker(text: str) -> tuple[str, str]:
+    for words, device, name in MAKERS:
+        if re.search(words, text):
+            return device, name
+    return "", ""
+
+
+def _text_table(path: Path) -> tuple[SniffedTable, list[str]]:
+    from stiffcal.campaign.table_sniffing import sniff_table
+
+    table = sniff_table(path)
+    options = ", ".join(f"{key} = {_quoted(value)}" for key, value in table.options.items())
+    return table, [f"csv = {{ {options} }}"] if options else []
+
+
+def _other_table(folder: Path, file: str, log_format: str) -> tuple[SniffedTable, list[str]]:
+    """Return the columns that a file of another format names itself."""
+    from stiffcal.campaign.table_sniffing import Column, SniffedTable
+    from stiffcal.readers import find_reader
+
+    header = find_reader(folder / file, log_format, file).read_header(folder / file, {}, file)
+    columns = tuple(Column(name, name, header.units.get(name), (0.0,)) for name in header.columns)
+    return SniffedTable(folder / file, columns, header.n_rows or 0, {}), []
+
+
+def _time_line(table: SniffedTable, text: str) -> str:
+    from stiffcal.campaign.column_roles import recognise
+
+    time = recognise(table.columns).time
+    if time is not None:
+        known = time.unit in (*_SECONDS, "ns")
+        return f'time = {{ column = {_quoted(time.header)}, unit = "{time.unit if known else "s"}" }}' + (
+            "" if known else f"  {GUESS} seconds"
+        )
+    if (rate := _RATE.search(text)) is not None:
+        return f"time = {{ rate_hz = {float(rate[1].replace(',', '.')):g} }}  {GUESS} as its first lines say"
+    if (period := _PERIOD.search(text)) is not None:
+        step = float(period[2].replace(",", ".")) * _SECONDS[period[1].lower()]
+        if step > 0:
+            return f"time = {{ rate_hz = {1.0 / step:g} }}  {GUESS} as its first lines say"
+    return f"time = {{ rate_hz = 1000 }}  {GUESS} no time column is seen: write the logging rate"
+
+
+def _quoted(value: object) -> str:
+    import json
+
+    return json.dumps(value, ensure_ascii=False)

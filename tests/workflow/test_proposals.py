@@ -1,0 +1,107 @@
+"""`check` sees logs that nothing names, says whose export they are and proposes lines that the manifest takes."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.manifest import Source
+from stiffcal.readers import find_reader
+from stiffcal.reduction.logs import reader_options, wanted_columns
+from stiffcal.workflow.proposals import propose_sources
+from tests.workflow.small_campaign import write_small_campaign
+
+EXPORTS = {
+    "ATI force-torque sensor": (
+        "raw/netft.csv",
+        (
+            "Start Time:,11/21/2026 08:15\nRDT Sample Rate:,7000\nForce Units:,N\nCounts per Unit Force:,1000000\n"
+            "RDT Sequence,F/T Sequence,Fx,Fy,Fz,Tx,Ty,Tz\n1,10,0.5,1.5,-2.5,0.01,0.02,0.03\n"
+            "2,11,0.5,1.5,-2.5,0.01,0.02,0.03\n"
+        ),
+        {"wrench", "rate 7000"},
+    ),
+    "Beckhoff TwinCAT Scope": (
+        "raw/scope.csv",
+        (
+            "Name;Scope Project\nStarttime of export;132\nSampleTime[ms];2\n"
+            "Time [ms];A1 [deg];A2 [deg];A3 [deg];A4 [deg];A5 [deg];A6 [deg]\n"
+            "0,0;10,5;20,25;30,0;40,0;50,0;60,0\n2,0;10,5;20,25;30,0;40,0;50,0;60,0\n"
+        ),
+        {"joints", "column Time [ms]"},
+    ),
+    "Leica tracker": (
+        "raw/at960.txt",
+        (
+            "Leica AT960 - Tracker Pilot\nTime [s]\tX [mm]\tY [mm]\tZ [mm]\tq0\tqx\tqy\tqz\n"
+            "0.0\t1200.5\t300.25\t900.0\t1.0\t0.0\t0.0\t0.0\n0.1\t1200.5\t300.25\t900.0\t1.0\t0.0\t0.0\t0.0\n"
+        ),
+        {"pose", "column Time [s]"},
+    ),
+    "Nikon tracker": (
+        "raw/k600.txt",
+        "Nikon Metrology K-Series\nSampling frequency: 100 Hz\nX;Y;Z\n1200,5;300,25;900,0\n1200,6;300,25;900,0\n",
+        {"pose", "rate 100"},
+    ),
+    "KUKA controller trace": (
+        "raw/KRC4_trace.csv",
+        "Zeit,A1,A2,A3,A4,A5,A6\n0.000,10.0,-90.0,95.0,0.0,12.0,100.0\n0.012,10.0,-90.0,95.0,0.0,12.0,100.0\n",
+        {"joints", "column Zeit"},
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_small_campaign(tmp_path_factory.mktemp("proposals") / "small", poses=1)
+
+
+@pytest.mark.parametrize("device", EXPORTS)
+def test_the_usual_exports_are_recognised_and_readable(empty: Path, device: str) -> None:
+    file, text, expected = EXPORTS[device]
+    path = empty / file
+    path.write_text(text, encoding="utf-8")
+    try:
+        (proposal,) = propose_sources(load_campaign(empty))
+        assert proposal["device"] == device
+        assert proposal["files"] == [file]
+        ((name, table),) = tomllib.loads("\n".join(proposal["lines"]))["sources"].items()
+        assert f'# in its run: files = {{ {name} = "{file}" }}' in proposal["lines"]
+        source = Source.model_validate(table)
+        assert set(source.signals()) == {word for word in expected if " " not in word}
+        assert source.time is not None
+        told = f"rate {source.time.rate_hz:g}" if source.time.rate_hz else f"column {source.time.column}"
+        assert told in expected
+        # what is proposed is what the reader takes
+        wanted = wanted_columns(source, None)
+        (batch,) = find_reader(path).read_batches(path, reader_options(source, "csv"), wanted)
+        assert len(batch) == 2
+    finally:
+        path.unlink()
+
+
+def test_other_formats_and_many_files_are_one_proposal(empty: Path) -> None:
+    paths = [empty / "raw" / f"run{k}.h5" for k in range(5)]
+    for path in paths:
+        with h5py.File(path, "w") as file:
+            for name in ("t", "Fx", "Fy", "Fz"):
+                file[name] = np.arange(3.0)
+    (empty / "raw" / "notes.csv").write_text("nothing, of, use\n", encoding="utf-8")
+    try:
+        (proposal,) = propose_sources(load_campaign(empty))
+        assert len(proposal["files"]) == 5
+        assert proposal["device"] == ""
+        assert proposal["lines"][:2] == ["[sources.ft]", 'format = "hdf5"']
+        assert proposal["lines"][-1] == "# … and 2 more files like these"
+    finally:
+        for path in [*paths, empty / "raw" / "notes.csv"]:
+            path.unlink()
+
+
+def test_what_is_named_is_not_proposed(empty: Path) -> None:
+    assert propose_sources(load_campaign(empty)) == []
