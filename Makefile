@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test bench coverage practice rates campaigns faults lint lock example clean
+.PHONY: demo test bench coverage practice rates campaigns faults fuzz lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -43,6 +43,10 @@ campaigns: $(VENV)/run.stamp
 FAULTS ?= 400
 faults: $(VENV)/test.stamp
 	$(BIN)/python -m tests.faults --tries $(FAULTS) --seed $(SEED)
+
+# spoilt inputs for every log format and TOML file; quicker with COUNT=500
+fuzz: $(VENV)/test.stamp
+	$(BIN)/python -m tests.fuzz --seed $(SEED) --count $(if $(filter-out 0,$(COUNT)),$(COUNT),10000)
 
 lint: $(VENV)/test.stamp
 	$(BIN)/ruff check .

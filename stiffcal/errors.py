@@ -23,6 +23,22 @@ def no_progress(text: str, fraction: float | None = None) -> None:
     """
 
 
+MOST_SHOWN = 600  # characters of one part of a fault: the longest list of keys, not a file's whole content
+
+
+def one_line(text: str, most: int = MOST_SHOWN) -> str:
+    r"""Return a text on one line: what a terminal would obey is written out, what is too long is cut in its middle.
+
+    Examples
+    --------
+    >>> print(one_line("two\nlines"), one_line("x" * 50, 9))
+    two\nlines xxxx…xxxx
+    """
+    if not text.isprintable():
+        text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return text if len(text) <= most else f"{text[: most // 2]}…{text[-(most // 2) :]}"
+
+
 @dataclass(frozen=True)
 class Fault:
     """One fault in a user's input.
@@ -39,6 +55,10 @@ class Fault:
     place: str
     reason: str
     mend: str
+
+    def __post_init__(self) -> None:
+        for name in ("file", "place", "reason", "mend"):
+            object.__setattr__(self, name, one_line(getattr(self, name)))
 
     def __str__(self) -> str:
         where = ": ".join(part for part in (self.file, self.place) if part)

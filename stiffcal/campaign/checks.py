@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Iterator
 from difflib import get_close_matches
@@ -16,6 +17,7 @@ from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Join
 from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault
 
+ALLOW = "STIFFCAL_ALLOW"
 MANIFEST_FILE = "campaign.toml"
 
 
@@ -90,8 +92,10 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
     for location, file, fetched in _paths(manifest):
         place = key_path(location, {"runs": [{"id": run.id} for run in manifest.runs]})
         if escapes(file):
-            mend = "copy or link the file into the campaign folder, and write its path from there"
+            mend = "copy the file into the campaign folder, and write its path from there"
             faults.append(_fault(place, f'"{file}" lies outside the campaign folder', mend))
+        elif (goal := leads_outside(folder, file)) is not None:
+            faults.append(link_fault(MANIFEST_FILE, place, file, goal))
         elif fetched and must_exist and not (folder / file).exists():
             if (folder / file).parent.is_dir():
                 faults.append(_fault(place, f"no such file: {file}", _file_advice(folder, file, taken)))
@@ -124,6 +128,25 @@ def escapes(file: str) -> bool:
         if depth < 0:
             return True
     return False
+
+
+def leads_outside(folder: Path, file: str) -> Path | None:
+    """Return where a path inside a folder leads by links, if that is outside the folder and what the user allowed.
+
+    The user allows folders in the environment variable ``STIFFCAL_ALLOW``, separated as in ``PATH``.
+    """
+    try:
+        goal = (folder / file).resolve()
+        allowed = [folder, *(Path(place) for place in os.environ.get(ALLOW, "").split(os.pathsep) if place)]
+        return None if any(goal.is_relative_to(place.resolve()) for place in allowed) else goal
+    except (OSError, ValueError, RuntimeError):  # links in a circle, a NUL: no such file, which is told elsewhere
+        return None
+
+
+def link_fault(named_in: str, place: str, file: str, goal: Path) -> Fault:
+    """Return the fault of a path that leads out of the campaign folder by a link."""
+    mend = f"copy it into the campaign folder, or allow its place: {ALLOW}={goal.parent}"
+    return Fault(named_in, place, f'"{file}" is a link to {goal}, outside the campaign folder', mend)
 
 
 def _file_advice(folder: Path, file: str, taken: set[str]) -> str:

@@ -28,6 +28,7 @@ _EXPECTED = {
     "model_attributes_type": "a table",
     "finite_number": "a finite number",
 }
+MOST_TOLD = 100  # faults of one file
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
     "greater_than_equal": ("ge", "at least"),
@@ -47,6 +48,8 @@ def faults_of(error: ValidationError, file: str, model: type[BaseModel], documen
     document : the file's contents, to name runs and joints by what the user called them.
     """
     details: list[dict[str, Any]] = [dict(detail) for detail in error.errors(include_url=False)]
+    untold = len(details) - MOST_TOLD
+    details = details[:MOST_TOLD]
     unknown: list[Path] = [detail["loc"] for detail in details if detail["type"] == "extra_forbidden"]
     misspelt = {(*location[:-1], _nearest(location, model)) for location in unknown}
     faults = []
@@ -55,6 +58,8 @@ def faults_of(error: ValidationError, file: str, model: type[BaseModel], documen
             continue  # the misspelt key is told already
         reason, mend = _words(detail, model)
         faults.append(Fault(file, key_path(detail["loc"], document), reason, mend))
+    if untold > 0:
+        faults.append(Fault(file, "", f"{untold} more faults", "correct these first"))
     return faults
 
 
@@ -139,7 +144,8 @@ def _nearest(location: Path, model: type[BaseModel]) -> str | None:
 def _missing_mend(location: Path, model: type[BaseModel]) -> str:
     table = _table_at(location[:-1], model)
     if table is not None and str(location[-1]) == "schema":
-        choices = get_args(table.model_fields["schema_id"].annotation)
+        own = [field for name, field in table.model_fields.items() if "schema" in (name, field.alias)]
+        choices = get_args(own[0].annotation)
         return f'write schema = "{choices[0]}" as the first line' if choices else "add it"
     return "add it"
 

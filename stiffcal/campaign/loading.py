@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,6 +13,8 @@ from stiffcal.campaign.checks import (
     MANIFEST_FILE,
     escapes,
     file_faults,
+    leads_outside,
+    link_fault,
     manifest_faults,
     model_match_faults,
     robot_match_faults,
@@ -27,6 +30,8 @@ from stiffcal.errors import Fault, InputError, raise_faults
 if TYPE_CHECKING:
     from stiffcal.mechanics.chain import Chain
 
+
+STORE = "store"
 
 Loaded = TypeVar("Loaded")
 
@@ -98,8 +103,19 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
     manifest, doubtful = _what_is_right(folder, faults)
     robot_file = manifest.robot if manifest is not None else "robot.toml"
     robot = None
-    if not escapes(robot_file) and (manifest is not None or (folder / robot_file).exists()):
+    faults += _links(folder, MODEL_FILE, STORE)
+    if (
+        not escapes(robot_file)
+        and not _links(folder, robot_file)
+        and (manifest is not None or (folder / robot_file).exists())
+    ):
         robot = _collect(faults, lambda: load_robot(folder / robot_file, robot_file))
+    if robot is not None and robot.urdf is not None:
+        inside = os.path.relpath(folder / Path(robot_file).parent / robot.urdf, folder)
+        leading = leads_outside(folder, inside)
+        if leading is not None:
+            faults.append(link_fault(robot_file, "urdf", robot.urdf, leading))
+            robot = None
     outline = _collect(faults, lambda: outline_of(robot, folder / robot_file)) if robot is not None else None
     count = len(outline.joint_names) if outline is not None else 6
     experiments = {run.experiment for run in manifest.runs} if manifest is not None else set()
@@ -116,6 +132,12 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
     if manifest is None or robot is None or model is None:  # each of them would have left a fault
         raise InputError.at(str(folder), "", "the campaign could not be read", "correct its files")
     return Campaign(folder, manifest, robot, model, (folder / MODEL_FILE).exists())
+
+
+def _links(folder: Path, *files: str) -> list[Fault]:
+    """Return a fault for every file of the folder that leads out of it by a link."""
+    found = [(file, leads_outside(folder, file)) for file in files]
+    return [link_fault(file, "", file, goal) for file, goal in found if goal is not None]
 
 
 def _what_is_right(folder: Path, faults: list[Fault]) -> tuple[Manifest | None, tuple[str, ...]]:

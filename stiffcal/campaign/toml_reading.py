@@ -9,10 +9,15 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from stiffcal.campaign.explain import faults_of
+from stiffcal.campaign.explain import faults_of, key_path
 from stiffcal.errors import InputError
 
 Model = TypeVar("Model", bound=BaseModel)
+
+MOST_BYTES = 32 << 20  # ten thousand runs with a file each stay below a tenth of it
+MOST_NESTED = 20  # tables in tables: twice what any of our files needs
+WHOLE_NUMBERS = range(-(2**63), 2**63)  # TOML 1.0: what a reader has to hold
+_DEEP = "tables or lists lie in one another too deeply"
 
 _PLACE = re.compile(r"\s*\(at (?P<place>line \d+, column \d+|end of document)\)$")
 
@@ -31,6 +36,9 @@ def read_toml(path: Path, file: str) -> dict[str, Any]:
         No such file, not UTF-8, or not TOML; with the line.
     """
     try:
+        if path.stat().st_size > MOST_BYTES:
+            reason = f"{path.stat().st_size / 1e6:.0f} MB: no such file is written by hand"
+            raise InputError.at(file, "", reason, "name the right file")
         text = path.read_bytes().decode("utf-8-sig")  # Windows editors write a byte-order mark
     except FileNotFoundError:
         raise InputError.at(file, "", "no such file", f"write it, or correct the path ({path.parent})") from None
@@ -42,7 +50,9 @@ def read_toml(path: Path, file: str) -> dict[str, Any]:
         line = error.object[: error.start].count(b"\n") + 1
         raise InputError.at(file, f"line {line}", "the text is not UTF-8", "save the file as UTF-8") from None
     try:
-        return tomllib.loads(text)
+        document = tomllib.loads(text)
+    except RecursionError:
+        raise InputError.at(file, "", _DEEP, "write them side by side") from None
     except tomllib.TOMLDecodeError as error:
         message = str(error)
         match = _PLACE.search(message)
@@ -53,6 +63,26 @@ def read_toml(path: Path, file: str) -> dict[str, Any]:
         raise InputError.at(
             file, place, f"this is not TOML: {reason[:1].lower()}{reason[1:]}", _syntax_mend(reason)
         ) from None
+    except ValueError:  # of more digits than Python reads at all
+        raise InputError.at(file, "", "a whole number of thousands of digits", "write it as 1e30, say") from None
+    _check_sizes(document, file)
+    return document
+
+
+def _check_sizes(document: dict[str, Any], file: str) -> None:
+    """Refuse what is nested beyond all use, and whole numbers that TOML does not have."""
+    waiting: list[tuple[tuple[int | str, ...], Any]] = [((), document)]
+    while waiting:
+        place, value = waiting.pop()
+        if len(place) > MOST_NESTED:
+            raise InputError.at(file, key_path(place[:3]), _DEEP, "write them side by side")
+        if isinstance(value, dict):
+            waiting += [((*place, key), held) for key, held in value.items()]
+        elif isinstance(value, list):
+            waiting += [((*place, index), held) for index, held in enumerate(value)]
+        elif isinstance(value, int) and value not in WHOLE_NUMBERS:
+            reason = f"a whole number of {len(str(abs(value)))} digits"
+            raise InputError.at(file, key_path(place, document), reason, "write it as 1e30, say")
 
 
 def validate(document: dict[str, Any], file: str, model: type[Model]) -> Model:

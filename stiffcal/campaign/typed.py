@@ -14,6 +14,8 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from stiffcal.quantities import UnknownUnitError, unit, unit_names
 
+MOST_COLUMNS = 1000  # in one range: a robot has a handful of joints, the widest tables of rods a hundred
+
 
 class WrongValueError(ValueError):
     """A wrong value in a user's file, in words: `reason` and `mend`."""
@@ -124,6 +126,8 @@ def _expand_range(text: str) -> list[str]:
     match = _RANGE.match(text)
     if match is None or match["stem2"] not in ("", match["stem"]) or int(match["last"]) < int(match["first"]):
         raise WrongValueError(f'"{text}" is not a range of columns', 'write a range like "A1..A6"')
+    if int(match["last"]) - int(match["first"]) >= MOST_COLUMNS:
+        raise WrongValueError(f'"{text}" names more than {MOST_COLUMNS} columns', "correct the range's end")
     width = len(match["first"]) if match["first"].startswith("0") else 0
     return [f"{match['stem']}{k:0{width}d}" for k in range(int(match["first"]), int(match["last"]) + 1)]
 

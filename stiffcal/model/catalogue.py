@@ -6,13 +6,16 @@ import importlib
 import importlib.util
 import inspect
 import pkgutil
+import sys
 from collections.abc import Iterable
+from contextlib import redirect_stdout
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 
 from stiffcal.errors import InputError
 from stiffcal.model.effect import Effect
+from stiffcal.model.plugin_notice import announce
 
 ENTRY_POINT_GROUP = "stiffcal.effects"
 
@@ -46,7 +49,7 @@ def built_in_effects() -> dict[str, Effect]:
 
 
 def load_plugin(file: Path) -> list[Effect]:
-    """Load the effects that a user's Python file defines. The file is code and runs.
+    """Load the effects that a user's Python file defines. The file is code and runs; its user is told before.
 
     Raises
     ------
@@ -59,7 +62,11 @@ def load_plugin(file: Path) -> list[Effect]:
         raise InputError.at(str(file), "plugins", "not a Python file", "name a file that ends in .py")
     module = importlib.util.module_from_spec(specification)
     try:
-        specification.loader.exec_module(module)
+        content = file.read_bytes()
+        announce(file, content)
+        with redirect_stdout(sys.stderr):  # what it prints must not get into an answer
+            # these bytes and no others: the file may change between the notice and a second reading
+            exec(compile(content, str(file), "exec"), module.__dict__)
     except Exception as fault:
         reason = f"does not run: {type(fault).__name__}: {fault}"
         raise InputError.at(str(file), "plugins", reason, "mend the file") from fault

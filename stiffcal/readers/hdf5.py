@@ -50,13 +50,17 @@ KNOWN_OPTIONS: dict[str, type] = {"group": str, "dataset": str}
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a group: names, how to read rows of one, how many rows there are, units, the datasets behind."""
+    """The columns of a group: names, how to read rows of one, how many rows there are, units, the datasets behind.
+
+    `elsewhere` are the names that only link to another file.
+    """
 
     names: tuple[str, ...]
     read: Callable[[str, int, int], NDArray[Any]]
     lengths: dict[str, int]
     units: dict[str, str]
     datasets: dict[str, Any]
+    elsewhere: frozenset[str] = frozenset()
 
 
 class Hdf5Reader:
@@ -73,7 +77,7 @@ class Hdf5Reader:
         shown = shown or str(path)
         with _open(path, options, shown) as (columns, place):
             if wanted is not None:
-                check_columns(wanted, columns.names, shown, place)
+                _check_columns(wanted, columns, shown, place)
             lengths = set(columns.lengths.values())
             return Header(columns.names, columns.units, lengths.pop() if len(lengths) == 1 else None)
 
@@ -88,7 +92,7 @@ class Hdf5Reader:
         """
         shown = shown or str(path)
         with _open(path, options, shown) as (columns, place):
-            check_columns(wanted, columns.names, shown, place)
+            _check_columns(wanted, columns, shown, place)
             n_rows = _checked_length(columns, wanted, shown)
             for start in range(0, n_rows, BATCH_ROWS):
                 end = min(start + BATCH_ROWS, n_rows)
@@ -114,6 +118,7 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, s
                 groups = [name for name, item in _walk(file) if isinstance(item, h5py.Group)]
                 raise InputError.at(shown, "hdf5.group", f"no group {group_name!r}", nearest_name(group_name, groups))
             group = file[group_name]
+            _check_inside(group, file, group_name, shown)
             dataset = options.get("dataset")
             if isinstance(group, h5py.Dataset):
                 yield _columns_of_dataset(group, shown), group_name
@@ -121,14 +126,41 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, s
                 if dataset not in group or not isinstance(group[dataset], h5py.Dataset):
                     mend = nearest_name(str(dataset), list(group))
                     raise InputError.at(shown, "hdf5.dataset", f"no dataset {dataset!r} in {group_name!r}", mend)
+                _check_inside(group[dataset], file, str(dataset), shown)
                 yield _columns_of_dataset(group[dataset], shown), f"dataset {dataset}"
             else:
                 yield _columns_of_group(group, shown), f"group {group_name}"
-    except (OSError, RuntimeError) as error:
-        reason = f"no whole HDF5 file ({str(error).splitlines()[0]})"
+    except (OSError, RuntimeError, KeyError) as error:
+        said = str(error).strip("'").splitlines() or [type(error).__name__]
+        reason = f"no whole HDF5 file ({said[0]})"
         raise InputError.at(
             shown, "", reason, "close the program that writes it, copy it again, or log again"
         ) from None
+
+
+def _check_columns(wanted: Wanted, columns: Columns, shown: str, place: str) -> None:
+    for name in wanted.names:
+        if name in columns.elsewhere:
+            raise _lies_elsewhere(name, shown)
+    check_columns(wanted, columns.names, shown, place)
+
+
+def _lies_elsewhere(name: str, shown: str) -> InputError:
+    reason = f"{name!r} lies in another file, to which this one only links"
+    return InputError.at(shown, name, reason, "copy it into this file, e.g. with h5copy")
+
+
+def _check_inside(item: Any, file: h5py.File, name: str, shown: str) -> None:
+    """Refuse what lies in another file: one log would lead the reader to any file on the machine."""
+    if item.file.filename != file.filename or _other_files(item):
+        raise _lies_elsewhere(name, shown)
+
+
+def _other_files(item: Any) -> bool:
+    """Return True where a dataset's values are taken from other files."""
+    if not isinstance(item, h5py.Dataset):
+        return False
+    return bool(item.external) or (item.is_virtual and any(part.file_name != "." for part in item.virtual_sources()))
 
 
 def _walk(file: h5py.File) -> list[tuple[str, Any]]:
@@ -138,22 +170,26 @@ def _walk(file: h5py.File) -> list[tuple[str, Any]]:
 
 
 def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
-    # `get` passes over links that lead nowhere.
-    datasets = {name: item for name in group if isinstance(item := group.get(name), h5py.Dataset)}
+    # `get` passes over links that lead nowhere; one to another file is not followed.
+    elsewhere = {name for name in group if isinstance(group.get(name, getlink=True), h5py.ExternalLink)}
+    datasets = {
+        name: item for name in group if name not in elsewhere and isinstance(item := group.get(name), h5py.Dataset)
+    }
     flat = {
         name: item
         for name, item in datasets.items()
         if item.dtype.names is None and (item.ndim == 1 or (item.ndim == 2 and item.shape[1] == 1))
     }
     whole = [item for name, item in datasets.items() if name not in flat and item.ndim > 0]
-    if not flat and len(whole) == 1:
+    if not flat and not elsewhere and len(whole) == 1:
         return _columns_of_dataset(whole[0], shown)
 
     def read(name: str, start: int, end: int) -> NDArray[Any]:
         return np.asarray(flat[name][start:end]).reshape(end - start)
 
     units = {name: unit for name, item in flat.items() if (unit := _unit(item))}
-    return Columns(tuple(flat), read, {name: item.shape[0] for name, item in flat.items()}, units, flat)
+    lengths = {name: item.shape[0] for name, item in flat.items()}
+    return Columns(tuple(flat), read, lengths, units, flat, frozenset(elsewhere))
 
 
 def _columns_of_dataset(dataset: Any, shown: str) -> Columns:
@@ -213,6 +249,7 @@ def _checked_length(columns: Columns, wanted: Wanted, shown: str) -> int:
     n_rows = common_length(columns.lengths, wanted, shown)
     for name in wanted.names:
         dataset = columns.datasets[name]
+        _check_inside(dataset, dataset.file, name, shown)
         scaled = [attribute for attribute in SCALING_ATTRIBUTES if attribute in dataset.attrs]
         if scaled and name in wanted.numbers:
             reason = f"its attribute {scaled[0]!r} says that the numbers are scaled"

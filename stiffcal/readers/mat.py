@@ -192,7 +192,9 @@ class _Tree73:
     def members(self, item: Any) -> dict[str, Any] | None:
         if not isinstance(item, h5py.Group):
             return None
-        return {name: item[name] for name in item if not name.startswith("#")}
+        # what only links to another file is no variable of this one
+        here = [name for name in item if not isinstance(item.get(name, getlink=True), h5py.ExternalLink)]
+        return {name: item[name] for name in here if not name.startswith("#")}
 
     def kind(self, item: Any) -> str:
         kind = item.attrs.get("MATLAB_class", b"struct" if isinstance(item, h5py.Group) else b"double")
@@ -201,6 +203,8 @@ class _Tree73:
     def vectors(self, item: Any) -> dict[str, Vector]:
         """Return the columns of a matrix by number from 1, of a vector by the empty name."""
         if not isinstance(item, h5py.Dataset) or item.ndim != 2 or "MATLAB_empty" in item.attrs:
+            return {}
+        if item.external or item.is_virtual:  # MATLAB writes neither; both lead to other files
             return {}
         kind = self.kind(item)
         if kind not in PLAIN_CLASSES or kind == "char":

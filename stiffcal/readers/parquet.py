@@ -95,7 +95,7 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[parquet.ParquetF
             yield file
     except FileNotFoundError:
         raise InputError.at(shown, "", "no such file", "correct the file's name") from None
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = f"no whole Parquet file ({str(error).splitlines()[0]})"
         raise InputError.at(shown, "", reason, "copy it again from its origin, or log again") from None
 
@@ -128,7 +128,7 @@ def _batch(records: pa.RecordBatch, wanted: Wanted, first_row: int, shown: str) 
 
 def _column(records: pa.RecordBatch, name: str) -> pa.Array:
     if name in records.schema.names:
-        return records.column(name)
+        return records.column(records.schema.names.index(name))
     group, *inner = name.split(".")
     column = records.column(group)
     for part in inner:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stiffcal.campaign.checks import MANIFEST_FILE, escapes
+from stiffcal.campaign.checks import MANIFEST_FILE, escapes, leads_outside
 from stiffcal.campaign.thresholds import ThresholdsFile, strange_joints
 from stiffcal.errors import InputError
 from stiffcal.workflow.identify import fitted
@@ -63,7 +63,8 @@ def _baseline(data: Ingested, limits: Thresholds, means: Means) -> Baseline | No
     name = limits.baseline
     path = (data.campaign.folder / name).resolve()
     place = "thresholds.baseline"
-    if escapes(name) and not any(path.is_relative_to(folder.resolve()) for folder in means.reach):
+    outside = escapes(name) or leads_outside(data.campaign.folder, name) is not None
+    if outside and not any(path.is_relative_to(folder.resolve()) for folder in means.reach):
         reason = f'"{name}" lies outside the campaign folder'
         mend = (
             "name it in a file of thresholds instead (--thresholds FILE), or copy the fit into the campaign folder: "

@@ -19,6 +19,7 @@ KNOWN_OPTIONS: dict[str, type] = {
 DELIMITERS = ",;\t|"
 # In how many lines from the start the column names are looked for, to say what skip_rows should be.
 HEADER_SEARCH = 60
+LONGEST_HEADER = 100_000  # bytes: a thousand columns of long names; csv itself stops at 131072 a cell
 UNIT_WORDS = (
     "s sec ms us µs μs ns min h n kn mn nm knm nmm ncm m mm cm um µm μm deg ° rad mrad urad µrad μrad rev turn a ma v"
     " mv degc °c c k kg g hz khz rpm pa bar lbf - % iso8601"
@@ -119,6 +120,9 @@ def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted
         empty = path.stat().st_size == 0
         reason = "the file is empty" if empty else f"the file ends before its header (csv.skip_rows = {skip})"
         raise InputError.at(shown, "", reason, "log again" if empty else "correct csv.skip_rows or log again")
+    if len(line) > LONGEST_HEADER:
+        reason = f"a line of {len(line)} characters where the columns' names should stand"
+        raise InputError.at(shown, f"line {text.line_number}", reason, "name a log of text lines, or its format")
     header = decode_line(text, line, shown)
     delimiter = _single(options, "delimiter", shown) or _find_delimiter(header, wanted, decimal)
     header_line = text.line_number
@@ -177,7 +181,7 @@ def _header_hint(path: Path, text: LogText, shown: str, wanted: Wanted, delimite
             line = search.next_line()
             if line is None:
                 break
-            for other in dict.fromkeys((delimiter, *DELIMITERS, " ")):
+            for other in dict.fromkeys((delimiter, *DELIMITERS, " ")) if len(line) <= LONGEST_HEADER else ():
                 cells = next(csv.reader([line.decode("utf-8", "replace")], delimiter=other), [])
                 if not set(wanted.names) <= {cell.strip() for cell in cells}:
                     continue
@@ -197,6 +201,9 @@ def _read_units(text: LogText, layout: Layout, asked: object, wanted: Wanted) ->
         return None
     line = text.next_line()
     if line is None:
+        return None
+    if len(line) > LONGEST_HEADER:
+        text.give_back(line)
         return None
     cells = layout.split(line.decode(text.encoding if text.as_it_is else "utf-8", "replace"))
     units = {name: cell.strip("[]() ") for name, cell in zip(layout.columns, cells, strict=False) if cell}

@@ -1,0 +1,60 @@
+"""Spoilt inputs for every log format and every TOML file: ``make fuzz``, or
+
+    python -m tests.fuzz [--count 10000] [--seed 1] [--only csv,robot.toml] [--input 1234]
+
+Prints a table of what became of them and one line for every kind of fault; ends with 1 where there is one. ``--input``
+feeds one input again, with its traceback.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from tests.fuzz.feeding import Outcome, feed
+from tests.fuzz.targets import formats_without_maker, targets
+
+KINDS = ("refused", "accepted", "traceback", "hang", "memory", "crash", "unclear")
+
+
+def table_of(outcomes: Sequence[Outcome]) -> str:
+    """Return a row for each target."""
+    lines = ["".join(head.rjust(14) for head in ("", "inputs", *KINDS, "grown [MB]", "seconds"))]
+    for one in outcomes:
+        cells = [one.tries, *(one.counts[kind] for kind in KINDS), one.grown >> 20, round(one.seconds)]
+        lines.append(one.name.rjust(14) + "".join(str(cell).rjust(14) for cell in cells))
+    lines += [f"{one.name}: {line}" for one in outcomes for line in one.found.values()]
+    tried = sum(one.tries for one in outcomes)
+    lines.append(f"{tried} inputs, {sum(one.faults for one in outcomes)} faults")
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Feed the targets."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--input", type=int, default=None)
+    given = parser.parse_args(arguments)
+    chosen = [name for name in targets() if not given.only or name in given.only.split(",")]
+    if given.input is not None:
+        with tempfile.TemporaryDirectory() as place:
+            targets()[chosen[0]](random.Random(f"{chosen[0]} {given.seed} {given.input}"), Path(place))
+        return 0
+    outcomes = []
+    for name in chosen:
+        outcomes.append(feed(name, given.count, given.seed))
+        print(table_of(outcomes[-1:]), flush=True)
+    print(table_of(outcomes))
+    if formats_without_maker():
+        print("not fed: " + ", ".join(formats_without_maker()))
+    return 1 if any(one.faults for one in outcomes) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,141 @@
+"""Feeding inputs by number in a process of its own, so that a crash, a hang or a flood of memory is one input's."""
+
+from __future__ import annotations
+
+import multiprocessing
+import random
+import resource
+import signal
+import tempfile
+import time
+import traceback
+import warnings
+from collections import Counter
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import FrameType
+
+from stiffcal.errors import InputError
+from tests.fuzz.targets import check_fault, targets
+
+MOST_SECONDS = 10.0  # of one input: more is a hang
+MOST_BYTES = 3 << 30  # of address space above what the process begins with
+HOPELESS_S = 30.0  # beyond the alarm: code outside Python that never comes back
+
+
+@dataclass
+class Outcome:
+    """What became of a target's inputs.
+
+    Attributes
+    ----------
+    counts : "refused", "accepted", "traceback", "hang", "memory", "crash", "unclear" to how often.
+    found : one line for every kind of fault, with the number of the first input that shows it.
+    grown : bytes that the process grew by at its largest. seconds : how long all took.
+    """
+
+    name: str
+    counts: Counter[str] = field(default_factory=Counter)
+    found: dict[str, str] = field(default_factory=dict)
+    grown: int = 0
+    seconds: float = 0.0
+
+    @property
+    def tries(self) -> int:
+        """How many inputs were fed."""
+        return sum(self.counts.values())
+
+    @property
+    def faults(self) -> int:
+        """How many inputs met anything but acceptance or a clear refusal."""
+        return self.tries - self.counts["refused"] - self.counts["accepted"]
+
+
+class HangError(BaseException):
+    """An input takes too long; no `except Exception` may swallow it."""
+
+
+def feed_one(name: str, seed: int, number: int, folder: Path) -> tuple[str, str]:
+    """Feed input ``number`` of a target; return what became of it, and the fault's words where there is one."""
+    chance = random.Random(f"{name} {seed} {number}")
+    before = signal.signal(signal.SIGALRM, _too_long)
+    signal.setitimer(signal.ITIMER_REAL, MOST_SECONDS)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            targets()[name](chance, folder)
+    except InputError as error:
+        unclear = check_fault(error)
+        return ("unclear", unclear) if unclear else ("refused", "")
+    except HangError:
+        return "hang", f"longer than {MOST_SECONDS:g} s"
+    except MemoryError:
+        return "memory", "out of memory"
+    except Exception as error:  # the very thing that is looked for
+        last = traceback.extract_tb(error.__traceback__)
+        own = [frame for frame in last if "stiffcal" in frame.filename and "tests" not in frame.filename]
+        where = own[-1] if own else last[-1]
+        return "traceback", f"{type(error).__name__} in {Path(where.filename).name}:{where.lineno}: {str(error)[:160]}"
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    return "accepted", ""
+
+
+def _too_long(signum: int, frame: FrameType | None) -> None:
+    raise HangError
+
+
+def _serve(pipe: Connection, name: str, seed: int, first: int, count: int) -> None:
+    """Feed inputs and tell of each before and after."""
+    parent = Path("/dev/shm") if Path("/dev/shm").is_dir() else None
+    with tempfile.TemporaryDirectory(prefix="stiffcal-fuzz-", dir=parent) as place:
+        own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (own + MOST_BYTES, own + MOST_BYTES))
+        for number in range(first, first + count):
+            pipe.send(("begins", number, "", 0))
+            what, words = feed_one(name, seed, number, Path(place))
+            pipe.send((what, number, " ".join(words.split()), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10))
+    pipe.close()
+
+
+def feed(name: str, count: int, seed: int, seconds: float = float("inf")) -> Outcome:
+    """Feed a target with ``count`` inputs, or as many as ``seconds`` allow."""
+    outcome, began, at = Outcome(name), time.monotonic(), 0
+    smallest = 0
+    context = multiprocessing.get_context("fork")
+    while at < count and time.monotonic() - began < seconds:
+        here, there = context.Pipe(duplex=False)
+        child = context.Process(target=_serve, args=(there, name, seed, at, count - at), daemon=True)
+        child.start()
+        there.close()
+        fate = "crash"
+        while time.monotonic() - began < seconds:
+            try:
+                if not here.poll(MOST_SECONDS + HOPELESS_S):
+                    fate = "hang"
+                    break
+                what, number, words, size = here.recv()
+            except EOFError:
+                break
+            if what == "begins":
+                at = number
+                continue
+            smallest = smallest or size
+            outcome.grown = max(outcome.grown, size - smallest)
+            outcome.counts[what] += 1
+            at = number + 1
+            if words:
+                outcome.found.setdefault(
+                    words.split(": ")[0] if what == "traceback" else what, f"input {number}: {words}"
+                )
+        if child.is_alive() and at < count:
+            child.kill()
+        child.join()
+        if at < count and time.monotonic() - began < seconds:  # it died, or never came back, over input `at`
+            outcome.counts[fate] += 1
+            outcome.found.setdefault(fate, f"input {at}: exit code {child.exitcode}")
+            at += 1
+    outcome.seconds = time.monotonic() - began
+    return outcome

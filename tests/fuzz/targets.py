@@ -1,0 +1,179 @@
+"""What is fed with spoilt inputs: each target makes input number n and feeds it; a fault is raised as `InputError`."""
+
+from __future__ import annotations
+
+import random
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from stiffcal.errors import InputError
+from stiffcal.readers import Wanted, find_reader, formats
+from tests.campaign.folders import DATA, MANIFEST, ROBOT
+from tests.fuzz.inputs import MAKERS, make_csv, packed
+from tests.fuzz.mutations import spoilt_bytes, spoilt_lines, spoilt_toml
+
+Target = Callable[[random.Random, Path], None]
+"""Makes one spoilt input in a folder from a stream of chance, and feeds it."""
+
+SIMULATE = Path(__file__).parents[2] / "campaigns" / "irb4400" / "simulate.toml"
+TEXT_OPTIONS: tuple[dict[str, object], ...] = (
+    {}, {}, {}, {"delimiter": ","}, {"delimiter": "tab"}, {"decimal": ","}, {"encoding": "latin-1"}, {"skip_rows": 1},
+    {"skip_rows": 10**18}, {"encoding": "no-such"}, {"unit_row": True}, {"delimiter": "ab"}, {"delimiter": "\n"},
+    {"encoding": "utf-16"}, {"encoding": "idna"}, {"encoding": "base64"}, {"skip_rows": "x"}, {"skip_rows": -1},
+)  # fmt: skip
+WANTED = (
+    Wanted(("t", "Fx", "Fy")),
+    Wanted(("t", "Fx", "Fy"), ("run",)),
+    Wanted(("Fx",), (), ("t",)),
+    Wanted(("t", "Fx"), gaps=frozenset(("Fx",))),
+    Wanted(("Fx", "nowhere")),
+    Wanted((), ("run",), ("t",)),
+)
+
+
+class BrokenPromiseError(AssertionError):
+    """A reader or a file was accepted, and what it gave is not what was promised."""
+
+
+def read_log(path: Path, log_format: str | None, options: dict[str, object], wanted: Wanted) -> None:
+    """Read a log from beginning to end, and hold the reader to what it promises of the numbers."""
+    reader = find_reader(path, log_format, "raw/log")
+    header = reader.read_header(path, options, "raw/log")
+    if not all(isinstance(name, str) for name in header.columns):
+        raise BrokenPromiseError("a column's name is no text")
+    rows = 0
+    for batch in reader.read_batches(path, options, wanted, "raw/log"):
+        if batch.first_row != rows + 1:
+            raise BrokenPromiseError(f"row {batch.first_row} after row {rows}")
+        rows += len(batch)
+        for name, values in batch.numbers.items():
+            gaps = name in wanted.gaps
+            if values.dtype != np.float64 or np.isinf(values).any() or (not gaps and np.isnan(values).any()):
+                raise BrokenPromiseError(f"column {name} is not finite")
+    if rows == 0:
+        raise BrokenPromiseError("accepted without a row")
+
+
+def reader_target(name: str) -> Target:
+    """Return the target that spoils logs of one format."""
+    ending, make = MAKERS[name]
+
+    def feed(chance: random.Random, folder: Path) -> None:
+        path = folder / f"log{ending}"
+        path.unlink(missing_ok=True)
+        make(chance, path)
+        if chance.random() < 0.75:
+            path.write_bytes(spoilt_bytes(chance, path.read_bytes()))
+        read_log(path, name, {}, chance.choice(WANTED))
+
+    return feed
+
+
+def feed_csv(chance: random.Random, folder: Path) -> None:
+    """Spoil cells, lines, header, encoding, options and packing of a text log."""
+    path = folder / "log.csv"
+    make_csv(chance, path)
+    text = path.read_text(encoding="utf-8")
+    data = spoilt_lines(chance, text) if chance.random() < 0.7 else spoilt_bytes(chance, text.encode())
+    if chance.random() < 0.1:
+        ending, data = packed(chance, data)
+        path = folder / f"log.csv{ending}"
+        data = spoilt_bytes(chance, data) if chance.random() < 0.7 else data
+    path.write_bytes(data)
+    options = dict(chance.choice(TEXT_OPTIONS))
+    read_log(path, None, options, chance.choice(WANTED))
+
+
+def feed_campaign(folder: Path, manifest: bytes, robot: bytes, model: bytes) -> None:
+    """Load a folder of three files as every command does, up to the robot that is to be fitted."""
+    from stiffcal.campaign.frames import measurement_setup, resolve_frames
+    from stiffcal.campaign.loading import load_campaign
+    from stiffcal.model.assembly import compliant_robot
+    from stiffcal.model.catalogue import built_in_effects
+
+    for name, data in (("campaign.toml", manifest), ("robot.toml", robot), ("model.toml", model)):
+        (folder / name).write_bytes(data)
+    campaign = load_campaign(folder, check_files=False)
+    chain = campaign.chain
+    measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
+    compliant_robot(chain, campaign.model, built_in_effects())
+    for held in (
+        chain.fixed,
+        chain.flange,
+        chain.coupling,
+        chain.offset,
+        chain.link_mass,
+        chain.link_com,
+        chain.gravity,
+    ):
+        if not np.isfinite(held).all():
+            raise BrokenPromiseError("the chain holds what is no number")
+
+
+def toml_targets() -> dict[str, Target]:
+    """Return the targets of the TOML files, each with the others as they should be."""
+    full = (DATA / "everything.toml").read_text(encoding="utf-8")
+    robots = (ROBOT, (DATA / "interface_robot.toml").read_text(encoding="utf-8"))
+    model = (DATA / "interface_model.toml").read_text(encoding="utf-8")
+    simulate = SIMULATE.read_text(encoding="utf-8")
+
+    def spoilt(chance: random.Random, text: str) -> bytes:
+        return spoilt_toml(chance, text, tomllib.loads(text))
+
+    def feed_manifest(chance: random.Random, folder: Path) -> None:
+        feed_campaign(
+            folder,
+            spoilt(chance, chance.choice((full, full, MANIFEST))),
+            ROBOT.encode(),
+            b'schema = "stiffcal/model/1"\n',
+        )
+
+    def feed_robot(chance: random.Random, folder: Path) -> None:
+        feed_campaign(
+            folder, MANIFEST.encode(), spoilt(chance, chance.choice(robots)), b'schema = "stiffcal/model/1"\n'
+        )
+
+    def feed_model(chance: random.Random, folder: Path) -> None:
+        feed_campaign(folder, MANIFEST.encode(), robots[1].encode(), spoilt(chance, model))
+
+    def feed_simulate(chance: random.Random, folder: Path) -> None:
+        from stiffcal.simulation.settings import load_settings
+
+        (folder / "simulate.toml").write_bytes(spoilt(chance, simulate))
+        load_settings(folder)
+
+    return {
+        "campaign.toml": feed_manifest,
+        "robot.toml": feed_robot,
+        "model.toml": feed_model,
+        "simulate.toml": feed_simulate,
+    }
+
+
+def targets() -> dict[str, Target]:
+    """Return every target by name: one for each log format that lies in the package, one for each TOML file."""
+    readers = {name: reader_target(name) for name in formats() if name in MAKERS}
+    return readers | {"csv": feed_csv} | toml_targets()
+
+
+def formats_without_maker() -> tuple[str, ...]:
+    """Return the log formats that no maker writes yet."""
+    return tuple(name for name in formats() if name not in MAKERS)
+
+
+def check_fault(error: InputError) -> str:
+    """Return what is not clear about a refusal, "" where all is as it should be."""
+    for fault in error.faults:
+        line = str(fault)
+        if not fault.reason.strip() or not fault.mend.strip():
+            return f"no reason or no mend: {line[:200]!r}"
+        if "\n" in line or "\r" in line:
+            return f"more than one line: {line[:200]!r}"
+        if len(line) > 2500:
+            return f"a line of {len(line)} characters: {line[:200]!r}"
+        if any(word in line for word in ("Traceback", "pydantic", " at 0x")):
+            return f"words of the machine's own: {line[:200]!r}"
+    return ""

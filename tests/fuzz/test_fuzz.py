@@ -1,0 +1,73 @@
+"""A few inputs of every target, bounded in time; ``make fuzz`` feeds ten thousand of each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stiffcal.cli.app import main
+from tests.campaign.folders import write_campaign
+from tests.fuzz.feeding import feed
+from tests.fuzz.targets import targets
+
+COUNT, SECONDS = 40, 2.0
+
+
+@pytest.mark.parametrize("name", targets())
+def test_refused_or_accepted(name: str) -> None:
+    outcome = feed(name, COUNT, seed=20261121, seconds=SECONDS)
+    assert outcome.tries >= 1
+    assert outcome.faults == 0, outcome.found
+    assert outcome.grown < 500 << 20
+
+
+def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bench itself: a traceback, a hang, a crash and an unclear line are each seen."""
+    import os
+    import time
+
+    from stiffcal.errors import InputError
+    from tests.fuzz import feeding
+
+    def refuse(*_: object) -> None:
+        raise InputError.at("a", "", "", "")
+
+    deeds = {
+        "traceback": lambda *_: 1 / 0,
+        "hang": lambda *_: time.sleep(60),
+        "crash": lambda *_: os._exit(7),
+        "unclear": refuse,
+    }
+    monkeypatch.setattr(feeding, "targets", lambda: deeds)
+    monkeypatch.setattr(feeding, "MOST_SECONDS", 0.2)
+    for name in deeds:
+        assert feeding.feed(name, 2, 1).counts == {name: 2}
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "words"),
+    [
+        ("campaign.toml", "x = " + "[" * 5000 + "]" * 5000, "too deeply"),
+        ("campaign.toml", "x = " + "[" * 100 + "]" * 100, "too deeply"),
+        ("campaign.toml", "x = " + "9" * 5000, "thousands of digits"),
+        ("campaign.toml", "[frames.tool]\nparent = 'flange'\nxyz_m = [" + "9" * 400 + ", 0, 0]", "400 digits"),
+        ("campaign.toml", '"a\\nb" = 1', "a\\nb"),
+        ("campaign.toml", "[sources.s]\njoints = { position = 'A1..A999999999' }", "more than 1000 columns"),
+        ("campaign.toml", "\n".join(f"k{n} = 1" for n in range(3000)), "more faults"),
+        ("robot.toml", "joints = " + "[" * 30 + "]" * 30, "too deeply"),
+        ("model.toml", "effects = [{ type = 'x', pairs = ['" + "y" * 50_000 + "'] }]", "is not a pair"),
+    ],
+)
+def test_what_was_found_is_one_clear_line(
+    file: str, text: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = write_campaign(tmp_path / "c")
+    schema = file.removesuffix(".toml")
+    (folder / file).write_text(f'schema = "stiffcal/{schema}/1"\n{text}\n', encoding="utf-8")
+    with pytest.raises(SystemExit) as end:
+        main(["check", str(folder)])
+    told = capsys.readouterr().err
+    assert end.value.code == 2
+    assert words in told
+    assert all(line.startswith(file) and len(line) < 2500 for line in told.splitlines())
