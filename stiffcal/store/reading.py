@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 from urllib.parse import unquote, urlsplit
 
 import pyarrow as pa
@@ -17,6 +17,9 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.columns import Columns
 from stiffcal.store.generations import current_folder, file_of, held, read_index
 from stiffcal.store.writing import Writing, begin_writing
+
+if TYPE_CHECKING:
+    from stiffcal.store.remote import Remote
 
 Documents: TypeAlias = Mapping[str, Mapping[str, Any]]
 Stored: TypeAlias = Callable[[str], dict[str, Any] | None]
@@ -36,12 +39,14 @@ class Snapshot:
     folder : where its files lie.
     tables, documents : the names of what it holds.
     shown : the store's name in messages.
+    remote : the object store from which files are fetched when they are first read, or None.
     """
 
     folder: Path
     tables: tuple[str, ...]
     documents: tuple[str, ...]
     shown: str
+    remote: Remote | None = None
 
     def read_table(self, name: str, columns: Sequence[str] | None = None) -> pa.Table:
         """Return a table, or some of its columns.
@@ -67,13 +72,20 @@ class Snapshot:
         if name not in self.documents:
             raise InputError.at(self.shown, name, "no such document", "run the command that makes it first")
         try:
-            return dict(json.loads((self.folder / file_of(name, ".json")).read_text("utf-8")))
+            return dict(json.loads(self._here(file_of(name, ".json")).read_text("utf-8")))
         except (OSError, ValueError) as error:
             raise InputError.at(self.shown, name, f"damaged ({error})", REBUILD) from None
 
     def path_of_table(self, name: str) -> Path:
         """Return the Parquet file of a table."""
-        return self.folder / file_of(name, ".parquet")
+        return self._here(file_of(name, ".parquet"))
+
+    def _here(self, file: str) -> Path:
+        path = self.folder / file
+        if self.remote is not None:
+            with self.remote.faults():
+                self.remote.fetch(path)
+        return path
 
     @contextmanager
     def _opened(self, name: str) -> Iterator[parquet.ParquetFile]:
@@ -92,23 +104,30 @@ class Store:
 
     Parameters
     ----------
-    location : its folder (or a ``file:`` address); it need not exist.
+    location : its folder (or a ``file:`` address), or its place in an object store, ``s3://bucket/prefix``; it need
+        not exist.
     shown : its name in messages; default: the location.
     """
 
     def __init__(self, location: str | Path, shown: str = "") -> None:
         self.shown = shown or str(location)
-        self.folder = _folder_of(location, self.shown)
+        self.remote = _remote_of(location, self.shown)
+        self.folder = self.remote.mirror if self.remote is not None else _folder_of(location, self.shown)
+
+    def _current(self) -> Path | None:
+        if self.remote is not None:
+            self.remote.pull()
+        return current_folder(self.folder)
 
     @property
     def exists(self) -> bool:
         """True where there is something to read."""
-        return current_folder(self.folder) is not None
+        return self._current() is not None
 
     @property
     def generation(self) -> str | None:
         """The name of the generation that holds now, or None."""
-        folder = current_folder(self.folder)
+        folder = self._current()
         return None if folder is None else folder.name
 
     @contextmanager
@@ -121,13 +140,13 @@ class Store:
             If there is nothing in the store yet, or it is damaged.
         """
         for _ in range(ATTEMPTS):
-            folder = current_folder(self.folder)
+            folder = self._current()
             if folder is None:
                 raise InputError.at(self.shown, "", "nothing is stored here yet", "run ingest first")
             with held(folder) as still_there:
                 if still_there:
                     index = read_index(folder, self.shown)
-                    yield Snapshot(folder, tuple(index["tables"]), tuple(index["documents"]), self.shown)
+                    yield Snapshot(folder, tuple(index["tables"]), tuple(index["documents"]), self.shown, self.remote)
                     return
         raise InputError.at(self.shown, "current", "the generation it names is not there", REBUILD)
 
@@ -176,7 +195,7 @@ class Store:
         >>> store.read_table("states").num_rows
         2
         """
-        return begin_writing(self.folder, self.shown, command, wait_s)
+        return begin_writing(self.folder, self.shown, command, wait_s, self.remote)
 
     def commit(
         self,
@@ -212,5 +231,13 @@ def _folder_of(location: str | Path, shown: str) -> Path:
     address = urlsplit(location)
     if address.scheme == "file" and address.netloc in ("", "localhost"):
         return Path(unquote(address.path))
-    reason = f"{address.scheme}: addresses cannot be written to by this version"
-    raise InputError.at(shown, "--store", reason, "give a folder")
+    reason = f"{address.scheme}: addresses are not known"
+    raise InputError.at(shown, "--store", reason, "give a folder, or s3://BUCKET/PREFIX")
+
+
+def _remote_of(location: str | Path, shown: str) -> Remote | None:
+    if isinstance(location, Path) or not location.startswith("s3://"):
+        return None
+    from stiffcal.store.remote import Remote
+
+    return Remote(location, shown)

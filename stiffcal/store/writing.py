@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
@@ -35,6 +35,9 @@ from stiffcal.store.locking import writer_lock
 
 # Rows of one Parquet row group: 15 MB of seven float64 columns held in memory while a log streams through.
 ROW_GROUP = 1 << 18
+
+if TYPE_CHECKING:
+    from stiffcal.store.remote import Remote, Ticket
 
 Index = dict[str, dict[str, dict[str, object]]]
 
@@ -135,8 +138,12 @@ class Writing:
     committed : True after `commit`.
     """
 
-    def __init__(self, store: Path, shown: str, command: str) -> None:
+    def __init__(
+        self, store: Path, shown: str, command: str, remote: Remote | None = None, ticket: Ticket | None = None
+    ) -> None:
         self.committed = False
+        self._remote, self._ticket = remote, ticket
+        self._kept: dict[str, str] = {}
         self._store = store
         self._shown = shown
         self._command = command
@@ -203,6 +210,10 @@ class Writing:
         assert self._old is not None
         self._check_new(kind, name)
         entry = self._old_index()[kind][name]
+        if self._remote is not None:
+            self._kept[str(entry["file"])] = self._old.name
+            self._index[kind][name] = entry
+            return
         source, target = self._old / str(entry["file"]), self.folder / str(entry["file"])
         with store_faults(self._shown):
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -261,6 +272,11 @@ class Writing:
             for folder in [self.folder, *(path for path in self.folder.rglob("*") if path.is_dir())]:
                 flush_folder(folder)
             flush_folder(self._store / GENERATIONS)
+        if self._remote is not None and self._ticket is not None:
+            with self._remote.faults():
+                began_from = None if self._old is None else self._old.name
+                self._remote.publish(self.folder, self._kept, began_from, self._ticket)
+        with store_faults(self._shown):
             switch(self._store, self._id)
         self.committed = True
 
@@ -270,18 +286,34 @@ class Writing:
             stream.abandon()
         if current_folder(self._store) == self.folder:
             return
+        if self._remote is not None:
+            self._remote.withdraw(self.folder)
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
 @contextmanager
-def begin_writing(store: Path, shown: str, command: str, wait_s: float) -> Iterator[Writing]:
-    """Hold the writer's lock and a new generation; without a commit nothing of it remains."""
+def begin_writing(
+    store: Path, shown: str, command: str, wait_s: float, remote: Remote | None = None
+) -> Iterator[Writing]:
+    """Hold the writer's lock and a new generation; without a commit nothing of it remains.
+
+    Parameters
+    ----------
+    store : its folder. remote : the object store for which that folder stands, if it does.
+    """
     with ExitStack() as stack:
         with store_faults(shown):
             store.mkdir(parents=True, exist_ok=True)
             stack.enter_context(writer_lock(store / LOCK, command, wait_s, shown))
+        ticket = None
+        if remote is not None:
+            from stiffcal.store.remote import remote_lock
+
+            ticket = stack.enter_context(remote_lock(remote, command, wait_s))
+            remote.pull()
+        with store_faults(shown):
             remove_others(store, current_folder(store))
-            writing = Writing(store, shown, command)
+            writing = Writing(store, shown, command, remote, ticket)
         try:
             yield writing
         finally:

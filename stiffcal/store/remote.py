@@ -1,0 +1,300 @@
+"""A store in an object store (``s3://bucket/prefix``), through Arrow's file systems.
+
+Layout, as of a folder: ``generations/ID/…``, and an object ``current.id`` with the name of the generation that holds.
+An object appears whole or not at all, so that replacing ``current.id``, last of all, is the one atomic step. Reading
+and writing go through a folder of this process on the local disk: tables are fetched when they are first read, written
+there in bounded memory and sent when they are finished. What is kept unchanged is copied inside the object store.
+
+Two writers: S3 has no locks, and Arrow no conditional put; but what was put is seen by everyone at once. That is
+enough for Lamport's bakery: a writer announces itself, draws a number above all it sees, and waits until every smaller
+one is gone. It renews its number while it works; one that stands still for `LEASE_S` belonged to a process that was
+killed, and is removed. Before the switch the writer sees that its number is still there and that the generation it
+began from still holds. Between that look and the switch a writer that was stopped for longer than the lease, and woke
+up just then, could still overwrite the pointer of a newer generation: that is the one gap, and both generations are
+whole even so.
+"""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import secrets
+import shutil
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+from stiffcal.errors import InputError
+from stiffcal.store.generations import CURRENT_ID, GENERATIONS, INDEX, current_folder, switch
+
+LEASE_S = 60.0
+RENEW_S = 10.0
+POLL_S = 0.1
+CHUNK = 1 << 22
+ENTERING, TICKET = "entering-", "ticket-"
+CHECK = "check the address, and AWS_ENDPOINT_URL, AWS_REGION, AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY"
+
+_mirrors: dict[tuple[int, str], Path] = {}
+
+
+class Remote:
+    """A store's place in an object store.
+
+    Attributes
+    ----------
+    shown : its address in messages. mirror : the folder of this process that stands for it.
+    """
+
+    def __init__(self, address: str, shown: str) -> None:
+        parts = urlsplit(address)
+        self.shown = shown
+        self._root = f"{parts.netloc}/{unquote(parts.path).strip('/')}".rstrip("/")
+        if not parts.netloc:
+            raise InputError.at(shown, "--store", "the address names no bucket", "write s3://BUCKET/PREFIX")
+        self._files = _file_system()
+        self.mirror = _mirror(address)
+
+    def pull(self) -> None:
+        """Make the mirror's current generation the one that holds now; its tables and documents are fetched later."""
+        with self.faults():
+            generation = self.generation()
+            if generation is None:
+                return
+            folder = self.mirror / GENERATIONS / generation
+            known = current_folder(self.mirror)
+            if known is not None and known.name == generation and (folder / INDEX).exists():
+                return
+            self.fetch(folder / INDEX)
+        switch(self.mirror, generation)
+
+    def generation(self) -> str | None:
+        """Return the name of the generation that holds, or None."""
+        content = self._read(CURRENT_ID)
+        return None if content is None else content.decode("ascii").strip()
+
+    def fetch(self, path: Path) -> None:
+        """Bring a file of the mirror from the object store, where it is not here yet."""
+        if path.exists():
+            return
+        name = path.relative_to(self.mirror).as_posix()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        fresh = path.with_name(f".{path.name}-{secrets.token_hex(3)}")
+        try:
+            with self._files.open_input_stream(self._at(name)) as source, fresh.open("wb") as target:
+                while chunk := source.read(CHUNK):
+                    target.write(chunk)
+        except FileNotFoundError:
+            fresh.unlink(missing_ok=True)
+            reason, mend = "it was replaced while it was read, or is damaged", "do this again"
+            raise InputError.at(self.shown, name, reason, mend) from None
+        fresh.replace(path)
+
+    def publish(self, folder: Path, kept: dict[str, str], began_from: str | None, ticket: Ticket) -> None:
+        """Send a finished generation and make it the one that holds.
+
+        Parameters
+        ----------
+        folder : of the mirror. kept : files carried over unchanged, to the generation that holds them.
+        began_from : the generation that held when it was begun. ticket : this writer's number.
+        """
+        place = f"{GENERATIONS}/{folder.name}"
+        for file, generation in kept.items():
+            try:
+                self._files.copy_file(self._at(f"{GENERATIONS}/{generation}/{file}"), self._at(f"{place}/{file}"))
+            except FileNotFoundError:
+                reason = "damaged (the object is gone)"
+                mend = "delete the store and run ingest again (its history goes too)"
+                raise InputError.at(self.shown, file, reason, mend) from None
+        sent = sorted((path for path in folder.rglob("*") if path.is_file()), key=lambda path: path.name == INDEX)
+        for path in sent:
+            self._send(path, f"{place}/{path.relative_to(folder).as_posix()}")
+        if not ticket.holds() or self.generation() != began_from:
+            self._remove(place)
+            reason = "another stiffcal took this one for dead and wrote meanwhile; nothing of this one is stored"
+            raise InputError.at(self.shown, "", reason, "do this again")
+        self._write(CURRENT_ID, folder.name.encode("ascii"))
+        self._remove_others({folder.name, began_from or folder.name})
+
+    def withdraw(self, folder: Path) -> None:
+        """Remove what was sent of a generation that was given up."""
+        with suppress(OSError):
+            if self.generation() != folder.name:
+                self._remove(f"{GENERATIONS}/{folder.name}")
+
+    def _remove_others(self, keep: set[str]) -> None:
+        # Who reads the last generation may go on: it goes with the next writing.
+        with suppress(OSError):
+            for name in self.names(GENERATIONS):
+                if name not in keep:
+                    self._remove(f"{GENERATIONS}/{name}")
+
+    def names(self, folder: str) -> dict[str, int]:
+        """Return the objects (and folders) in a folder, each with the time of its last change, ns."""
+        from pyarrow.fs import FileSelector
+
+        found = self._files.get_file_info(FileSelector(self._at(folder), allow_not_found=True))
+        return {info.base_name: info.mtime_ns or 0 for info in found}
+
+    def put(self, name: str, content: dict[str, Any]) -> None:
+        """Write a small object of JSON."""
+        self._write(name, json.dumps(content).encode())
+
+    def get(self, name: str) -> dict[str, Any]:
+        """Read a small object of JSON; empty where there is none."""
+        try:
+            return dict(json.loads(self._read(name) or b"{}"))
+        except ValueError:
+            return {}
+
+    def delete(self, name: str) -> None:
+        """Remove an object, if it is there."""
+        with suppress(FileNotFoundError):
+            self._files.delete_file(self._at(name))
+
+    @contextmanager
+    def faults(self) -> Iterator[None]:
+        """Turn what the object store refuses into one line."""
+        try:
+            yield
+        except OSError as error:
+            told = " ".join(str(error).split())
+            raise InputError.at(self.shown, "", f"cannot be used: {told[:300]}", CHECK) from None
+
+    def _at(self, name: str) -> str:
+        return f"{self._root}/{name}"
+
+    def _read(self, name: str) -> bytes | None:
+        try:
+            with self._files.open_input_stream(self._at(name)) as source:
+                return bytes(source.read())
+        except FileNotFoundError:
+            return None
+
+    def _write(self, name: str, content: bytes) -> None:
+        with self._files.open_output_stream(self._at(name)) as target:
+            target.write(content)
+
+    def _send(self, path: Path, name: str) -> None:
+        with path.open("rb") as source, self._files.open_output_stream(self._at(name)) as target:
+            while chunk := source.read(CHUNK):
+                target.write(chunk)
+
+    def _remove(self, folder: str) -> None:
+        with suppress(FileNotFoundError):
+            self._files.delete_dir(self._at(folder))
+
+
+class Ticket:
+    """A writer's number in the queue, renewed by a thread until it is given back."""
+
+    def __init__(self, remote: Remote, name: str, who: dict[str, Any]) -> None:
+        self.name = name
+        self._remote, self._who = remote, who
+        self._ended = threading.Event()
+        remote.put(f"lock/{name}", who)
+        self._thread = threading.Thread(target=self._renew, name="renew the store's lock", daemon=True)
+        self._thread.start()
+
+    def _renew(self) -> None:
+        while not self._ended.wait(RENEW_S):
+            with suppress(OSError):
+                # One that was taken for dead must not come back.
+                if self.holds():
+                    self._remote.put(f"lock/{self.name}", self._who)
+
+    def holds(self) -> bool:
+        """True while nobody took this writer for dead."""
+        return self.name in self._remote.names("lock")
+
+    def give_back(self) -> None:
+        """Leave the queue."""
+        self._ended.set()
+        self._thread.join()
+        with suppress(OSError):
+            self._remote.delete(f"lock/{self.name}")
+
+
+@contextmanager
+def remote_lock(remote: Remote, command: str, wait_s: float) -> Iterator[Ticket]:
+    """Hold the right to write, among all that know the address.
+
+    Raises
+    ------
+    InputError
+        If another still writes after `wait_s` seconds; it is named.
+    """
+    own = secrets.token_hex(8)
+    who = {"command": command, "pid": os.getpid(), "host": socket.gethostname()}
+    with remote.faults():
+        remote.put(f"lock/{ENTERING}{own}", who)
+        try:
+            numbers = [int(name.split("-")[1]) for name in remote.names("lock") if name.startswith(TICKET)]
+            ticket = Ticket(remote, f"{TICKET}{max(numbers, default=0) + 1:08d}-{own}", who)
+        finally:
+            remote.delete(f"lock/{ENTERING}{own}")
+    try:
+        with remote.faults():
+            _wait(remote, ticket, wait_s)
+        yield ticket
+    finally:
+        ticket.give_back()
+
+
+def _wait(remote: Remote, ticket: Ticket, wait_s: float) -> None:
+    end = time.monotonic() + wait_s
+    seen: dict[str, tuple[int, float]] = {}
+    while True:
+        names = remote.names("lock")
+        before = [name for name in names if name.startswith(ENTERING)]
+        before += [name for name in names if name.startswith(TICKET) and name < ticket.name]
+        now = time.monotonic()
+        for name in before:
+            changed, since = seen.get(name, (names[name], now))
+            seen[name] = (names[name], since if changed == names[name] else now)
+            if now - seen[name][1] > LEASE_S:
+                remote.delete(f"lock/{name}")
+        if not before:
+            return
+        if now >= end:
+            holder = remote.get(f"lock/{sorted(before, key=lambda name: name.startswith(ENTERING))[0]}")
+            told = f" ({holder['command']}, process {holder['pid']} on {holder['host']})" if holder else ""
+            mend = f"wait until it has ended, then do this again; if it was killed, its lock ends {LEASE_S:g} s later"
+            raise InputError.at(remote.shown, "", f"another stiffcal{told} is writing to it", mend)
+        time.sleep(POLL_S)
+
+
+def _file_system() -> Any:
+    from pyarrow.fs import AwsStandardS3RetryStrategy, S3FileSystem
+
+    options: dict[str, Any] = {}
+    endpoint = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL")
+    if endpoint:
+        parts = urlsplit(endpoint if "://" in endpoint else f"https://{endpoint}")
+        options |= {"endpoint_override": parts.netloc, "scheme": parts.scheme}
+    region = os.environ.get("AWS_REGION") or os.environ.get("AWS_DEFAULT_REGION")
+    if region:
+        options["region"] = region
+    return S3FileSystem(
+        connect_timeout=10, request_timeout=60, retry_strategy=AwsStandardS3RetryStrategy(max_attempts=3), **options
+    )
+
+
+def _mirror(address: str) -> Path:
+    """Return the folder of this process that stands for the address; it goes with the process."""
+    key = (os.getpid(), address)
+    if key not in _mirrors:
+        _mirrors[key] = folder = Path(tempfile.mkdtemp(prefix="stiffcal-store-"))
+        atexit.register(_clear, folder, os.getpid())
+    return _mirrors[key]
+
+
+def _clear(folder: Path, owner: int) -> None:
+    if os.getpid() == owner:  # a forked process inherits the registration, not the folder
+        shutil.rmtree(folder, ignore_errors=True)
