@@ -43,7 +43,7 @@ def effects(
     """List the physical effects, or explain one.
 
     With a name: physics, law, places, parameters with units and sizes, what it needs, its fingerprint, what looks like
-    it, how to check it. With -o FILE.svg also the picture of what it does to a load-deformation curve.
+    it, how to check it, and a sketch of what it does to a load-deformation curve: the same as a picture with -o FILE.
 
     Example: stiffcal effects backlash -o backlash.svg
     """
@@ -56,9 +56,10 @@ def effects(
         if name is None:
             answer.give(document, show_catalogue, "stiffcal effects joint-compliance")
             return OK
-        if output is not None:
-            from stiffcal.workflow.effect_pictures import draw_effect
+        from stiffcal.workflow.effect_pictures import draw_effect, sketch_effect
 
+        document |= {"sketch": sketch_effect(name)}
+        if output is not None:
             document |= {"picture": str(output), "drawn": draw_effect(name, output)}
         answer.give(document, show_effect, command_line("add", HERE, ".", name, "--all"))
     return OK
@@ -109,8 +110,11 @@ def show_effect(console: Console, document: Document) -> None:
     for title, text in _facts(effect):
         heading(title)
         body(text)
-    if "picture" in document:
+    if document.get("sketch"):
         heading("Picture")
+        for line in document["sketch"]:
+            console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
+    if "picture" in document:
         body(f"{document['picture']}: {document['drawn']}")
 
 

@@ -121,11 +121,12 @@ class EffectTold(TypedDict):
 
 
 class Effects(TypedDict):
-    """Answer of ``effects``."""
+    """Answer of ``effects``; for one effect that shows with its picture in letters, line by line."""
 
     schema: Literal["stiffcal/effects/1"]
     warnings: list[str]
     effects: list[EffectTold]
+    sketch: NotRequired[list[str]]
 
 
 class Simulate(TypedDict):

@@ -22,6 +22,7 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, Place, Sort, StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.report.content import EffectPicture
+from stiffcal.workflow.effect_sketch import sketch
 
 Floats = NDArray[np.float64]
 
@@ -141,6 +142,12 @@ def draw_effect(name: str, file: Path, plugins: Sequence[Path] = ()) -> str:
             str(file), "", f"cannot be written ({error.strerror or error})", "choose another place"
         ) from error
     return picture.caption
+
+
+def sketch_effect(name: str, plugins: Sequence[Path] = ()) -> list[str]:
+    """Return an effect's picture in letters, line by line; empty where it never shows."""
+    picture = effect_picture(find_effects(plugins)[name])
+    return [] if picture is None else sketch(picture)
 
 
 def _examples(effect: Effect, places: Sequence[Place], chain: Chain) -> Iterator[Example]:

@@ -10,6 +10,7 @@ import pytest
 
 from stiffcal.campaign.thresholds import Thresholds, load_thresholds
 from stiffcal.cli.app import COMMANDS, main
+from stiffcal.workflow.effect_pictures import sketch_effect
 from stiffcal.workflow.effects import describe_effects
 from stiffcal.workflow.init import init_campaign
 
@@ -95,3 +96,10 @@ def test_init_from_several_tables(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert end.value.code == 0, capsys.readouterr().err
     source = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))["sources"]["table"]
     assert source["files"] == {"joints": "raw/angles.csv", "wrench": "raw/forces.csv", "deflection": "raw/moved.csv"}
+
+
+@pytest.mark.parametrize("name", ["backlash", "friction-hysteresis"])
+def test_the_sketches_are_the_program_s(name: str) -> None:
+    """README's pictures in letters are what ``stiffcal effects NAME`` prints."""
+    shown = "\n".join(f"    {line}".rstrip() for line in sketch_effect(name))
+    assert f"\n\n{shown}\n\n" in README

@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.model.catalogue import find_effects
-from stiffcal.workflow.effect_pictures import draw_effect, effect_picture
+from stiffcal.workflow.effect_pictures import draw_effect, effect_picture, sketch_effect
 
 
 @pytest.mark.parametrize("name", sorted(find_effects()))
@@ -44,5 +44,15 @@ def test_drawn_to_a_file(tmp_path: Path) -> None:
     assert (tmp_path / "one.svg").read_text().startswith("<?xml")
     with pytest.raises(InputError, match="no picture format"):
         draw_effect("backlash", tmp_path / "one.txt")
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(InputError, match="folder does not exist"):
         draw_effect("backlash", tmp_path / "nowhere" / "one.svg")
+
+
+def test_every_effect_has_a_sketch() -> None:
+    """In letters, within a terminal's width: the curve with the effect lies apart from the one without."""
+    for name in find_effects():
+        lines = sketch_effect(name)
+        assert not lines or max(map(len, lines)) < 100
+        assert not lines or sum(line.count("·") for line in lines[1:-2]) > 3
+    assert sum(line.count("x") for line in sketch_effect("friction-hysteresis")) > 20
+    assert all("x" not in line for line in sketch_effect("backlash")[1:-2])
