@@ -119,13 +119,14 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Mapping[st
         raise InputError.at(shown, "", "no such file", "correct the file's name")
     try:
         from nptdms import TdmsFile
+        from nptdms.log import log_manager
     except ImportError:
         raise missing_library("tdms", shown) from None
     # Opened here, as the library lets go of no file that it cannot read.
     with path.open("rb") as raw:
         with _whole(shown):
             # What it logs of a damaged file is said below, as a fault.
-            logging.getLogger("nptdms").setLevel(logging.CRITICAL)
+            log_manager.set_level(logging.CRITICAL)
             file = TdmsFile.open(raw)
         with file:
             _check_finished(file, shown)

@@ -16,7 +16,6 @@ whole even so.
 
 from __future__ import annotations
 
-import atexit
 import json
 import os
 import secrets
@@ -27,6 +26,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -291,7 +291,8 @@ def _mirror(address: str) -> Path:
     key = (os.getpid(), address)
     if key not in _mirrors:
         _mirrors[key] = folder = Path(tempfile.mkdtemp(prefix="stiffcal-store-"))
-        atexit.register(_clear, folder, os.getpid())
+        # Unlike atexit this is also called where a process that another one forked or spawned ends.
+        Finalize(None, _clear, (folder, os.getpid()), exitpriority=0)
     return _mirrors[key]
 
 
