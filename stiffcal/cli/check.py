@@ -66,8 +66,9 @@ def show_check(console: Console, document: Document) -> None:
     for proposal in document.get("proposals", []):
         files, device = proposal["files"], proposal["device"]
         told = files[0] + (f" and {len(files) - 1} more" if len(files) > 1 else "")
-        words = f"{told}: not named in campaign.toml" + (f", looks like an export of {device}" if device else "")
-        console.print(f"{words}; lines to copy:", soft_wrap=True)
+        words = f"{told}: not named in campaign.toml" + (f", looks like a log of: {device}" if device else "")
+        copied = any(line.startswith("[") for line in proposal["lines"])
+        console.print(words + ("; lines to copy:" if copied else ""), soft_wrap=True)
         for line in proposal["lines"]:
             console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
     if document["ready"]:

@@ -59,6 +59,8 @@ def propose_sources(campaign: Campaign) -> list[dict[str, Any]]:
 
 
 def _proposal(group: Mapping[str, Any], taken: set[str]) -> dict[str, Any]:
+    if group["lines"][0].startswith("#"):  # a maker's log that is not understood: why, and what helps
+        return {"files": list(group["files"]), "device": group["device"], "lines": list(group["lines"])}
     name = next(one for k in range(1, 100) if (one := group["name"] + (str(k) if k > 1 else "")) not in taken)
     taken.add(name)
     files = list(group["files"])
@@ -91,15 +93,17 @@ def _look(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
     device, name = _maker(path.name.replace("_", " ") + "\n" + (text if kind == "csv" else ""))
     try:
         table, said = _text_table(path) if kind == "csv" else _other_table(folder, file, str(kind))
-    except InputError:
-        return None
+    except InputError as error:
+        return (device, name, [f"# {error.faults[0].reason}: {error.faults[0].mend}"]) if device else None
     from stiffcal.campaign.column_roles import recognise
     from stiffcal.campaign.from_table import signal_lines
 
     roles = recognise(table.columns)
     signals = signal_lines(roles)
     if not signals:
-        return None
+        there = ", ".join(column.header for column in table.columns[:12])
+        mend = "export it with one header line, one time column and names like A1 … A6, Fx, X"
+        return (device, name, [f"# no signal is seen in its columns ({there}): {mend}"]) if device else None
     if not name:
         name = "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
     return device, name, [f'format = "{kind}"', *said, 'sampling = "time"', _time_line(table, text), *signals]

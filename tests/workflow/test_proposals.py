@@ -105,3 +105,16 @@ def test_other_formats_and_many_files_are_one_proposal(empty: Path) -> None:
 
 def test_what_is_named_is_not_proposed(empty: Path) -> None:
     assert propose_sources(load_campaign(empty)) == []
+
+
+def test_an_export_that_cannot_be_read_says_what_helps(empty: Path) -> None:
+    path = empty / "raw" / "each.csv"
+    head = "Name\tScope\nStarttime of export\t1\n\nName\tAxis1\tName\tAxis2\nSampleTime[ms]\t1\tSampleTime[ms]\t1\n"
+    path.write_text(head + "0\t1.5\t0\t2.5\n1\t1.5\t1\t2.5\n", encoding="utf-8")
+    try:
+        (proposal,) = propose_sources(load_campaign(empty))
+        assert proposal["device"] == "Beckhoff TwinCAT Scope"
+        (line,) = proposal["lines"]
+        assert line.startswith("# two columns have the name")
+    finally:
+        path.unlink()
