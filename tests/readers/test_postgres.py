@@ -122,6 +122,7 @@ def test_faults_are_one_clear_line(filled: Database, options: dict[str, Any], ex
         "postgresql://me:geheim@loc[alhost:x1/db?password=geheim",
         "host=localhost port=1 password='geheim' user=me",
         "password=geheim nonsense",
+        "postgresql://me:geheim%zz@localhost:1/db",  # libpq's own message holds it
     ],
 )
 def test_no_password_is_shown(monkeypatch: pytest.MonkeyPatch, address: str) -> None:
