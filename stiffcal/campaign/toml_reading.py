@@ -15,6 +15,7 @@ from stiffcal.errors import InputError
 Model = TypeVar("Model", bound=BaseModel)
 
 MOST_BYTES = 32 << 20  # ten thousand runs with a file each stay below a tenth of it
+MOST_DOTS = 100  # in one key
 MOST_NESTED = 20  # tables in tables: twice what any of our files needs
 WHOLE_NUMBERS = range(-(2**63), 2**63)  # TOML 1.0: what a reader has to hold
 _DEEP = "tables or lists lie in one another too deeply"
@@ -49,6 +50,10 @@ def read_toml(path: Path, file: str) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise InputError.at(file, f"line {line}", "the text is not UTF-8", "save the file as UTF-8") from None
+    for number, row in enumerate(text.splitlines(), start=1):  # the parser's time grows with the square of these
+        key = row.partition("=")[0] if "=" in row else row if row.startswith("[") and "," not in row else ""
+        if key.count(".") > MOST_DOTS:
+            raise InputError.at(file, f"line {number}", _DEEP, "write them side by side")
     try:
         document = tomllib.loads(text)
     except RecursionError:

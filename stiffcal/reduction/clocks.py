@@ -118,6 +118,13 @@ def offset_between(one: SharedSignal, other: SharedSignal) -> ClockOffset:
     return _refined(one, other, coarse)
 
 
+def offset_near(one: SharedSignal, other: SharedSignal, lag: float) -> ClockOffset:
+    """Return how much more ``other``'s clock shows than ``one``'s, where it is nearly known."""
+    if not moves(one.values) or not moves(other.values):
+        return ClockOffset(None, None, "one of them shows only noise")
+    return _refined(one, other, lag)
+
+
 def moves(values: Floats) -> bool:
     """Tell whether a log shows more than noise: its slow part against what white noise would leave of it.
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Fault, InputError
+from stiffcal.reduction.frozen import FrozenWatch
 
 Floats = NDArray[np.float64]
 
@@ -28,6 +29,8 @@ LARGEST_DEFLECTION_RAD = 0.2
 LARGEST_POSITION_M = 200.0
 QUATERNION_SLACK = 1e-3
 GAP = 10.0  # times the usual interval
+MOST_GAPS = 3  # that are told one by one
+HOUR_S = 3600.0  # what daylight saving takes or gives
 SATURATED = 20  # readings in a row at the very same extreme
 
 
@@ -39,6 +42,7 @@ class LogWatch:
     ----------
     file : as the user named it. place_of_row : row to ``line n``. sampled : False where rows are load states.
     columns : signal to the columns' names in the file.
+    by_the_wall : True where times are dates, which may be local ones.
     elsewhere : signal to its own file and ``row to line n``, where a source lies in several files.
     n_rows, first_s, last_s, interval, longest : what was seen of rows and time.
     low, high : signal to the least and the largest value of each channel, SI.
@@ -49,15 +53,19 @@ class LogWatch:
     sampled: bool
     columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
     elsewhere: Mapping[str, tuple[str, Callable[[int], str]]] = field(default_factory=dict)
+    by_the_wall: bool = False
     n_rows: int = 0
     first_s: float = float("nan")
     last_s: float = float("nan")
     intervals: list[float] = field(default_factory=list)
     longest: float = 0.0
     longest_at: float = float("nan")
+    n_gaps: int = 0
     low: dict[str, Floats] = field(default_factory=dict)
     high: dict[str, Floats] = field(default_factory=dict)
     at_high: dict[str, NDArray[np.int64]] = field(default_factory=dict)
+    gaps: list[tuple[float, float]] = field(default_factory=list)
+    frozen: dict[tuple[str, int], FrozenWatch] = field(default_factory=dict)
 
     def see(self, number: NDArray[np.int64], time: Floats, signals: dict[str, Floats]) -> None:
         """Look at a batch: rows' numbers (n,), time (n,) s, signals name to (c, n) in SI.
@@ -77,6 +85,8 @@ class LogWatch:
                 low, high = np.fmin.reduce(values, axis=1), np.fmax.reduce(values, axis=1)
             self._see_ends(name, values, low, high)
             self._see_range(name, number, values, low, high)
+            if self.sampled:
+                self._see_still(name, number, values)
 
     def _see_time(self, number: NDArray[np.int64], time: Floats) -> None:
         before = np.concatenate([[self.last_s], time[:-1]])
@@ -84,20 +94,53 @@ class LogWatch:
         if not np.nanmin(step, initial=np.inf) > 0.0:
             k = int(np.flatnonzero(step <= 0.0)[0])
             words = "stands still" if step[k] == 0.0 else "runs backwards"
-            raise InputError.at(
-                self.file, self.place_of_row(int(number[k])), f"time {words}: {time[k]:g} s after {before[k]:g} s",
-                "remove the repeated or misplaced rows in a copy of the log",
-            )  # fmt: skip
+            mend = "remove the repeated or misplaced rows in a copy of the log"
+            if self._is_hour(step[k]):
+                words, mend = "runs backwards by an hour", _WALL
+            reason = f"time {words}: {time[k]:.10g} s after {before[k]:.10g} s"
+            raise InputError.at(self.file, self.place_of_row(int(number[k])), reason, mend)
+        ahead = np.flatnonzero(self._is_hour(step))
+        if ahead.size:
+            reason = "time jumps by an hour from one reading to the next"
+            raise InputError.at(self.file, self.place_of_row(int(number[ahead[0]])), reason, _WALL)
         if np.isnan(self.first_s):
             self.first_s, step, time = float(time[0]), step[1:], time[1:]
         if step.size:
             self.intervals.append(float(np.median(step[:4096])))
+            wide = np.flatnonzero(step > GAP * self.interval)
+            self.gaps += [(float(time[k] - step[k]), float(time[k])) for k in wide[: MOST_GAPS - len(self.gaps)]]
+            self.n_gaps += wide.size
             k = int(np.argmax(step))
             if step[k] > self.longest:
                 self.longest, self.longest_at = float(step[k]), float(time[k])
             self.last_s = float(time[-1])
         else:
             self.last_s = self.first_s
+
+    def _is_hour(self, step: Floats) -> NDArray[np.bool_]:
+        """Return where a date is an hour off, within a few usual intervals, as where clocks are set to summer time."""
+        slack = max(10.0 * self.interval, 1.0) if self.intervals else 10.0
+        return np.asarray(self.by_the_wall & (np.abs(np.abs(step) - HOUR_S) < slack))
+
+    def _see_still(self, name: str, number: NDArray[np.int64], values: Floats) -> None:
+        """Look for readings that stop changing, and for a target that is given as zeros."""
+        kind = name.split(".")[0]
+        if kind in ("position", "marker"):
+            lost = (values == 0.0).all(axis=0)
+            if lost.any() and len(values) == 3:
+                row = int(number[int(lost.argmax())])
+                column = next(iter(self.columns.get(name, ("X",))), "X")
+                reason = (
+                    f"the position is zero in all its columns ({int(lost.sum())} rows near here): the target is lost"
+                )
+                self._fail(name, row, reason, f'leave such rows out: rows = "{column} != 0" beside columns or position')
+            groups = [slice(None)]
+        elif name == "wrench":
+            groups = [slice(k, k + 1) for k in range(len(values))]
+        else:
+            return
+        for k, group in enumerate(groups):
+            self.frozen.setdefault((name, k), FrozenWatch()).see(number, values[group])
 
     def _see_ends(self, name: str, values: Floats, low: Floats, high: Floats) -> None:
         if name not in self.low:
@@ -151,9 +194,12 @@ class LogWatch:
         told: list[str] = []
         file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         if self.sampled and self.longest > GAP * self.interval:
+            where = ", ".join(f"{begin:.3f} … {end:.3f} s" for begin, end in self.gaps)
+            more = f" and {self.n_gaps - len(self.gaps)} more" if self.n_gaps > len(self.gaps) else ""
             told.append(
                 f"{self.file}: a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
-                f"(usual interval {self.interval:.3g} s)"
+                f"(usual interval {self.interval:.3g} s; all: {where}{more}); nothing is filled in, "
+                "a hold is the mean of the readings that are there"
             )
         still = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
         if still.any() and not still.all() and self.n_rows > SATURATED:
@@ -162,7 +208,27 @@ class LogWatch:
         for k in np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED):
             times = int(self.at_high["wrench"][k])
             told.append(f"{file}: {self._column(int(k))} stays at its extreme for {times} readings: saturated?")
+        for (name, channel), watch in self.frozen.items():
+            if watch.frozen:
+                told.append(self._told_of_frozen(name, channel, watch))
         return told
+
+    def _told_of_frozen(self, name: str, k: int, watch: FrozenWatch) -> str:
+        file, place = self.elsewhere.get(name, (self.file, self.place_of_row))
+        names = self.columns.get(name, ())
+        what = self._column(k) if name == "wrench" else f"the position ({', '.join(names)})"
+        end = "the channel was stuck" if name == "wrench" else "the target was lost, or the tracker stopped"
+        return (
+            f"{file}: {what} does not change over {watch.longest} readings, {place(watch.first)} to row {watch.last}: "
+            f"{end}; they are used as they stand: leave rows {watch.first} to {watch.last} out with [[exclude]], "
+            "or say why they are right"
+        )
+
+
+_WALL = (
+    "daylight saving, it seems: log UTC, or write the zone with every time (2026-10-25T02:30:00+02:00), "
+    "or correct the times in a copy"
+)
 
 
 def _bounds_of_wrench() -> Floats:

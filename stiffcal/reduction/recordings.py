@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.clock_course import clock_remarks
 from stiffcal.reduction.clocks import ClockOffset, SharedSignal, align_clocks, moves
 from stiffcal.reduction.holds import BRIEF, Dropped, Holds, find_holds
 from stiffcal.reduction.states import Gathered
@@ -82,7 +83,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
             f"run {run.id}", "", "no load state is found: the load was never held",
             'hold each load for a second or more, or write states = "….csv" with columns start, end',
         )  # fmt: skip
-    warnings: list[str] = []
+    warnings = clock_remarks(run.id, shared, clocks)
     holds, brief = _with_brief_ones(holds)
     dropped = list(holds.dropped)
     keep = np.ones(len(holds), dtype=np.bool_)

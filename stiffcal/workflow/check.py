@@ -64,7 +64,7 @@ def check_campaign(
         progress("looking at load states", None)
         states, registration = placed_states(campaign, gathered)
         found, warnings = contradictions(states, campaign, registration is not None)
-        faults += found
+        faults += watches.causes() + found if found else []
         if not faults:
             states = states if quick else set_bumped_aside(states)
             document |= _states(campaign, states, reduced)

@@ -134,7 +134,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     swept = {run.states.run[0] for run in runs if run.passes}
     states = replace(states, runs=tuple(replace(run, swept=run.name in swept) for run in states.runs))
     faults, warnings = contradictions(states, campaign, registration is not None)
-    raise_faults(faults)
+    raise_faults(watches.causes() + faults if faults else [])
     states = set_bumped_aside(states)
     document = _document(states, runs)
     listed = {entry["id"]: entry for entry in document["runs"]}

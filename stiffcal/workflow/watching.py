@@ -18,6 +18,7 @@ from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
 from stiffcal.reduction.plausibility import LogWatch, check_displacements
+from stiffcal.reduction.rezeroed import rezeroed_runs
 from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
 
 # States below which nothing is said of rods: a quick look has one of each run.
@@ -43,9 +44,23 @@ class Watches:
             files = files_of_signals(held, source)
             elsewhere = {signal: (own, place(own)) for signal, own in files.items()}
             self.logs[key] = LogWatch(
-                file, place(file), not held.is_states, columns_of_signals(held, source), elsewhere=elsewhere
+                file,
+                place(file),
+                not held.is_states,
+                columns_of_signals(held, source),
+                elsewhere=elsewhere,
+                by_the_wall=held.time is not None and held.time.unit == "iso8601",
             )
         self.logs[key].see(rows.number, rows.time, rows.signals)
+
+    def causes(self) -> list[Fault]:
+        """Return channels that stand still or are stuck, as faults: where load and motion contradict, that is why."""
+        return [
+            Fault(file, "", remark, "see to the sensor, or leave the channel out")
+            for (_, file, _), watch in self.logs.items()
+            for remark in (line.removeprefix(f"{file}: ") for line in watch.remarks())
+            if "stands still" in remark or "does not change" in remark
+        ]
 
     def remarks(self) -> list[str]:
         """Return what may be wrong without being a fault."""
@@ -66,7 +81,8 @@ def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> t
     faults = check_displacements([run.name for run in states.runs], chosen.run, chosen.position, manifest)
     if faults:
         return faults, []
-    warnings = loaded_references(chosen)
+    rezeroed = rezeroed_runs(chosen, chain)
+    warnings = loaded_references(chosen) + [f"{one.place}: {one.reason}; {one.mend}" for one in rezeroed]
     if not states.deflection_given and states.setup.targets:
         faults += check_kinematics(states, chain, estimated)
         match = match_kinematics(states, chain)
@@ -76,7 +92,9 @@ def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> t
         return faults, warnings
     faults, doubts = unit_slips(chosen, campaign)
     warnings += rods_that_cannot_be_right(chosen, chain)
-    return faults or check_work(chosen, chain, manifest, *_wrench_of(campaign)), warnings + doubts
+    faults = faults or check_work(chosen, chain, manifest, *_wrench_of(campaign))
+    # a zero that moved under load is enough to turn the work's sign: the cause before its consequence
+    return (rezeroed + faults if faults else []), warnings + doubts
 
 
 def rods_that_cannot_be_right(states: LoadStates, chain: Chain) -> list[str]:

@@ -50,6 +50,7 @@ def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> Non
     [
         ("campaign.toml", "x = " + "[" * 5000 + "]" * 5000, "too deeply"),
         ("campaign.toml", "x = " + "[" * 100 + "]" * 100, "too deeply"),
+        ("campaign.toml", "[" + ".".join(["a"] * 20_000) + "]\nb = 1", "too deeply"),
         ("campaign.toml", "x = " + "9" * 5000, "thousands of digits"),
         ("campaign.toml", "[frames.tool]\nparent = 'flange'\nxyz_m = [" + "9" * 400 + ", 0, 0]", "400 digits"),
         ("campaign.toml", '"a\\nb" = 1', "a\\nb"),

@@ -1,0 +1,99 @@
+"""Clocks that do not run evenly beside each other: a drift in parts per million, a jump in the middle of a run.
+
+One offset per run is what the states are made with. Here the run is cut into pieces, each aligned by itself, and what
+the offsets do from piece to piece is told, where it is more than their own uncertainty and matters to a hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.reduction.clocks import ClockOffset, SharedSignal, offset_near
+
+Floats = NDArray[np.float64]
+
+PIECES = 6
+LEAST_PIECES = 4
+# Holds are read from a few hundredths of their second after the ramp: less than this moves no reading out of its hold.
+MATTERS_S = 0.03
+SURE = 6.0  # standard uncertainties
+CLEARLY = 4.0  # times the squares left by a straight line that a step must save
+
+
+def clock_remarks(run: str, shared: Sequence[SharedSignal], clocks: Mapping[str, ClockOffset]) -> list[str]:
+    """Return a line for every source whose clock does not run evenly beside that of the load.
+
+    Parameters
+    ----------
+    run : its name. shared : what each device saw. clocks : source to the offset of the whole run.
+    """
+    leading = next((one for one in shared if one.leads and clocks[one.source].value is not None), shared[0])
+    told = []
+    for other in shared:
+        here, there = clocks[leading.source].value, clocks[other.source].value
+        if other is leading or here is None or there is None or clocks[other.source].reason:
+            continue
+        time, offset, std = _pieces(leading, other, there - here)
+        if time.size >= LEAST_PIECES:
+            told += _told(run, leading.source, other.source, time, offset, std)
+    return told
+
+
+def _pieces(one: SharedSignal, other: SharedSignal, lag: float) -> tuple[Floats, Floats, Floats]:
+    """Return middle, offset and standard uncertainty of the pieces that can be aligned by themselves, s."""
+    begin, end = max(one.time[0], other.time[0] - lag), min(one.time[-1], other.time[-1] - lag)
+    edges = np.linspace(begin, end, PIECES + 1)
+    found = []
+    for a, b in pairwise(edges):
+        piece, beside = _cut(one, a, b), _cut(other, a + lag, b + lag)
+        if len(piece.time) < 32 or len(beside.time) < 16:
+            continue
+        offset = offset_near(piece, beside, lag)
+        if offset.value is not None and offset.std is not None and abs(offset.value - lag) < 0.5 * (b - a):
+            found.append((0.5 * (a + b), offset.value, offset.std))
+    table = np.array(found).reshape(-1, 3)
+    return table[:, 0], table[:, 1], table[:, 2]
+
+
+def _cut(signal: SharedSignal, begin: float, end: float) -> SharedSignal:
+    part = slice(*np.searchsorted(signal.time, [begin, end]))
+    return SharedSignal(signal.source, signal.time[part], signal.values[part], signal.leads)
+
+
+def _told(run: str, one: str, other: str, time: Floats, offset: Floats, std: Floats) -> list[str]:
+    weight = 1.0 / np.maximum(std, 1e-3) ** 2
+    about = np.average(time, weights=weight)
+    leverage = float(weight @ (time - about) ** 2)
+    slope = float((weight * (time - about)) @ offset) / leverage
+    left_line = _left(offset - slope * time, weight)
+    steps = [(_left(offset[:k], weight[:k]) + _left(offset[k:], weight[k:]), k) for k in range(1, time.size)]
+    left_step, k = min(steps)
+    before, after = (float(np.average(offset[p], weights=weight[p])) for p in (slice(k), slice(k, None)))
+    jump = after - before
+    spread = np.sqrt(1.0 / weight[:k].sum() + 1.0 / weight[k:].sum())
+    degrees = max(time.size - 2, 1)
+    if abs(jump) > max(SURE * spread, MATTERS_S) and left_line > CLEARLY * max(left_step, degrees):
+        line = (
+            f"run {run}: the clock of {other} jumps by {jump:+.3f} s against {one} between {time[k - 1]:.1f} s and "
+            f"{time[k]:.1f} s; one offset is used for the whole run: correct the times in a copy of the log, "
+            "or split the run there"
+        )
+        return [line]
+    span = float(np.ptp(time)) * PIECES / (PIECES - 1)
+    slope_std = np.sqrt(max(left_line / degrees, 1.0) / leverage)
+    if abs(slope) > SURE * slope_std and abs(slope) * span > MATTERS_S:
+        line = (
+            f"run {run}: the clock of {other} gains {1e6 * slope:+.0f} ± {1.96e6 * slope_std:.0f} ppm on {one}, "
+            f"{1e3 * abs(slope) * span:.0f} ms over the run; one offset, that of its middle, is used: holds shorter "
+            "than that are misread; correct the times in a copy of the log, or split the run"
+        )
+        return [line]
+    return []
+
+
+def _left(offset: Floats, weight: Floats) -> float:
+    return float(weight @ (offset - np.average(offset, weights=weight)) ** 2)
