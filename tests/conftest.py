@@ -6,6 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.readers.database import database
+
+__all__ = ["database"]
+
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:

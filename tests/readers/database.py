@@ -39,7 +39,7 @@ def database() -> Iterator[Database]:
         yield Database(server)
     finally:
         server.cleanup()
-        del os.environ[VARIABLE]
+        os.environ.pop(VARIABLE, None)
         if before is None:
             os.environ.pop("XDG_RUNTIME_DIR", None)
         shutil.rmtree(folder, ignore_errors=True)

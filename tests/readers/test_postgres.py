@@ -11,9 +11,7 @@ import pytest
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import postgres as postgres_module
-from tests.readers.database import VARIABLE, Database, database
-
-__all__ = ["database"]
+from tests.readers.database import VARIABLE, Database
 
 READER = find_reader(Path("x"), "postgres")
 NO_FILE = Path("nothing")

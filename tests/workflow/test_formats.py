@@ -11,11 +11,9 @@ from stiffcal.errors import InputError
 from stiffcal.workflow.identify import fit_now
 from stiffcal.workflow.ingest import ingest_campaign, is_stale
 from stiffcal.workflow.steps import Means, ingested
-from tests.readers.database import VARIABLE, Database, database
+from tests.readers.database import VARIABLE, Database
 from tests.workflow.campaign_in_formats import FORMATS, write_campaign
 from tests.workflow.small_campaign import STIFFNESS
-
-__all__ = ["database"]
 
 
 def stiffness_of(folder: Path) -> dict[str, float]:
