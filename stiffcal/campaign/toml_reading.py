@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from pathlib import Path
@@ -15,6 +16,7 @@ from stiffcal.errors import InputError
 Model = TypeVar("Model", bound=BaseModel)
 
 MOST_BYTES = 32 << 20  # ten thousand runs with a file each stay below a tenth of it
+LARGEST = 1e30  # in SI: what is larger overflows somewhere in the physics, and is a slip
 MOST_DOTS = 100  # in one key
 MOST_NESTED = 20  # tables in tables: twice what any of our files needs
 WHOLE_NUMBERS = range(-(2**63), 2**63)  # TOML 1.0: what a reader has to hold
@@ -69,7 +71,8 @@ def read_toml(path: Path, file: str) -> dict[str, Any]:
             file, place, f"this is not TOML: {reason[:1].lower()}{reason[1:]}", _syntax_mend(reason)
         ) from None
     except ValueError:  # of more digits than Python reads at all
-        raise InputError.at(file, "", "a whole number of thousands of digits", "write it as 1e30, say") from None
+        reason = "a whole number of thousands of digits"
+        raise InputError.at(file, "", reason, "write a number that can be") from None
     _check_sizes(document, file)
     return document
 
@@ -87,7 +90,10 @@ def _check_sizes(document: dict[str, Any], file: str) -> None:
             waiting += [((*place, index), held) for index, held in enumerate(value)]
         elif isinstance(value, int) and value not in WHOLE_NUMBERS:
             reason = f"a whole number of {len(str(abs(value)))} digits"
-            raise InputError.at(file, key_path(place, document), reason, "write it as 1e30, say")
+            raise InputError.at(file, key_path(place, document), reason, "write a number that can be")
+        elif isinstance(value, float) and LARGEST < abs(value) < math.inf:
+            reason = f"{value:g} is larger than anything that is measured"
+            raise InputError.at(file, key_path(place, document), reason, "write it in SI units")
 
 
 def validate(document: dict[str, Any], file: str, model: type[Model]) -> Model:

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.measurements.mat5_elements import check_elements
 from stiffcal.readers import (
     Batch,
     Header,
@@ -238,6 +239,7 @@ class _Tree5:
     def __init__(self, path: Path) -> None:
         from scipy.io import loadmat, whosmat
 
+        check_elements(path)
         outline = whosmat(str(path), appendmat=False)
         self._outline = {name: (shape, kind) for name, shape, kind in outline}
         self.top: Any = None

@@ -137,7 +137,7 @@ def toml_targets() -> dict[str, Target]:
         )
 
     def feed_model(chance: random.Random, folder: Path) -> None:
-        feed_campaign(folder, MANIFEST.encode(), robots[1].encode(), spoilt(chance, model))
+        feed_campaign(folder, MANIFEST.encode(), ROBOT.encode(), spoilt(chance, model))
 
     def feed_simulate(chance: random.Random, folder: Path) -> None:
         from stiffcal.simulation.settings import load_settings

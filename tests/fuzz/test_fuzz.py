@@ -56,6 +56,7 @@ def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> Non
         ("campaign.toml", '"a\\nb" = 1', "a\\nb"),
         ("campaign.toml", "[sources.s]\njoints = { position = 'A1..A999999999' }", "more than 1000 columns"),
         ("campaign.toml", "\n".join(f"k{n} = 1" for n in range(3000)), "more faults"),
+        ("robot.toml", "gravity_mps2 = [0.0, 0.0, 1e300]", "1e+300 is larger"),
         ("robot.toml", "joints = " + "[" * 30 + "]" * 30, "too deeply"),
         ("model.toml", "effects = [{ type = 'x', pairs = ['" + "y" * 50_000 + "'] }]", "is not a pair"),
     ],

@@ -142,3 +142,19 @@ def test_what_only_matlab_reads_is_named(tmp_path: Path) -> None:
     told = fault(path, Wanted(("x",)))
     assert "'T' is a MATLAB timetable, which only MATLAB can read" in told
     assert "table2struct" in told
+
+
+def test_damage_that_would_end_the_library_is_refused(tmp_path: Path) -> None:
+    """A size that is wrong leads scipy's reader out of its memory, or into reading for hours."""
+    from scipy.io import savemat
+    from scipy.sparse import csc_matrix
+
+    path = tmp_path / "log.mat"
+    savemat(path, {"t": TIME, "Fx": FORCE, "s": {"a": csc_matrix(np.eye(3)), "b": ["x", "yy"]}}, oned_as="column")
+    assert len(list(READER.read_batches(path, {}, Wanted(("t", "Fx")), "raw/log.mat"))) == 1
+    whole = path.read_bytes()
+    dimensions = whole.index((1000).to_bytes(4, "little") + (1).to_bytes(4, "little"))
+    for at, what in ((dimensions, b"\xff\xff\xff\x0f"), (132, b"\xff\xff\xff\x7f"), (dimensions - 8, bytes(4))):
+        path.write_bytes(whole[:at] + what + whole[at + len(what) :])
+        with pytest.raises(InputError, match="no whole MAT file"):
+            list(READER.read_batches(path, {}, Wanted(("t", "Fx")), "raw/log.mat"))
