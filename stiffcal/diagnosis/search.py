@@ -20,6 +20,7 @@ from stiffcal.diagnosis.judge import (
     Judgement,
     LackOfFit,
     fitted_values,
+    judge,
     judge_choice,
     lack_of_fit,
     leaders,
@@ -185,7 +186,7 @@ def search_missing(
     first = scan = bench.look(robot)
     chosen: list[Candidate] = []
     while len(chosen) < MOST_EFFECTS:
-        best = _supported(scan)
+        best = _promising(scan)
         if best is None:
             together = _pair(bench, scan, progress) if len(chosen) + 2 <= MOST_EFFECTS else None
             if together is None:
@@ -197,10 +198,23 @@ def search_missing(
         chosen.append(best.candidate)
         scan = bench.look(with_trial(scan.fit.robot, best))
     scan, tried = _reconsider(bench, first, scan, chosen, progress)
-    simpler = one_for_two(bench, first, scan, [one.candidate for one in tried], progress)
+    # Of a set that is no explanation there is nothing to be made simpler.
+    now = lack_of_fit(scan.fit, scan)
+    whole = now is None or now.adequate
+    simpler = one_for_two(bench, first, scan, [one.candidate for one in tried], progress) if whole else None
     if simpler is not None:
         scan, tried = _reconsider(bench, first, *simpler, progress)
     return _conclude(bench, first, scan, tried)
+
+
+def _promising(scan: Scan) -> Trial | None:
+    """Return the leader of a scan where it is supported but for the choice repeated in every fold.
+
+    Where two effects are missing, now the one, now the other is chosen without some of the poses, and the error of
+    either alone hardly falls in the others: that speaks against neither. Each has to stand when all the others are in.
+    """
+    near = leaders(scan)
+    return near[0] if near and judge(scan, near[0]).supported else None
 
 
 def _supported(scan: Scan) -> Trial | None:
