@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import random
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -152,6 +153,26 @@ def make_tdms(chance: random.Random, path: Path) -> None:
             writer.write_segment(channels)
 
 
+@cache
+def _bag(ending: str) -> bytes:
+    import tempfile
+
+    from tests.readers.bags import transforms, wrench, write_bag
+
+    moments = [1_795_248_930_000_000_000 + k * 2_000_000 for k in range(ROWS)]
+    topics = {
+        "/ft": [(moment, wrench(moment, np.sin(np.arange(6) + k))) for k, moment in enumerate(moments)],
+        "/tf": [(moment, transforms(moment, {"a": (1.0, 2.0, 3.0)})) for moment in moments],
+    }
+    with tempfile.TemporaryDirectory() as place:
+        return write_bag(Path(place) / f"log{ending}", topics).read_bytes()
+
+
+def make_bag(chance: random.Random, path: Path) -> None:
+    """Write a ROS 2 bag."""
+    path.write_bytes(_bag(path.suffix))
+
+
 def packed(chance: random.Random, data: bytes) -> tuple[str, bytes]:
     """Pack a text log; return the ending that goes with it."""
     import bz2
@@ -178,6 +199,8 @@ MAKERS: dict[str, tuple[str, Maker]] = {
     "csv": (".csv", make_csv),
     "hdf5": (".h5", make_hdf5),
     "mat": (".mat", make_mat),
+    "mcap": (".mcap", make_bag),
+    "rosbag2": (".db3", make_bag),
     "parquet": (".parquet", make_parquet),
     "tdms": (".tdms", make_tdms),
 }

@@ -12,7 +12,7 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader, formats
 from tests.campaign.folders import DATA, MANIFEST, ROBOT
-from tests.fuzz.inputs import MAKERS, make_csv, packed
+from tests.fuzz.inputs import MAKERS, make_bag, make_csv, packed
 from tests.fuzz.mutations import spoilt_bytes, spoilt_lines, spoilt_toml
 
 Target = Callable[[random.Random, Path], None]
@@ -31,6 +31,15 @@ WANTED = (
     Wanted(("t", "Fx"), gaps=frozenset(("Fx",))),
     Wanted(("Fx", "nowhere")),
     Wanted((), ("run",), ("t",)),
+)
+
+
+WANTED_OF_BAG = (
+    Wanted(("wrench.force.x", "wrench.torque.z")),
+    Wanted(("wrench.force.x",), ("header.frame_id",)),
+    Wanted(("wrench.force.x", "time")),
+    Wanted(("header.stamp", "wrench.force.x")),
+    Wanted(("nowhere",)),
 )
 
 
@@ -67,7 +76,8 @@ def reader_target(name: str) -> Target:
         make(chance, path)
         if chance.random() < 0.75:
             path.write_bytes(spoilt_bytes(chance, path.read_bytes()))
-        read_log(path, name, {}, chance.choice(WANTED))
+        bag = make is make_bag
+        read_log(path, name, {"topic": "/ft"} if bag else {}, chance.choice(WANTED_OF_BAG if bag else WANTED))
 
     return feed
 
