@@ -28,7 +28,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(ROOT / "campaigns" / "staubli-tx40-friction", folder, ignore=shutil.ignore_patterns("raw", "store"))
     (folder / "raw").mkdir()
     for file in DATA.glob("*.csv"):
-        (folder / "raw" / file.name).symlink_to(file)
+        shutil.copyfile(file, folder / "raw" / file.name)
     return folder
 
 
