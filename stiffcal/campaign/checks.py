@@ -13,12 +13,12 @@ from stiffcal.campaign.explain import key_path
 from stiffcal.campaign.frame_checks import frame_fault, frame_faults
 from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault
 
 ALLOW = "STIFFCAL_ALLOW"
-MANIFEST_FILE = "campaign.toml"
 
 
 def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[Fault]:

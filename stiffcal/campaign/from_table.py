@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from stiffcal.campaign.checks import MANIFEST_FILE
 from stiffcal.campaign.column_roles import Role, Roles, recognise
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.robot_checks import outline_of
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.table_sniffing import SniffedTable, sniff_table

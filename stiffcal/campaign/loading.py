@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from stiffcal.campaign.checks import (
-    MANIFEST_FILE,
     escapes,
     file_faults,
     leads_outside,
@@ -21,6 +20,7 @@ from stiffcal.campaign.checks import (
 )
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile, default_model, load_model
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.pruning import apart_from, validate_without_wrong_keys
 from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_faults
 from stiffcal.campaign.robot_file import RobotFile, chain_of

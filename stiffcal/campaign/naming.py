@@ -1,8 +1,10 @@
-"""What links are called, as bodies and as places for beams."""
+"""What files and links are called, as bodies and as places for beams."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+
+MANIFEST_FILE = "campaign.toml"
 
 
 def name_links(written: Sequence[str | None]) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import inverse_transform, quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
 from stiffcal.reduction.motion import mean_seen, motion_of
+from stiffcal.reduction.non_negative import non_negative_least_squares
 
 Floats = NDArray[np.float64]
 
@@ -80,8 +81,6 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
 
 def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = None, sign: float = 1.0) -> float:
     """Return what share of the displacement non-negative joint compliances explain, sensor axes turned by `flip`."""
-    from scipy.optimize import nnls
-
     angles = chain.model_angles(states.joints)
     _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
     turned = sign * (axes if flip is None else axes @ flip)
@@ -104,7 +103,7 @@ def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = 
     design, wanted = columns.reshape(-1, columns.shape[2])[rows], seen.ravel()[rows]
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
     gram, right = np.linalg.qr(design / scale)
-    _, left = nnls(right, gram.T @ wanted)
+    _, left = non_negative_least_squares(right, gram.T @ wanted)
     total = float(wanted @ wanted)
     outside = total - float(np.sum((gram.T @ wanted) ** 2))
     return 1.0 - (left**2 + outside) / total if total > 0.0 else 1.0

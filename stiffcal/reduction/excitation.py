@@ -15,6 +15,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.reduction.motion import mean_seen, motion_of
+from stiffcal.reduction.non_negative import non_negative_least_squares
 
 Floats = NDArray[np.float64]
 
@@ -82,11 +83,9 @@ def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floa
 
 def _relative_std(design: Floats, seen: Floats) -> Floats:
     """Return standard uncertainty over value of non-negative compliances, errors scaled by what is left."""
-    from scipy.optimize import nnls
-
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
     gram, right = np.linalg.qr(design / scale)
-    value, _ = nnls(right, gram.T @ seen)
+    value, _ = non_negative_least_squares(right, gram.T @ seen)
     free = design.shape[0] - design.shape[1]
     if free <= 0:
         return np.full(design.shape[1], np.inf)

@@ -21,6 +21,7 @@ import tomlkit
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.files import replacing, write_whole
 from stiffcal.model.composite import CompliantRobot
@@ -34,8 +35,6 @@ from stiffcal.simulation.recording import Device, DeviceLog, Stage, devices_of, 
 from stiffcal.simulation.scene import draw_acts, rods_on_links, tool_weight, true_frames, valued_robot
 from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
 from stiffcal.simulation.truth import TRUTH_FILE, truth_document
-
-MANIFEST_FILE = "campaign.toml"
 
 
 def simulate_campaign(

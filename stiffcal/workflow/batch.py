@@ -8,12 +8,14 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from stiffcal.campaign.checks import MANIFEST_FILE
-from stiffcal.campaign.thresholds import ThresholdsFile, load_thresholds
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError, Progress, no_progress
-from stiffcal.workflow.batch_task import BROKEN, HELD, NOT_HELD, outcome_of, task_of
-from stiffcal.workflow.steps import Document
+from stiffcal.workflow.batch_outcome import BROKEN, HELD, NOT_HELD, Document, outcome_of, task_of
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.thresholds import ThresholdsFile
 
 SCHEMA = "stiffcal/batch/1"
 NOT_SEARCHED = frozenset({"store", "raw", "node_modules", "__pycache__"})
@@ -72,7 +74,7 @@ def batch_campaigns(folders: Sequence[Path], wishes: Wishes | None = None) -> Do
     """
     wishes = wishes or Wishes()
     began = time.monotonic()
-    file = load_thresholds(wishes.thresholds) if wishes.thresholds is not None else None
+    file = _thresholds(wishes.thresholds) if wishes.thresholds is not None else None
     found, absent = find_campaigns(folders)
     tasks = _tasks(found, folders, wishes, file)
     outcomes: dict[str, Document] = {one["folder"]: one for one in absent}
@@ -98,6 +100,12 @@ def batch_campaigns(folders: Sequence[Path], wishes: Wishes | None = None) -> Do
         run_on_this_machine(queue, jobs, take)
     ordered = [outcomes[task["folder"]] for task in tasks] + absent
     return _document(ordered, workers, time.monotonic() - began, _unused(file, ordered))
+
+
+def _thresholds(file: Path) -> ThresholdsFile:
+    from stiffcal.campaign.thresholds import load_thresholds
+
+    return load_thresholds(file)
 
 
 def cores() -> int:

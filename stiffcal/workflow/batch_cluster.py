@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.errors import InputError
+from stiffcal.workflow.batch_outcome import BROKEN, LOST, Document, outcome_of
 from stiffcal.workflow.batch_processes import LARGE_BYTES, WorkerLostError, WorkerProcess, lost_error
-from stiffcal.workflow.batch_task import BROKEN, LOST, outcome_of
-from stiffcal.workflow.steps import Document
 
 ANSWER_S = 15
 """How long a scheduler, and its first worker, may take to answer, s."""

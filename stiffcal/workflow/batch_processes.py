@@ -16,8 +16,7 @@ import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from stiffcal.workflow.batch_task import LOST, outcome_of
-from stiffcal.workflow.steps import Document
+from stiffcal.workflow.batch_outcome import LOST, Document, outcome_of
 
 ATTEMPTS = 2
 LARGE_BYTES = 1 << 30

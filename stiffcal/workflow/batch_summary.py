@@ -9,8 +9,7 @@ from pathlib import Path
 from stiffcal.errors import InputError
 from stiffcal.files import write_whole
 from stiffcal.workflow.batch import unchanged
-from stiffcal.workflow.batch_task import HELD, NOT_HELD, STEPS
-from stiffcal.workflow.steps import Document
+from stiffcal.workflow.batch_outcome import HELD, NOT_HELD, STEPS, Document
 
 # What XML 1.0 has no place for, not even escaped.
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

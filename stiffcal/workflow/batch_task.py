@@ -14,16 +14,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from stiffcal import __version__
 from stiffcal.campaign.thresholds import ThresholdsFile
 from stiffcal.errors import InputError
+from stiffcal.workflow.batch_outcome import BROKEN, FAULT, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
 from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.steps import (
     IDENTIFY,
-    Document,
     Ingested,
     Means,
     ingested,
@@ -33,8 +32,6 @@ from stiffcal.workflow.steps import (
 )
 from stiffcal.workflow.validate import current_validation, validate_now, with_present_verdict
 
-HELD, NOT_HELD, BROKEN, FAULT, LOST = "held", "not held", "broken", "fault", "lost"
-STEPS = ("ingest", "identify", "validate", "report")
 REPORT = "report"
 
 
@@ -58,19 +55,6 @@ class _Run:
         self.steps[step] = {"done": bool(self.why), "why": self.why, "seconds": round(time.monotonic() - began, 3)}
 
 
-def task_of(folder: Path, label: str, **wishes: Any) -> Document:
-    """Return a task.
-
-    Parameters
-    ----------
-    folder : the campaign folder. label : how it is called in the summary.
-    wishes : ``store`` (address or None), ``report`` (file of the PDF, None for DIR/report.pdf, False for no report),
-        ``thresholds`` (a file's document, or None), ``reach`` (what the user has named).
-    """
-    usual: Document = {"store": None, "report": None, "thresholds": None, "reach": []}
-    return {"folder": str(folder), "campaign": label, **usual, **wishes}
-
-
 def run_task(task: Document) -> Document:
     """Run a task; whatever goes wrong becomes part of its outcome.
 
@@ -91,33 +75,6 @@ def run_task(task: Document) -> Document:
     failed_at = run.step if outcome["error"] else None
     took = round(time.monotonic() - began, 3)
     return outcome | {"steps": run.steps, "failed_at": failed_at, "seconds": took, "memory_bytes": _peak_memory()}
-
-
-def outcome_of(task: Document, state: str, error: Document | None = None) -> Document:
-    """Return the outcome of a task of which nothing else is known."""
-    return {
-        "campaign": task["campaign"],
-        "folder": task["folder"],
-        "name": Path(task["folder"]).name,
-        "state": state,
-        "steps": {},
-        "failed_at": None if error is None else STEPS[0],
-        "seconds": 0.0,
-        "memory_bytes": None,
-        "n_states": None,
-        "n_runs": None,
-        "rms": None,
-        "noise": None,
-        "relative": None,
-        "stiffness": [],
-        "checks": [],
-        "failed": [],
-        "not_judged": [],
-        "warnings": [],
-        "report": None,
-        "error": error,
-        "others": [],
-    }
 
 
 def _all_steps(task: Document, run: _Run) -> Document:

@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stiffcal.campaign.checks import MANIFEST_FILE, escapes, leads_outside
+from stiffcal.campaign.checks import escapes, leads_outside
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.thresholds import ThresholdsFile, strange_joints
 from stiffcal.errors import InputError
 from stiffcal.workflow.identify import fitted

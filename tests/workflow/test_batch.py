@@ -22,9 +22,10 @@ from stiffcal.report.content import ReportContent
 from stiffcal.store import Store
 from stiffcal.workflow import batch_processes
 from stiffcal.workflow.batch import Wishes, batch_campaigns, cores, find_campaigns
+from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_processes import WorkerProcess
 from stiffcal.workflow.batch_summary import junit_text, markdown_text
-from stiffcal.workflow.batch_task import run_task, task_of
+from stiffcal.workflow.batch_task import run_task
 from tests.workflow.small_campaign import write_small_campaign
 
 Document = dict[str, Any]

@@ -17,7 +17,8 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.batch import Wishes, batch_campaigns
-from stiffcal.workflow.batch_task import run_task, task_of
+from stiffcal.workflow.batch_outcome import task_of
+from stiffcal.workflow.batch_task import run_task
 from tests.workflow.small_campaign import write_small_campaign
 from tests.workflow.test_batch import PLUGIN, by_name, with_plugin
 
