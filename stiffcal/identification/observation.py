@@ -23,6 +23,7 @@ from stiffcal.model.equilibrium import (
     blocks,
     displacements,
     find_rest,
+    first_order_displacement,
     last_node_inboard,
     law_terms,
     rest_under_weight,
@@ -122,7 +123,7 @@ def _evaluate_block(
     _observation_columns(model, data, seen, found, rows)
     if not rigid:
         _difference_columns(model, data, columns, here, found)
-    sensitivity = _sensitivity(model, data, loaded, lever) if with_sensitivity else None
+    sensitivity = _sensitivity(model, data, loaded) if with_sensitivity else None
     return Evaluation(part, here, found, sensitivity)
 
 
@@ -175,7 +176,7 @@ def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Flo
         if component < 3:
             full[b, :3] = axis
         else:
-            full[b, :3] = cross(axis, loaded.target(target).position - loaded.shape.origins[node])
+            full[b, :3] = cross(axis, loaded.targets[b].position - loaded.shape.origins[node])
             full[b, 3:] = axis
     rows = data.layout.of_targets(full)
     data.layout.add_rod_levers(rows, node, component)
@@ -234,34 +235,28 @@ def _difference_columns(
         found[row] = (predicted(moved, data, loaded, unloaded) - here) / step
 
 
-def _sensitivity(
-    model: CompliantRobot, data: Observations, loaded: Rest, lever: dict[tuple[int, int], Floats]
-) -> Floats:
+def _sensitivity(model: CompliantRobot, data: Observations, loaded: Rest) -> Floats:
     """Return (m, 6, n): how the prediction moves with the wrench as read, on the shape as it stands."""
     base = [term for _, term in loaded.terms]
-    places = list(lever)
-    number = {at: k for k, at in enumerate(places)}
     direct, levered = unit_wrenches(model.chain, loaded.shape, loaded.inputs)
-    n_axes = 6 if data.setup.moments_measured else 3
-    moved = np.zeros((n_axes, len(places), data.n_states))
-    wrench = np.empty_like(loaded.wrench)
-    for axis in range(n_axes):
+    result = np.zeros((len(data.measured), 6, data.n_states))
+    wrench, moved = np.empty_like(loaded.wrench), np.empty_like(loaded.displacement)
+    for axis in range(6 if data.setup.moments_measured else 3):
         step = FORCE_STEP if axis < 3 else MOMENT_STEP
         wrench[:] = loaded.wrench
         if axis < 3:
             wrench[:, :3] += step * direct[:, :, axis]
         wrench[:, 3:] += step * (levered if axis < 3 else direct)[:, :, axis % 3]
         loads = NodeLoads(wrench, loaded.inputs.angles, data.order, loaded.weight)
+        moved[:] = 0.0
         for before, (one, term) in zip(base, law_terms(model, loads), strict=True):
-            amplitude, at = one.amplitude(term.symbol), (term.node, term.component)
+            amplitude = one.amplitude(term.symbol)
             if amplitude:
-                moved[axis, number[at]] += (amplitude / step) * (term.value - before.value)
-    result = np.zeros((len(data.measured), 6, data.n_states))
-    if places:
-        levers = np.stack([lever[at] for at in places])
-        for row in range(len(data.measured)):
-            for axis in range(n_axes):
-                result[row, axis] = np.einsum("kn,kn->n", levers[:, row], moved[axis])
+                moved[term.node, term.component] += (amplitude / step) * (term.value - before.value)
+        full = np.stack(first_order_displacement(loaded, moved))
+        rows = data.layout.of_targets(full)
+        data.layout.add_rods(rows, moved)
+        result[:, axis] = rows
     return result
 
 

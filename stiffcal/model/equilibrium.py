@@ -13,11 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame, turn_between
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RZ, Inputs, NodeLoads, StateOrder, Term, tool_node
@@ -59,9 +60,10 @@ class Rest:
     sweeps: int
     weight: Floats | None
 
-    def target(self, attachment: Attachment) -> StackedFrame:
-        """Return the frame that rides on a body, on the deformed chain."""
-        return self.shape.bodies[attachment.body].moved(attachment.transform)
+    @cached_property
+    def targets(self) -> list[StackedFrame]:
+        """The frame of each of the set-up's targets, on the deformed chain."""
+        return [self.shape.bodies[target.body].moved(target.transform) for target in self.inputs.setup.targets]
 
 
 def law_terms(robot: CompliantRobot, loads: NodeLoads) -> list[tuple[PlacedEffect, Term]]:
@@ -193,17 +195,27 @@ def last_node_inboard(body: int, n_joints: int) -> int:
     return 2 * n_joints + 1 if body == n_joints + 1 else max(2 * body - 1, 0)
 
 
-def first_order_displacement(rest: Rest, target: Attachment) -> Floats:
-    """Return (6, n) of the papers' linear form: Jacobian columns times node displacements (002, eq. 8)."""
-    frame = rest.target(target)
-    result = np.zeros((6, frame.position.shape[1]))
-    for node in range(last_node_inboard(target.body, len(rest.shape.bodies) - 2) + 1):
-        origin, small = rest.shape.nodes[node], rest.displacement[node]
+def first_order_displacement(rest: Rest, nodes: Floats | None = None) -> list[Floats]:
+    """Return each target's (6, n) by the papers' linear form: Jacobian columns times node displacements (002, eq. 8).
+
+    Parameters
+    ----------
+    nodes : (2J + 2, 6, n) small displacements in the nodes' axes, counted from the shape at rest; None for the whole
+        displacement of a shape that is drawn undeformed.
+    """
+    nodes = rest.displacement if nodes is None else nodes
+    n_joints = len(rest.shape.bodies) - 2
+    outermost = [last_node_inboard(target.body, n_joints) for target in rest.inputs.setup.targets]
+    result = [np.zeros_like(nodes[0]) for _ in outermost]
+    for node, small in enumerate(nodes):
         if not small.any():
             continue
-        move, turn = from_frame(origin.rotation, small[:3]), from_frame(origin.rotation, small[3:])
-        result[:3] += move + cross(turn, frame.position - origin.position)
-        result[3:] += turn
+        axes = rest.shape.nodes[node].rotation
+        move, turn = from_frame(axes, small[:3]), from_frame(axes, small[3:])
+        for last, frame, moved in zip(outermost, rest.targets, result, strict=True):
+            if node <= last:
+                moved[:3] += move + cross(turn, frame.position - rest.shape.origins[node])
+                moved[3:] += turn
     return result
 
 
@@ -241,8 +253,8 @@ def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = 
         loaded=False,
     )
     rest = find_rest(robot, poses, tolerance=tolerance)
-    frames = [rest.target(target) for target in rest.inputs.setup.targets]
-    linear = [] if robot.deformed else [first_order_displacement(rest, t) for t in rest.inputs.setup.targets]
+    frames = rest.targets
+    linear = [] if robot.deformed else first_order_displacement(rest)
     return Unloaded(
         targets=[StackedFrame(frame.rotation[:, :, pick], frame.position[:, pick]) for frame in frames],
         linear=[one[:, pick] for one in linear],
@@ -256,13 +268,10 @@ def displacements(robot: CompliantRobot, loaded: Rest, unloaded: Unloaded) -> li
     """Return each target's (6, n) displacement from the weight-only state, base axes, m and rad."""
     if robot.deformed:
         return [
-            displacement_between(loaded.target(target), before)
-            for target, before in zip(loaded.inputs.setup.targets, unloaded.targets, strict=True)
+            displacement_between(after, before) for after, before in zip(loaded.targets, unloaded.targets, strict=True)
         ]
-    return [
-        first_order_displacement(loaded, target) - before
-        for target, before in zip(loaded.inputs.setup.targets, unloaded.linear, strict=True)
-    ]
+    linear = first_order_displacement(loaded)
+    return [after - before for after, before in zip(linear, unloaded.linear, strict=True)]
 
 
 def solve_balance(
@@ -300,8 +309,7 @@ def solve_balance(
         torque[block] = loaded.wrench[1 : 2 * robot.chain.n_joints : 2, RZ].T
         nodes[block] = np.moveaxis(loaded.displacement - unloaded.displacement, -1, 0)
         moves = displacements(robot, loaded, unloaded)
-        for body, target in enumerate(loaded.inputs.setup.targets):
-            after, before = loaded.target(target), unloaded.targets[body]
+        for body, (after, before) in enumerate(zip(loaded.targets, unloaded.targets, strict=True)):
             moved[block, body] = moves[body].T
             position[block, body], rotation[block, body] = after.position.T, np.moveaxis(after.rotation, -1, 0)
             position_0[block, body], rotation_0[block, body] = before.position.T, np.moveaxis(before.rotation, -1, 0)
