@@ -71,6 +71,11 @@ def show_diagnosis(console: Console, document: Document) -> None:
             for key in ("seen", "means", "alike", "check"):
                 if finding["evidence"][key]:
                     console.print(textwrap.indent(textwrap.fill(finding["evidence"][key], 110), "  "), soft_wrap=True)
+    if document.get("could_be"):
+        console.print("\nlook alike in these poses and loads:")
+        for one in document["could_be"]:
+            console.print(f"  {one['effect']}: {places(one['where'])}", soft_wrap=True)
+        console.print("  measure in more poses, or in these under loads along other axes")
     for one in document["superfluous"]:
         console.print(f"\nnot needed: {one['effect']} ({places(one['where'])}): without it the error is no larger")
     if document["structure"]:

@@ -39,6 +39,16 @@ def _missing(found: Found) -> dict[str, Any]:
     return {**candidate_document(found.candidate), "alternatives": alternatives}
 
 
+def _by_effect(candidates: tuple[Candidate, ...]) -> list[dict[str, Any]]:
+    """Return effects, each with all its places."""
+    places: dict[str, dict[str, list[Any]]] = {}
+    for one in candidates:
+        where = places.setdefault(one.effect.name, {})
+        for kind, items in one.place.as_where().items():
+            where.setdefault(kind, []).extend(items)
+    return [{"effect": name, "where": {k: sorted(v) for k, v in where.items()}} for name, where in places.items()]
+
+
 def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
     """Return the document of ``diagnose``.
 
@@ -66,6 +76,7 @@ def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
         "rms": before,
         "lack_of_fit": _lack(search.before),
         "missing": [_missing(one) for one in search.found],
+        "could_be": _by_effect(search.could_be),
         "findings": _findings(search, before, noise),
         "next_measurement": None,
         "not_tried": [{"effect": one.effect, "needs": one.needs} for one in search.not_tried],
@@ -223,4 +234,11 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
         return f"Missing: {names} ({against})."
     if search.found:
         return f"Missing: {names}; and something else that nothing in the catalogue accounts for ({against})."
+    if search.could_be:
+        n = len(search.could_be)
+        who = f"each of {n} effects alone fits" if n > 1 else f"{candidate_in_words(search.could_be[0])} alone fits"
+        return (
+            f"Something is missing, and these {len(search.first.folds)} poses are too few to tell what: "
+            f"{who} them all, so that leaving poses out cannot choose among them ({against})."
+        )
     return f"Something is missing, and it is none of these: no effect in the catalogue accounts for it ({against})."

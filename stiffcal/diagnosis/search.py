@@ -28,6 +28,7 @@ from stiffcal.diagnosis.judge import (
 )
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
+from stiffcal.diagnosis.sufficient import sufficient_alone
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_EFFECTS
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Fit
@@ -67,6 +68,8 @@ class Search:
     before, after : residuals against noise, without and with ``tried``; None where the noise is not known.
     explained : share of the avoidable error that goes with ``tried``.
     unexplained : something is left that nothing accounts for.
+    could_be : where nothing is named and something is left: effects of which each alone fits all poses down to noise,
+        while the poses are too few to judge any of them in one left out.
     not_tried : effects that these data cannot tell.
     pace : how much was tried, and how fast.
     """
@@ -82,6 +85,7 @@ class Search:
     unexplained: bool
     not_tried: tuple[NotTried, ...]
     pace: Pace
+    could_be: tuple[Candidate, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -332,7 +336,10 @@ def _conclude(bench: Workbench, first: Scan, scan: Scan, tried: tuple[Found, ...
     explained = float(np.clip((e_before - e_after) / avoidable, 0.0, 1.0)) if avoidable > 0.0 else 1.0
     unexplained = after is not None and not after.adequate
     found = () if unexplained and explained < LEAST_EXPLAINED else tried
-    return Search(first, found, tried, fit, scan, before, after, explained, unexplained, tuple(not_tried), bench.pace())
+    could_be = sufficient_alone(first) if unexplained and not found else ()
+    return Search(
+        first, found, tried, fit, scan, before, after, explained, unexplained, tuple(not_tried), bench.pace(), could_be
+    )
 
 
 def _against_noise_of(fit: Fit, present: Fit, first: Scan) -> LackOfFit | None:

@@ -93,6 +93,7 @@ def without_states(data: Ingested, identified: Document, means: Means) -> Docume
         "rms": validation["rms"],
         "lack_of_fit": lack,
         "missing": [],
+        "could_be": [],
         "findings": [],
         "superfluous": [],
         "next_measurement": None,

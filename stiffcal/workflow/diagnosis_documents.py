@@ -58,6 +58,13 @@ class Finding(TypedDict):
     why: str
 
 
+class CouldBe(TypedDict):
+    """An effect that alone fits all poses, at any of these places, where the poses are too few to tell which it is."""
+
+    effect: str
+    where: Where
+
+
 class NotTried(TypedDict):
     """An effect that these data cannot show, and what it would need."""
 
@@ -93,6 +100,7 @@ class Diagnose(TypedDict):
     rms: Rms
     lack_of_fit: LackOfFit | None
     missing: list[Missing]
+    could_be: list[CouldBe]
     findings: list[Finding]
     next_measurement: dict[str, Any] | None
     not_tried: list[NotTried]

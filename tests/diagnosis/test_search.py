@@ -124,6 +124,7 @@ def test_what_is_not_in_the_catalogue_is_unexplained() -> None:
     search = search_missing(mixed, joint_springs(six_axes()), find_effects())
     assert search.unexplained
     assert search.found == ()
+    assert search.could_be == ()
     document = diagnosis_document(mixed, search)
     assert document["unexplained"] is True
     assert any(one["follows"] == "joint angle" for one in document["structure"])

@@ -83,6 +83,7 @@ def test_a_wandering_target_is_not_noise() -> None:
     search = search_missing(campaign.states, campaign.model, built_in_effects())
     assert search.unexplained
     assert not search.found
+    assert not search.could_be
     assert search.after is not None
     assert search.after.wanders
 

@@ -48,6 +48,12 @@ def _meaning(document: Document) -> str:
             "No effect lowers the error by more than chance would. What is left scatters like the instruments and the "
             "setting of loads; a better model needs better instruments first."
         )
+    if document.get("could_be"):
+        names = wording.listing([_named(one) for one in document["could_be"]], 40)
+        return text + (
+            "The error is larger than the noise. In these poses and loads the following look alike, each of them able "
+            f"to make all of it: {names}. More poses, or loads along other axes in these, tell them apart."
+        )
     if document["unexplained"]:
         words = "beyond what is named here " if document["missing"] else ""
         return text + (
