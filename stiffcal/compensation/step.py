@@ -84,20 +84,21 @@ class CompensationStep:
         self.left_out = laws.left_out
         chain = robot.chain
         n_logged = chain.coupling.shape[1]
-        self.offsets, self.deflection, self.wrench = np.zeros(n_logged), np.zeros(6), np.zeros(6)
-        self._filter = None
-        if self.settings.cutoff_hz is not None:
-            self._filter = LowPass(self.settings.cutoff_hz, 1.0 / self.settings.cycle_s)
+        self.deflection, self.wrench = np.zeros(6), np.zeros(6)
+        self._parts = self.wrench.reshape(2, 3)
         self._started = False
-        self._reading = np.zeros(6)
-        self._shapes = Shapes(node_chain(chain, laws), laws)
-        self._tool = _ToolWeight(robot, laws.setup, self.settings)
-        self._solver = _Solver(chain.coupling, chain.n_joints, self.settings.damping)
         self._coupling, self._offset = np.ascontiguousarray(chain.coupling), np.ascontiguousarray(chain.offset)
+        self._shapes = Shapes(node_chain(chain, laws), laws, self._coupling, self.settings.damping)
+        self._reading = _Reading(robot, laws.setup, self.settings)
+        self._solver = _Solver(self._shapes.motion_and_damping)
+        self.offsets = self._solver.offsets
+        self._plain = bool(np.array_equal(chain.coupling, np.eye(chain.n_joints)) and not chain.offset.any())
         self._angles = np.zeros(chain.n_joints)
-        self._low, self._high = np.array(chain.limits[:, 0]), np.array(chain.limits[:, 1])
+        self._limits = np.ascontiguousarray(chain.limits.T)
+        self._limited = bool(np.isfinite(chain.limits).any())
         self._room = np.zeros((2, n_logged))
-        self._size, self._largest = np.zeros(n_logged), np.zeros(())
+        self._least, self._most = self._room
+        self._size, self._largest, self._square = np.zeros(n_logged), np.zeros(()), np.zeros(())
 
     def __call__(self, joints: Floats, reading: Floats) -> Floats:
         """Return the offsets (L,), rad, for commanded logged angles (L,), rad, and a reading (6,), N and N·m.
@@ -105,34 +106,37 @@ class CompensationStep:
         The array returned is the same one each time, and changes with the next call. Both inputs are contiguous arrays
         of float64; the reading is a wrench on the robot in the set-up's wrench axes about its wrench point.
         """
-        np.matmul(self._coupling, joints, out=self._angles)
-        np.add(self._angles, self._offset, out=self._angles)
-        shapes = self._shapes
-        shapes.stand(self._angles)
-        self._tool.take_out(reading, shapes.axes_of_reading, self._reading)
-        if self._filter is None:
-            np.copyto(self.wrench, self._reading)
-        else:
-            if not self._started:
-                self._filter.settle(self._reading)
-            self._filter.step(self._reading, self.wrench)
-        shapes.load(self.wrench)
-        for _ in range(self.settings.sweeps if self._started else FIRST_SWEEPS):
-            shapes.sweep()
+        shapes, angles = self._shapes, joints
+        if not self._plain:
+            angles = np.dot(self._coupling, joints, self._angles)
+            np.add(angles, self._offset, angles)
+        shapes.stand(angles)
+        self._reading.take(reading, shapes.axes_of_reading, self.wrench, self._started)
+        shapes.respond(self._parts)
+        for _ in range((self.settings.sweeps if self._started else FIRST_SWEEPS) - 1):
+            shapes.place()
+            shapes.respond(self._parts)
         self._started = True
-        shapes.difference(self.deflection)
-        self._solver.solve(shapes, self.deflection, self.offsets)
-        np.abs(self.offsets, out=self._size)
-        np.maximum.reduce(self._size, out=self._largest)
-        if self._largest > self.settings.largest_correction:
-            # All joints in proportion: one joint cut off alone would push the tool aside.
-            np.divide(self.settings.largest_correction, self._largest, out=self._largest)
-            np.multiply(self.offsets, self._largest, out=self.offsets)
-        np.subtract(self._low, joints, out=self._room[0])
-        np.subtract(self._high, joints, out=self._room[1])
-        np.maximum(self.offsets, self._room[0], out=self.offsets)
-        np.minimum(self.offsets, self._room[1], out=self.offsets)
+        shapes.deflect(self.deflection)
+        self._solver.solve(self.deflection)
+        self._keep_within(joints)
         return self.offsets
+
+    def _keep_within(self, joints: Floats) -> None:
+        """Cut the offsets off at the largest correction and at the joint limits."""
+        offsets, most = self.offsets, self.settings.largest_correction
+        np.dot(offsets, offsets, self._square)
+        if self._square.item() > most * most:
+            np.abs(offsets, self._size)
+            np.maximum.reduce(self._size, out=self._largest)
+            if self._largest > most:
+                # All joints in proportion: one joint cut off alone would push the tool aside.
+                np.divide(most, self._largest, self._largest)
+                np.multiply(offsets, self._largest, offsets)
+        if self._limited:
+            np.subtract(self._limits, joints, self._room)
+            np.maximum(offsets, self._least, out=offsets)
+            np.minimum(offsets, self._most, out=offsets)
 
     def reset(self) -> None:
         """Forget what was: the next sample is taken as having stood for ever."""
@@ -140,64 +144,72 @@ class CompensationStep:
         self._shapes.straighten()
 
 
-class _ToolWeight:
-    """What the weight of the tool beyond the sensor makes it read, taken out."""
+class _Reading:
+    """The process wrench of a reading: without the tool's weight, filtered; one product for all six components.
+
+    Rows of the state: the filter's two memories, the reading, the tool's weight in it, and what of that it had already
+    when it was zeroed. The product writes the memories and the filtered wrench into the other of two such arrays.
+    """
 
     def __init__(self, robot: CompliantRobot, setup: MeasurementSetup, settings: StepSettings) -> None:
-        chain, sensor = robot.chain, setup.wrench_axes
+        b, a = np.array([1.0, 0.0, 0.0]), np.zeros(2)
+        if settings.cutoff_hz is not None:
+            smooth = LowPass(settings.cutoff_hz, 1.0 / settings.cycle_s)
+            b, a = smooth.b, smooth.a
+        taken = np.array([1.0, -1.0, 1.0])  # reading − weight + weight when zeroed
+        row = np.concatenate([[1.0, 0.0], b[0] * taken])
+        first = np.concatenate([[0.0, 1.0], b[1] * taken]) - a[0] * row
+        second = np.concatenate([[0.0, 0.0], b[2] * taken]) - a[1] * row
+        self._matrix = np.stack([first, second, row])
+        self._settled = np.array([1.0 - b[0], b[2] - a[1]])
+        one, other = np.zeros((5, 6)), np.zeros((5, 6))
+        self._states = [(one, one[2], one[3], other[:3], other[2]), (other, other[2], other[3], one[:3], one[2])]
+        self._gravity, self._in_sensor = np.append(robot.chain.gravity, 0.0), np.zeros(3)
         self._there = settings.tool_mass > 0.0
-        self._gravity, self._in_sensor = np.array(chain.gravity), np.zeros(3)
-        self._read, self._at_zero = np.zeros(6), np.zeros(6)
-        self._matrix = np.zeros((6, 3))
         if not self._there:
             return
-        if not np.allclose(setup.wrench_axes.transform, setup.wrench_point.transform):
+        chain, sensor = robot.chain, setup.wrench_axes
+        if not np.allclose(sensor.transform, setup.wrench_point.transform):
             raise ValueError("a tool's weight is taken out of a reading whose axes and point are one frame, the sensor")
         arm = tool_arm(chain, sensor, np.array(settings.tool_com))
-        self._matrix = weight_matrix(arm, settings.tool_mass)
+        self._weight = weight_matrix(arm, settings.tool_mass)
         if settings.zeroed_at is not None:
             angles = chain.model_angles(np.atleast_2d(settings.zeroed_at))
             _, rotation = attached_poses(chain, angles, Attachment(sensor.body, sensor.transform))
-            self._at_zero = self._matrix @ rotation[0].T @ chain.gravity
+            one[4] = other[4] = self._weight @ rotation[0].T @ chain.gravity
 
-    def take_out(self, reading: Floats, sensor_axes: Floats, out: Floats) -> None:
-        """Write a reading (6,) without the tool's weight into ``out``; sensor_axes (3, 3): base_from_sensor."""
-        if not self._there:
-            np.copyto(out, reading)
-            return
-        np.matmul(self._gravity, sensor_axes, out=self._in_sensor)
-        np.matmul(self._matrix, self._in_sensor, out=self._read)
-        np.subtract(reading, self._read, out=out)
-        np.add(out, self._at_zero, out=out)
+    def take(self, reading: Floats, axes: Floats, wrench: Floats, started: bool) -> None:
+        """Write the process wrench (6,) of a reading (6,); axes (3, 4): the sensor's, row by row."""
+        states = self._states
+        state, here, weight, after, filtered = states[0]
+        states.reverse()
+        np.copyto(here, reading)
+        if self._there:
+            np.dot(axes, self._gravity, self._in_sensor)
+            np.dot(self._weight, self._in_sensor, weight)
+        if not started:
+            np.multiply(self._settled[:, None], state[2] - state[3] + state[4], state[:2])
+        np.dot(self._matrix, state, after)
+        np.copyto(wrench, filtered)
 
 
 class _Solver:
     """Joint offsets from a deflection: the least motion that takes it back, damped beside singular poses."""
 
-    def __init__(self, coupling: Floats, n_joints: int, damping: float) -> None:
-        n_logged = coupling.shape[1]
-        self._same = bool(np.array_equal(coupling, np.eye(n_joints)))
-        self._coupling = np.ascontiguousarray(coupling.T)
-        self._rows = np.zeros((n_logged, 6))
-        self._columns = self._rows.T
+    def __init__(self, motion_and_damping: Floats) -> None:
+        self._motion = motion_and_damping
+        self._columns = motion_and_damping.T
         self._normal = np.zeros((6, 6))
         # symmetric: its transpose is the same matrix in the order that LAPACK works in without a copy
         self._normal_there = self._normal.T
-        self._damping = damping * damping * np.eye(6)
         self._right = np.zeros((6, 1))
         self._right_flat = self._right[:, 0]
+        self._solved = np.zeros(len(self._columns))
+        self.offsets = self._solved[:-6]
 
-    def solve(self, shapes: Shapes, deflection: Floats, offsets: Floats) -> None:
+    def solve(self, deflection: Floats) -> None:
         """Write −J⁺ D into ``offsets`` (L,)."""
-        shapes.differentiate()
-        rows = shapes.jacobian
-        if not self._same:
-            np.matmul(self._coupling, shapes.jacobian, out=self._rows)
-            rows, columns = self._rows, self._columns
-        else:
-            columns = shapes.jacobian_columns
-        np.matmul(columns, rows, out=self._normal)
-        np.add(self._normal, self._damping, out=self._normal)
-        np.negative(deflection, out=self._right_flat)
-        lapack.dposv(self._normal_there, self._right, overwrite_a=1, overwrite_b=1)
-        np.matmul(rows, self._right_flat, out=offsets)
+        np.dot(self._motion, self._columns, self._normal)
+        np.copyto(self._right_flat, deflection)
+        lapack.dposv(self._normal_there, self._right, 0, 1, 1)
+        np.dot(self._right_flat, self._motion, self._solved)

@@ -1,12 +1,13 @@
 """Two shapes of one chain, loaded and unloaded, in arrays that stand ready.
 
 Nothing here allocates arrays after construction: every operation writes into one of the arrays below, through views
-that are made once. Axis 0 is the shape: 0 under load and weight, 1 under weight alone.
+that are made once. Axis 0 is the shape: 0 under load and weight, 1 under weight alone. Frames stand transposed, column
+vectors as rows, so that whatever is linear in all frames is one product with a constant matrix.
 
 Why products where a formula would do: for arrays as small as a robot's, calling numpy is what costs, so that the fewest
-calls win. A cross product with one vector for all rows is a product with its skew matrix, a skew matrix is a product of
-the vector with a constant (3, 9), and a displaced frame is a product of its displacement, squares included, with a
-constant (16, 16).
+calls win. The joints' transforms are a constant matrix times (1, cos, sin); levers, mass moments and the sensor's axes
+are a constant matrix times all frames; the nodes' wrenches are these times a matrix in which the load stands; and
+displacements, with a 1 beside each, are a constant matrix times the wrenches.
 """
 
 from __future__ import annotations
@@ -15,29 +16,93 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.compensation.linear_nodes import LinearNodes, NodeChain
+from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import cross_matrix
 
 Floats = NDArray[np.float64]
 
-# v @ SKEW is [v]× in nine numbers; a row v with w of the same row: v @ [w]× = v × w.
-SKEW = np.stack([cross_matrix(axis).ravel() for axis in np.eye(3)])
-# Twice the sine of a small turn from its nine numbers: R32 − R23, R13 − R31, R21 − R12, halved.
-VEE = 0.5 * SKEW.T
+# v @ MINUS_SKEW is −[v]× in nine numbers.
+MINUS_SKEW = -np.stack([cross_matrix(axis).ravel() for axis in np.eye(3)])
+# A displacement's six numbers, and the 1 beside them.
+SIX_AND_ONE = 7
 
 
-def displacement_matrix() -> Floats:
-    """Return (16, 16): the transform I + [φ]× + [φ]×²/2 with its shift, from (1, shift, φ, φ φᵀ); exact to 10⁻⁹."""
-    matrix = np.zeros((16, 4, 4))
-    matrix[0] = np.eye(4)
-    matrix[1:4, :3, 3] = np.eye(3)
-    matrix[4:7, :3, :3] = SKEW.reshape(3, 3, 3)
-    for i in range(3):
-        for j in range(3):
-            # [φ]×² = φ φᵀ − (φ·φ) I
-            matrix[7 + 3 * i + j, i, j] += 0.5
-            if i == j:
-                matrix[7 + 3 * i + j, :3, :3] -= 0.5 * np.eye(3)
-    return matrix.reshape(16, 16)
+def turning_basis(chain: NodeChain, n_joints: int) -> Floats:
+    """Return (1 + 2 J, 16 N): the nodes' transposed transforms over (1, cos θ, sin θ)."""
+    count = len(chain.nodes)
+    basis = np.zeros((1 + 2 * n_joints, count, 4, 4))
+    for node, (fixed, joint) in enumerate(zip(chain.fixed, chain.joint, strict=True)):
+        if joint < 0:
+            basis[0, node] = fixed.T
+            continue
+        basis[0, node, 2:] = fixed.T[2:]
+        basis[1 + joint, node, :2] = fixed.T[:2]
+        basis[1 + n_joints + joint, node, :2] = fixed.T[1], -fixed.T[0]
+    return basis.reshape(len(basis), -1)
+
+
+def displacement_basis(deformed: bool) -> Floats:
+    """Return (7, 16): the transposed transform I + [φ]× with its shift, from (shift, φ, 1); I alone if not deformed.
+
+    The turn's square is left out: it changes levers by some 10⁻⁶ of themselves, and the deflection is not read off
+    from these frames but summed over the nodes.
+    """
+    basis = np.zeros((SIX_AND_ONE, 4, 4))
+    basis[6] = np.eye(4)
+    if deformed:
+        basis[:3, 3, :3] = np.eye(3)
+        basis[3:6, :3, :3] = [cross_matrix(axis).T for axis in np.eye(3)]
+    return basis.reshape(SIX_AND_ONE, 16)
+
+
+def seeing_matrix(chain: NodeChain, nodes: LinearNodes) -> Floats:
+    """Return (5 N + 3, 16 (N + 1)): what is wanted of all frames, rows as they stand in `Shapes`.
+
+    Columns: the ground and every node, before its own displacement and after it, two shapes, the frame's four rows.
+    """
+    count = len(chain.nodes)
+    matrix = np.zeros((5 * count + 3, count + 1, 2, 2, 4))
+    after = matrix[:, :, 1]
+    levers, axes = after[: 4 * count].reshape(2, count, 2, count + 1, 2, 4), after[4 * count : 4 * count + 3]
+    arms = after[4 * count + 3 :]
+    reach, point = chain.placed(nodes.setup.wrench_point)
+    outermost, target = chain.placed(nodes.setup.targets[0])
+    for k in range(count):
+        own, ground = (k + 1, 3), (0, 3)
+        outboard = float(chain.mass[k:].sum())
+        for shape in range(2):
+            lever, carried = levers[shape, k, :, :, shape]
+            if k <= reach:
+                lever[reach + 1] += point[:, 3]
+                lever[own] -= 1.0
+                lever[ground] += 1.0
+            carried[k + 1 :] += np.concatenate([chain.mass_moment[k:], chain.mass[k:, None]], axis=1)
+            carried[own] -= outboard
+            carried[ground] += outboard
+        if k <= outermost:
+            arms[k, outermost + 1] += 0.5 * target[:, 3]
+            arms[k, own[0], :, 3] -= 0.5
+    node, there = _axes_at(chain, nodes.setup.wrench_axes)
+    axes[:, node + 1, 0, :3] = there[:3, :3].T
+    return matrix.reshape(len(matrix), -1)
+
+
+def _axes_at(chain: NodeChain, axes: Attachment) -> tuple[int, Floats]:
+    """Return where a reading's axes ride: the ground's own, whatever the base does."""
+    return (-1, axes.transform) if axes.body == 0 else chain.placed(axes)
+
+
+def wrench_matrix(gravity: Floats, moments: bool) -> Floats:
+    """Return (9, 48): the matrix (8, 6) from a node's levers and masses to its wrench, over (F, 0, M, 0, 1)."""
+    matrix = np.zeros((9, 8, 6))
+    for k, axis in enumerate(np.eye(3)):
+        matrix[k, 3, :3] = axis
+        matrix[k, :3, 3:] = [np.cross(lever, axis) for lever in np.eye(3)]
+        if moments:
+            matrix[4 + k, 3, 3:] = axis
+        matrix[8, 4 + k, 3:] = np.cross(axis, gravity)
+    matrix[8, 7, :3] = gravity
+    return matrix.reshape(9, 48)
 
 
 class Shapes:
@@ -47,122 +112,95 @@ class Shapes:
     ----------
     chain : the row of nodes.
     nodes : what they give by.
+    motion : (J, L) model angles per logged angle.
+    damping : of `motion_and_damping`, m/rad or rad/rad.
 
     Attributes
     ----------
-    axes_of_reading : (3, 3) base_from_reading's axes on the loaded shape.
-    jacobian : (J, 6), row k: how the target moves when joint k turns by one, on the loaded shape; ``jacobian_columns``
-        is its transpose.
-
-    Raises
-    ------
-    ValueError : the load does not act on the outermost body that gives.
+    axes_of_reading : (3, 4) the reading's axes in base axes, row by row, on the loaded shape; the last column is 0.
+    motion_and_damping : (6, L + 6) −J, how the target moves per logged angle, base axes, halfway between both shapes,
+        and beside it the damping on a diagonal.
     """
 
-    def __init__(self, chain: NodeChain, nodes: LinearNodes) -> None:
+    def __init__(self, chain: NodeChain, nodes: LinearNodes, motion: Floats, damping: float) -> None:
         count = len(chain.nodes)
-        self._place_frames(chain, count)
-        self._place_displacements(count)
-        self._place_load(chain, nodes)
-        self._place_carried(chain, nodes, count)
-        self._place_target(chain, nodes)
-
-    def _place_frames(self, chain: NodeChain, count: int) -> None:
-        turning = np.flatnonzero(chain.joint >= 0)
-        self._local = chain.fixed.copy()  # (N, 4, 4) from the displaced node before, joint turned
-        # x and y columns of the frames that turn, and (y, −x): x cos + y sin, y cos − x sin
-        self._still = np.ascontiguousarray(np.moveaxis(chain.fixed[turning][:, :, :2], 2, 0))
-        self._across = np.stack([self._still[1], -self._still[0]])
-        self._turned, self._room = np.zeros_like(self._still), np.zeros_like(self._still)
-        whole = np.moveaxis(self._local[:, :, :2], 2, 0)
-        self._columns = [(whole[:, node], self._turned[:, place]) for place, node in enumerate(turning)]
-        if len(turning) == count:
-            self._columns = [(whole, self._turned)]
-        self._sine, self._cosine = np.zeros((len(turning), 1)), np.zeros((len(turning), 1))
-        self._sine_flat, self._cosine_flat = self._sine[:, 0], self._cosine[:, 0]
-        # The ground, then every node; nodes outermost in memory, so that none overlaps the next: numpy would copy it.
-        self._displaced = np.moveaxis(np.tile(np.eye(4), (count + 1, 2, 1, 1)), 1, 0)
-        self._before, self._after = self._displaced[:, :-1], self._displaced[:, 1:]
-        self._step = np.zeros((2, count, 4, 4))
-        self._links = [(self._displaced[:, k], self._step[:, k], self._displaced[:, k + 1]) for k in range(count)]
-        self._node = np.zeros((2, count, 4, 4))  # node frames before their own displacement
-        self._to_node = np.swapaxes(self._node[..., :3, :3], 2, 3)
-
-    def _place_displacements(self, count: int) -> None:
-        self._small = np.zeros((2, 6 * count))
-        self._small_of = self._small.reshape(2, count, 6)
-        self._features = np.zeros((2, count, 16))
-        self._features[..., 0] = 1.0
-        self._linear = self._features[..., 1:7]
-        self._squares = self._features[..., 7:].reshape(2, count, 3, 3)
-        turn = self._small_of[..., 3:]
-        self._turn_column, self._turn_row = turn[..., :, None], turn[..., None, :]
-        self._to_move = displacement_matrix()
-        self._move_flat = np.zeros((2, count, 16))
-        self._move = self._move_flat.reshape(2, count, 4, 4)
+        self._place_frames(chain, nodes, len(motion))
+        self._place_wrenches(chain, nodes, count)
+        self._place_target(chain, nodes, motion, damping)
         self.straighten()
 
-    def _place_load(self, chain: NodeChain, nodes: LinearNodes) -> None:
-        setup = nodes.setup
-        node, there = chain.placed(setup.wrench_axes)
-        if setup.wrench_axes.body == 0:
-            node, there = -1, setup.wrench_axes.transform  # the ground's axes, whatever the base does
-        self._axes_there = np.ascontiguousarray(there[:3, :3])
-        self._axes_frame = self._displaced[:, node + 1, :3, :3]
-        node, there = chain.placed(setup.wrench_point)
-        if node != len(chain.nodes) - 1:
-            raise ValueError("a controller's loop wants the load on the outermost body that gives, the flange")
-        self._point_frame, self._point_there = self._displaced[:, node + 1, :3, :], there[:, 3].copy()
-        self._axes, self._point = np.zeros((2, 3, 3)), np.zeros((2, 3))
-        self.axes_of_reading = self._axes[0]
-        self._point_each = self._point[:, None, :]
-        self._load = np.zeros((2, 3, 2))  # columns: force, moment
-        self._load_force, self._load_moment = self._load[0, :, 0], self._load[0, :, 1]
-        self._moments = setup.moments_measured
-        self._in_base = np.zeros((2, 3, 2))
-        self._force, self._force_skew = self._in_base[..., 0], np.zeros((2, 9))
-        self._skew_of_force = self._force_skew.reshape(2, 3, 3)
-        self._force_each, self._moment_each = self._in_base[:, None, :, 0], self._in_base[:, None, :, 1]
+    def _place_frames(self, chain: NodeChain, nodes: LinearNodes, n_joints: int) -> None:
+        count = len(chain.nodes)
+        self._features = np.zeros(1 + 2 * n_joints)
+        self._features[0] = 1.0
+        self._cosine, self._sine = self._features[1 : 1 + n_joints], self._features[1 + n_joints :]
+        self._turning = turning_basis(chain, n_joints)
+        self._local = np.zeros((count, 4, 4))  # from the displaced node before to the node, joint turned
+        self._local_flat = self._local.reshape(-1)
+        self._to_move = displacement_basis(nodes.deformed)
+        self._move_flat = np.zeros((2 * count, 16))
+        self._move = self._move_flat.reshape(2, count, 4, 4)
+        # What takes both shapes' frame after one node's displacement to the next node's, before and after its own.
+        links = np.zeros((count, 2, 2, 4, 2, 4))
+        self._link_before, self._link_after = np.einsum("kzsasb->zskab", links)
+        frames = np.zeros((count + 1, 2, 2, 4, 4))
+        frames[:] = np.eye(4)
+        steps = links.reshape(count, 16, 8)
+        self._links = [(steps[k], frames[k, 1].reshape(8, 4), frames[k + 1].reshape(16, 4)) for k in range(count)]
+        self._from_base = np.transpose(frames[1:, 0, :, :3, :3], (1, 0, 3, 2))
+        self._frames = frames.reshape(-1, 4)
+        # Of each shape's each node: lever to the load and 1, moment of what it carries and its mass; then the reading's
+        # axes, then the mean levers to the target.
+        self._seeing = seeing_matrix(chain, nodes)
+        self._seen = np.zeros((len(self._seeing), 4))
+        self._levers = self._seen[: 4 * count].reshape(2, count, 8)
+        self.axes_of_reading = self._seen[4 * count : 4 * count + 3]
+        self._mean_arm = self._seen[4 * count + 3 :, :3]
+        self._frames_of_node = frames[1:].reshape(count, 4, 16)
+        self._quarter, self._mean_flat = np.full((1, 4), 0.25), np.zeros((count, 1, 16))
+        self._mean_axes = self._mean_flat.reshape(count, 4, 4)[:, :3, :3]
 
-    def _place_carried(self, chain: NodeChain, nodes: LinearNodes, count: int) -> None:
-        self._mass = np.cumsum(chain.mass[::-1])[::-1, None].copy()  # outboard of each node
-        self._weight = self._mass * chain.gravity
-        self._has_weight = bool(np.any(self._weight))
-        self._gravity_skew = cross_matrix(chain.gravity)
-        self._mass_there = np.concatenate([chain.mass_moment, chain.mass[:, None]], axis=1)[..., None]
-        self._mass_moment, self._mass_sum = np.zeros((2, count, 3, 1)), np.zeros((2, count, 3))
-        self._inward, self._sum_inward = self._mass_moment[:, ::-1, :, 0], self._mass_sum[:, ::-1]
-        self._after_top, self._origin = self._after[..., :3, :], self._after[..., :3, 3]
-        self._arm, self._term = np.zeros((2, count, 3)), np.zeros((2, count, 3))
-        self._wrench = np.zeros((2, count, 3, 2))
-        self._wrench_force, self._wrench_moment = self._wrench[..., 0], self._wrench[..., 1]
-        self._carried = np.zeros((2, count, 3, 2))
-        self._carried_flat = self._carried.reshape(2, -1)
-        # columns in the order in which the wrench components lie in ``_carried``: Fx, Mx, Fy, My, Fz, Mz of each node
-        order = (6 * np.arange(count)[:, None] + np.array([0, 3, 1, 4, 2, 5])).ravel()
-        self._compliance = np.ascontiguousarray(nodes.compliance[:, order].T)
+    def _place_wrenches(self, chain: NodeChain, nodes: LinearNodes, count: int) -> None:
+        self._load = np.zeros((2, 9))  # force, 0, moment, 0 in base axes, and 1; none on the unloaded shape
+        self._load[:, 8] = 1.0
+        self._loaded = self._load[0, :8].reshape(2, 4)
+        self._to_wrench = wrench_matrix(chain.gravity, nodes.setup.moments_measured)
+        self._per_lever_flat = np.zeros((2, 48))
+        self._per_lever = self._per_lever_flat.reshape(2, 8, 6)
+        self._wrench = np.zeros((2, count, 6))
+        self._wrench_parts = self._wrench.reshape(2, count, 2, 3)
+        self._carried = np.zeros((2, 6 * count + 1))
+        self._carried[:, -1] = 1.0
+        self._carried_parts = self._carried[:, :-1].reshape(2, count, 2, 3)
+        give = np.zeros((6 * count + 1, count, SIX_AND_ONE))
+        give[:-1, :, :6] = nodes.compliance.T.reshape(6 * count, count, 6)
+        give[-1, :, 6] = 1.0
+        self._give = give.reshape(6 * count + 1, -1)
+        self._small = np.zeros((2, SIX_AND_ONE * count))
+        self._small_rows = self._small.reshape(2 * count, SIX_AND_ONE)
+        self._small_loaded, self._small_unloaded = self._small
 
-    def _place_target(self, chain: NodeChain, nodes: LinearNodes) -> None:
-        node, there = chain.placed(nodes.setup.targets[0])
-        self._target_frame, self._target_there = self._displaced[:, node + 1, :3, :], there[:, 3].copy()
-        self._target = np.zeros((2, 3))
-        turned = self._displaced[:, node + 1, :3, :3]
-        self._turned_loaded, self._turned_back = turned[0], turned[1].T
-        self._between = np.zeros((3, 3))
-        self._between_flat = self._between.ravel()
-        self._joints = np.flatnonzero(chain.joint >= 0)
-        count = len(self._joints)
-        self._node_rows, self._joint_rows = self._node[0].reshape(-1, 16), np.zeros((count, 16))
-        frames = self._joint_rows.reshape(count, 4, 4)
-        self._axis, self._joint_origin = frames[:, :3, 2], frames[:, :3, 3]
-        self._axis_skew, self._minus_skew = np.zeros((count, 9)), -SKEW
-        self._skew_of_axis = self._axis_skew.reshape(count, 3, 3)
-        self._joint_arm = np.zeros((count, 1, 3))
-        self._joint_arm_flat = self._joint_arm[:, 0]
-        self.jacobian = np.zeros((count, 6))
-        self.jacobian_columns = self.jacobian.T
-        self._jacobian_shift, self._jacobian_turn = self.jacobian[:, None, :3], self.jacobian[:, 3:]
-        self._outboard = self.jacobian[int(np.searchsorted(self._joints, node, side="right")) :]
+    def _place_target(self, chain: NodeChain, nodes: LinearNodes, motion: Floats, damping: float) -> None:
+        count, size, n_logged = len(chain.nodes), SIX_AND_ONE * len(chain.nodes), motion.shape[1]
+        inboard = chain.placed(nodes.setup.targets[0])[0] + 1  # nodes that move the target
+        # How the target moves per displacement of every node, and the damping beside it.
+        self._reach = np.zeros((6, size + 6))
+        self._reach[:, size:] = damping * np.eye(6)
+        of_node = np.moveaxis(self._reach[:, :size].reshape(6, count, SIX_AND_ONE)[:, :inboard], 1, 0)
+        self._by_shift, self._by_turn = of_node[:, :3, :3], of_node[:, :, 3:6]
+        # Per turn about a node: −[arm]×, the target's shift, above the turn itself.
+        self._lever_matrix = np.zeros((inboard, 6, 3))
+        self._lever_matrix[:, 3:] = np.eye(3)
+        self._minus_skew = self._lever_matrix.reshape(inboard, 18)[:, :9]
+        self._mean_arm = self._mean_arm[:inboard]
+        self._axes = np.swapaxes(self._mean_axes[:inboard], 1, 2)
+        self._moved = np.zeros(size + 6)
+        self._moved_nodes = self._moved[:size]
+        self._choice = np.zeros((size + 6, n_logged + 6))
+        self._choice[size:, n_logged:] = np.eye(6)
+        for node in np.flatnonzero(chain.joint >= 0):
+            self._choice[SIX_AND_ONE * node + 5, :n_logged] = -motion[chain.joint[node]]
+        self.motion_and_damping = np.zeros((6, n_logged + 6))
 
     def straighten(self) -> None:
         """Forget the nodes' displacements: the next shapes are the rigid chain's."""
@@ -170,69 +208,43 @@ class Shapes:
 
     def stand(self, angles: Floats) -> None:
         """Put both shapes to model angles (J,), rad, the nodes displaced as they last were."""
-        np.sin(angles, self._sine_flat)
-        np.cos(angles, self._cosine_flat)
-        np.multiply(self._still, self._cosine, self._turned)
-        np.multiply(self._across, self._sine, self._room)
-        np.add(self._turned, self._room, self._turned)
-        for place, column in self._columns:
-            np.copyto(place, column)
-        self._place()
+        np.cos(angles, self._cosine)
+        np.sin(angles, self._sine)
+        np.dot(self._features, self._turning, self._local_flat)
+        self.place()
 
-    def load(self, wrench: Floats) -> None:
-        """Take the process wrench (6,) of this sample."""
-        np.copyto(self._load_force, wrench[:3])
-        if self._moments:
-            np.copyto(self._load_moment, wrench[3:])
-
-    def sweep(self) -> None:
-        """Find what the nodes carry on the present shapes, and the shapes that follow from it."""
-        np.matmul(self._axes, self._load, self._in_base)
-        np.matmul(self._force, SKEW, self._force_skew)
-        np.matmul(self._point_frame, self._point_there, self._point)
-        np.subtract(self._point_each, self._origin, self._arm)
-        np.matmul(self._arm, self._skew_of_force, self._wrench_moment)
-        np.add(self._wrench_moment, self._moment_each, self._wrench_moment)
-        if self._has_weight:
-            np.matmul(self._after_top, self._mass_there, self._mass_moment)
-            np.add.accumulate(self._inward, 1, None, self._sum_inward)
-            np.multiply(self._origin, self._mass, self._term)
-            np.subtract(self._mass_sum, self._term, self._term)
-            np.matmul(self._term, self._gravity_skew, self._arm)
-            np.add(self._wrench_moment, self._arm, self._wrench_moment)
-        np.add(self._force_each, self._weight, self._wrench_force)
-        np.matmul(self._to_node, self._wrench, self._carried)
-        np.matmul(self._carried_flat, self._compliance, self._small)
-        self._displace()
-
-    def _displace(self) -> None:
-        """Move every node by its small displacement."""
-        np.copyto(self._linear, self._small_of)
-        np.multiply(self._turn_column, self._turn_row, self._squares)
-        np.matmul(self._features, self._to_move, self._move_flat)
-        self._place()
-
-    def _place(self) -> None:
+    def place(self) -> None:
         """Put all frames where angles and displacements lead."""
-        np.matmul(self._local, self._move, self._step)
-        for before, step, after in self._links:
-            np.matmul(before, step, after)
-        np.matmul(self._before, self._local, self._node)
-        np.matmul(self._axes_frame, self._axes_there, self._axes)
+        np.copyto(self._link_before, self._local)
+        np.matmul(self._move, self._local, self._link_after)
+        for link, before, after in self._links:
+            np.dot(link, before, after)
+        np.dot(self._seeing, self._frames, self._seen)
 
-    def difference(self, deflection: Floats) -> None:
-        """Write the target's displacement from the unloaded shape to the loaded one into (6,), m and rad, base axes."""
-        np.matmul(self._target_frame, self._target_there, self._target)
-        np.subtract(self._target[0], self._target[1], deflection[:3])
-        np.dot(self._turned_loaded, self._turned_back, self._between)
-        np.matmul(self._between_flat, VEE, deflection[3:])
+    def respond(self, wrench: Floats) -> None:
+        """Find what the nodes carry on the present shapes, and their displacements by it.
 
-    def differentiate(self) -> None:
-        """Write the loaded shape's Jacobian at the target into ``jacobian``."""
-        np.take(self._node_rows, self._joints, 0, self._joint_rows, "clip")
-        np.matmul(self._axis, self._minus_skew, self._axis_skew)
-        np.subtract(self._target[0], self._joint_origin, self._joint_arm_flat)
-        np.matmul(self._joint_arm, self._skew_of_axis, self._jacobian_shift)
-        np.copyto(self._jacobian_turn, self._axis)
-        if self._outboard.size:
-            self._outboard.fill(0.0)
+        Parameters
+        ----------
+        wrench : (2, 3) force and moment of this sample's process, in the reading's axes.
+        """
+        np.dot(wrench, self.axes_of_reading, self._loaded)
+        np.dot(self._load, self._to_wrench, self._per_lever_flat)
+        np.matmul(self._levers, self._per_lever, self._wrench)
+        np.matmul(self._wrench_parts, self._from_base, self._carried_parts)
+        np.dot(self._carried, self._give, self._small)
+        np.dot(self._small_rows, self._to_move, self._move_flat)
+
+    def deflect(self, deflection: Floats) -> None:
+        """Write the target's way from the unloaded shape to the loaded one into (6,), m and rad, base axes.
+
+        Taken halfway, of the nodes' own turn too, where the chain's derivative is exact to the second order; it stays
+        for `motion_and_damping`.
+        """
+        np.matmul(self._quarter, self._frames_of_node, self._mean_flat)
+        np.matmul(self._mean_arm, MINUS_SKEW, self._minus_skew)
+        np.matmul(self._lever_matrix, self._axes, self._by_turn)
+        np.copyto(self._by_shift, self._axes)
+        np.subtract(self._small_loaded, self._small_unloaded, self._moved_nodes)
+        np.dot(self._reach, self._moved, deflection)
+        np.dot(self._reach, self._choice, self.motion_and_damping)

@@ -1,8 +1,9 @@
 """The step function of a controller's loop, and the batch form against a Python loop over pinocchio's Jacobians.
 
 Paper 001's model: 36 springs, three rotations and three translations at each of six joints. The loop is asked for less
-than 1 ms at the 99.9th percentile and 250 µs in the median, filter and tool's weight included. Both wall time and the
-thread's own processor time are printed: on a machine that others use too, only the latter is ours.
+than 1 ms at the 99.9th percentile and 250 µs in the median, filter and tool's weight included, and is judged by wall
+time, as a controller would. The thread's own processor time is printed beside it: where the two differ, others had the
+machine.
 
 The peer of the batch form computes the same sum, checked here: pinocchio's model has the 36 springs as joints of their
 own, so that one Jacobian holds them all and J (c ∘ Jᵀ W) is the deflection.
@@ -100,12 +101,11 @@ def pinocchio_loop(robot: CompliantRobot, joints: Floats, wrench: Floats) -> Flo
 def main(n: int = 20_000, batch: int = 50_000, repeats: int = 3) -> bool:
     """Print both comparisons; return whether what is asked for was met."""
     wall, own = step_times(n)
-    met = False
     for name, times in (("wall", wall), ("own processor", own)):
-        median, tail = float(np.median(times)), float(np.percentile(times, 99.9))
+        median, tail = np.percentile(times, [50.0, 99.9])
         print(f"step, 36 springs, {n} calls, {name} time: median {median:.0f} µs, 99.9th percentile {tail:.0f} µs")
-        met |= median < MEDIAN_US and tail < TAIL_US
-    print(f"  wanted {MEDIAN_US:.0f} µs and {TAIL_US:.0f} µs; fastest call {wall.min():.0f} µs")
+    met = bool(np.median(wall) < MEDIAN_US and np.percentile(wall, 99.9) < TAIL_US)
+    print(f"  wanted {MEDIAN_US:.0f} µs and {TAIL_US:.0f} µs of wall time; fastest call {wall.min():.0f} µs")
     robot = springs_36()
     joints, wrench = samples(robot, batch)
     setup = force_sensor_setup(robot.chain, 10.0)
