@@ -94,8 +94,8 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
         if escapes(file):
             mend = "copy the file into the campaign folder, and write its path from there"
             faults.append(_fault(place, f'"{file}" lies outside the campaign folder', mend))
-        elif (goal := leads_outside(folder, file)) is not None:
-            faults.append(link_fault(MANIFEST_FILE, place, file, goal))
+        elif leading := links_outside(folder, file):
+            faults.append(link_fault(MANIFEST_FILE, place, *leading[0]))
         elif fetched and must_exist and not (folder / file).exists():
             if (folder / file).parent.is_dir():
                 faults.append(_fault(place, f"no such file: {file}", _file_advice(folder, file, taken)))
@@ -141,6 +141,23 @@ def leads_outside(folder: Path, file: str) -> Path | None:
         return None if any(goal.is_relative_to(place.resolve()) for place in allowed) else goal
     except (OSError, ValueError, RuntimeError):  # links in a circle, a NUL: no such file, which is told elsewhere
         return None
+
+
+def links_outside(folder: Path, file: str) -> list[tuple[str, Path]]:
+    """Return what leads out of the folder by a link, of a path and, if that is a folder, of all in it.
+
+    Returns
+    -------
+    Each with its path from the folder, and where it leads.
+    """
+    goal = leads_outside(folder, file)
+    if goal is not None:
+        return [(file, goal)]
+    found = []
+    for place, folders, files in os.walk(folder / file):
+        inside = (Path(place, name) for name in (*folders, *files))
+        found += [path.relative_to(folder).as_posix() for path in inside if path.is_symlink()]
+    return [(name, goal) for name in sorted(found) if (goal := leads_outside(folder, name)) is not None]
 
 
 def link_fault(named_in: str, place: str, file: str, goal: Path) -> Fault:

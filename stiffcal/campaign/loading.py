@@ -14,6 +14,7 @@ from stiffcal.campaign.checks import (
     file_faults,
     leads_outside,
     link_fault,
+    links_outside,
     manifest_faults,
     model_match_faults,
     robot_match_faults,
@@ -103,7 +104,7 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
     manifest, doubtful = _what_is_right(folder, faults)
     robot_file = manifest.robot if manifest is not None else "robot.toml"
     robot = None
-    faults += _links(folder, MODEL_FILE, STORE)
+    faults += _links(folder, MANIFEST_FILE, MODEL_FILE, STORE)
     if (
         not escapes(robot_file)
         and not _links(folder, robot_file)
@@ -135,9 +136,8 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
 
 
 def _links(folder: Path, *files: str) -> list[Fault]:
-    """Return a fault for every file of the folder that leads out of it by a link."""
-    found = [(file, leads_outside(folder, file)) for file in files]
-    return [link_fault(file, "", file, goal) for file, goal in found if goal is not None]
+    """Return a fault for every file of the folder that leads out of it by a link, or holds one that does."""
+    return [link_fault(name, "", name, goal) for file in files for name, goal in links_outside(folder, file)]
 
 
 def _what_is_right(folder: Path, faults: list[Fault]) -> tuple[Manifest | None, tuple[str, ...]]:

@@ -21,6 +21,7 @@ from stiffcal.campaign.file_formats import (
     TdmsOptions,
     format_of,
 )
+from stiffcal.campaign.row_filter import ExcludedRows
 from stiffcal.campaign.signals import (
     DeadWeight,
     Deflection,
@@ -290,11 +291,12 @@ class Exclusion(Table):
 
     Attributes
     ----------
-    source : the source. rows : row numbers. why : the reason. run : the run, where each run has its own file.
+    source : the source. rows : row numbers, and ranges of them as text, ``[3, "501-540"]``. why : the reason.
+    run : the run, where each run has its own file.
     """
 
     source: Name
-    rows: Annotated[tuple[Counting, ...], Field(strict=False, min_length=1)]
+    rows: ExcludedRows
     why: Name
     run: Name | None = None
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import BeforeValidator, WithJsonSchema
 
 from stiffcal.campaign.typed import WrongValueError
 
@@ -67,3 +70,44 @@ def _value(text: str) -> float | str:
         raise WrongValueError(
             f"{text} is not a number", "write texts in quotes, numbers with a decimal point"
         ) from None
+
+
+MOST_ROWS = 1_000_000  # named one by one by ranges: more than that is a run to be left out
+_RANGE = re.compile(r"\s*(\d{1,12})\s*[-–…]\s*(\d{1,12})\s*")
+
+
+def excluded_rows(value: object) -> tuple[int, ...]:
+    """Return the rows that a list of numbers and ranges names.
+
+    Examples
+    --------
+    >>> excluded_rows([3, "7-9"])
+    (3, 7, 8, 9)
+    """
+    mend = 'count data rows from 1, ranges as text: rows = [3, "501-540"]'
+    if not isinstance(value, list | tuple) or not value:
+        raise WrongValueError(f"found {value!r}", mend)
+    rows: list[int] = []
+    for item in value:
+        found = _RANGE.fullmatch(item) if isinstance(item, str) else None
+        low, high = (int(found[1]), int(found[2])) if found else (item, item)
+        if not isinstance(low, int) or not isinstance(high, int) or isinstance(item, bool) or not 1 <= low <= high:
+            raise WrongValueError(f"found {item!r}", mend)
+        if len(rows) + high - low >= MOST_ROWS:
+            raise WrongValueError(f"more than {MOST_ROWS} rows are left out", "leave out the run, or filter: rows = …")
+        rows += range(low, high + 1)
+    return tuple(rows)
+
+
+ExcludedRows = Annotated[
+    tuple[int, ...],
+    BeforeValidator(excluded_rows),
+    WithJsonSchema(
+        {
+            "type": "array",
+            "minItems": 1,
+            "items": {"anyOf": [{"type": "integer", "minimum": 1}, {"type": "string", "pattern": _RANGE.pattern}]},
+        }
+    ),
+]
+"""Row numbers and ranges of them."""

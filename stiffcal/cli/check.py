@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.clocks import clock_rates
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.tables import plain_table
@@ -53,6 +54,8 @@ def show_check(console: Console, document: Document) -> None:
     _show_sources(console, document["sources"])
     _show_ranges(console, document["sources"])
     _show_runs(console, document.get("runs", []))
+    for line in clock_rates(document.get("runs", [])):
+        console.print(line, soft_wrap=True)
     kinematics = document.get("kinematics") or {}
     if kinematics.get("median_m") is not None:
         turned = kinematics.get("orientation_rad")

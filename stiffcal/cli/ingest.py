@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.clocks import clock_rates
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.tables import plain_table
@@ -42,6 +43,8 @@ def show_ingest(console: Console, document: Document) -> None:
         name, states = str(run.get("id", run.get("run", ""))), f"{taken}{swept}"
         table.add_row(name, states, _dropped(dropped), _clocks(run))
     console.print(table)
+    for line in clock_rates(document["runs"]):
+        console.print(line, soft_wrap=True)
 
 
 def _dropped(dropped: list[Document]) -> str:

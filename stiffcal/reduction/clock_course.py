@@ -1,12 +1,14 @@
 """Clocks that do not run evenly beside each other: a drift in parts per million, a jump in the middle of a run.
 
 One offset per run is what the states are made with. Here the run is cut into pieces, each aligned by itself, and what
-the offsets do from piece to piece is told, where it is more than their own uncertainty and matters to a hold.
+the offsets do from piece to piece is told, where it is more than their own uncertainty and matters to a hold. How fast
+a clock gains on the other, and how well that is known, stands beside its offset in any case.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,23 +26,34 @@ SURE = 6.0  # standard uncertainties
 CLEARLY = 4.0  # times the squares left by a straight line that a step must save
 
 
-def clock_remarks(run: str, shared: Sequence[SharedSignal], clocks: Mapping[str, ClockOffset]) -> list[str]:
-    """Return a line for every source whose clock does not run evenly beside that of the load.
+def clock_courses(
+    run: str, shared: Sequence[SharedSignal], clocks: Mapping[str, ClockOffset]
+) -> tuple[dict[str, ClockOffset], list[str]]:
+    """Look how the clocks run beside that of the load.
 
     Parameters
     ----------
     run : its name. shared : what each device saw. clocks : source to the offset of the whole run.
+
+    Returns
+    -------
+    The clocks, with their rates where these can be told, and a line for every one that does not run evenly.
     """
+    with_rates = dict(clocks)
     leading = next((one for one in shared if one.leads and clocks[one.source].value is not None), shared[0])
-    told = []
+    told: list[str] = []
     for other in shared:
         here, there = clocks[leading.source].value, clocks[other.source].value
         if other is leading or here is None or there is None or clocks[other.source].reason:
             continue
         time, offset, std = _pieces(leading, other, there - here)
         if time.size >= LEAST_PIECES:
-            told += _told(run, leading.source, other.source, time, offset, std)
-    return told
+            rate, rate_std, lines = _course(run, leading.source, other.source, time, offset, std)
+            with_rates[other.source] = replace(
+                clocks[other.source], rate=rate, rate_std=rate_std, rate_against=leading.source
+            )
+            told += lines
+    return with_rates, told
 
 
 def _pieces(one: SharedSignal, other: SharedSignal, lag: float) -> tuple[Floats, Floats, Floats]:
@@ -64,7 +77,10 @@ def _cut(signal: SharedSignal, begin: float, end: float) -> SharedSignal:
     return SharedSignal(signal.source, signal.time[part], signal.values[part], signal.leads)
 
 
-def _told(run: str, one: str, other: str, time: Floats, offset: Floats, std: Floats) -> list[str]:
+def _course(
+    run: str, one: str, other: str, time: Floats, offset: Floats, std: Floats
+) -> tuple[float, float, list[str]]:
+    """Return how fast a clock gains on the other, its standard uncertainty, and what is to be told of it."""
     weight = 1.0 / np.maximum(std, 1e-3) ** 2
     about = np.average(time, weights=weight)
     leverage = float(weight @ (time - about) ** 2)
@@ -76,23 +92,23 @@ def _told(run: str, one: str, other: str, time: Floats, offset: Floats, std: Flo
     jump = after - before
     spread = np.sqrt(1.0 / weight[:k].sum() + 1.0 / weight[k:].sum())
     degrees = max(time.size - 2, 1)
+    slope_std = float(np.sqrt(max(left_line / degrees, 1.0) / leverage))
     if abs(jump) > max(SURE * spread, MATTERS_S) and left_line > CLEARLY * max(left_step, degrees):
         line = (
             f"run {run}: the clock of {other} jumps by {jump:+.3f} s against {one} between {time[k - 1]:.1f} s and "
             f"{time[k]:.1f} s; one offset is used for the whole run: correct the times in a copy of the log, "
             "or split the run there"
         )
-        return [line]
+        return slope, slope_std, [line]
     span = float(np.ptp(time)) * PIECES / (PIECES - 1)
-    slope_std = np.sqrt(max(left_line / degrees, 1.0) / leverage)
     if abs(slope) > SURE * slope_std and abs(slope) * span > MATTERS_S:
         line = (
             f"run {run}: the clock of {other} gains {1e6 * slope:+.0f} ± {1.96e6 * slope_std:.0f} ppm on {one}, "
             f"{1e3 * abs(slope) * span:.0f} ms over the run; one offset, that of its middle, is used: holds shorter "
             "than that are misread; correct the times in a copy of the log, or split the run"
         )
-        return [line]
-    return []
+        return slope, slope_std, [line]
+    return slope, slope_std, []
 
 
 def _left(offset: Floats, weight: Floats) -> float:

@@ -47,18 +47,24 @@ class SharedSignal:
 class ClockOffset:
     """How much more a source's clock shows than the first source's, s.
 
-    ``value`` and ``std`` are None where nothing is shared, and ``reason`` says why. ``std`` is 0 where given.
+    ``value`` and ``std`` are None where nothing is shared, and ``reason`` says why. ``std`` is 0 where given. ``rate``:
+    how much the clock gains on that of ``rate_against``, s per s, None where the run does not tell.
     """
 
     value: float | None
     std: float | None
     reason: str = ""
+    rate: float | None = None
+    rate_std: float | None = None
+    rate_against: str = ""
 
     def as_document(self) -> dict[str, float | str | None]:
         """Return the entry of ``clock_ahead_s``."""
         document: dict[str, float | str | None] = {"value": self.value, "std": self.std}
         if self.reason:
             document["reason"] = self.reason
+        if self.rate is not None:
+            document |= {"rate": self.rate, "rate_std": self.rate_std, "rate_against": self.rate_against}
         return document
 
 

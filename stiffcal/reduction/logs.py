@@ -55,6 +55,12 @@ class Rows:
     def __len__(self) -> int:
         return int(self.number.shape[0])
 
+    def chosen(self, keep: NDArray[np.bool_]) -> Rows:
+        """Return the rows of a mask (n,)."""
+        run = [name for name, kept in zip(self.run, keep, strict=True) if kept] if self.run else []
+        signals = {name: values[:, keep] for name, values in self.signals.items()}
+        return Rows(self.number[keep], self.time[keep], run, signals)
+
 
 def read_rows(
     folder: Path, name: str, source: Source, files: Mapping[str, str], watch: Callable[[Rows], None] | None = None

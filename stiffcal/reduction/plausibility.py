@@ -94,7 +94,10 @@ class LogWatch:
         if not np.nanmin(step, initial=np.inf) > 0.0:
             k = int(np.flatnonzero(step <= 0.0)[0])
             words = "stands still" if step[k] == 0.0 else "runs backwards"
-            mend = "remove the repeated or misplaced rows in a copy of the log"
+            again = np.flatnonzero(time[k:] > before[k])
+            last = int(number[k + int(again[0]) - 1] if again.size else number[-1])
+            rows = f"row {number[k]}" if last == number[k] else f"rows {number[k]}-{last}"
+            mend = f"leave {rows} out with [[exclude]], or remove what is repeated or misplaced in a copy of the log"
             if self._is_hour(step[k]):
                 words, mend = "runs backwards by an hour", _WALL
             reason = f"time {words}: {time[k]:.10g} s after {before[k]:.10g} s"
@@ -135,7 +138,7 @@ class LogWatch:
                 )
                 self._fail(name, row, reason, f'leave such rows out: rows = "{column} != 0" beside columns or position')
             groups = [slice(None)]
-        elif name == "wrench":
+        elif kind in ("wrench", "lengths", "displacement"):
             groups = [slice(k, k + 1) for k in range(len(values))]
         else:
             return
@@ -185,9 +188,9 @@ class LogWatch:
         """The usual time from reading to reading, s; NaN where there is one reading."""
         return float(np.median(self.intervals)) if self.intervals else float("nan")
 
-    def _column(self, k: int) -> str:
-        names = self.columns.get("wrench", ())
-        return f"column {names[k]}" if k < len(names) else f"channel {k + 1} of the wrench"
+    def _column(self, signal: str, k: int) -> str:
+        names = self.columns.get(signal, ())
+        return f"column {names[k]}" if k < len(names) else f"channel {k + 1} of {signal}"
 
     def remarks(self) -> list[str]:
         """Return what may be wrong: gaps, channels that stand still beside moving ones, saturation."""
@@ -204,27 +207,51 @@ class LogWatch:
         still = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
         if still.any() and not still.all() and self.n_rows > SATURATED:
             for k in np.flatnonzero(still & (self.high["wrench"] != 0.0)):
-                told.append(f"{file}: {self._column(int(k))} stands still at {self.high['wrench'][k]:g}")
-        for k in np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED):
-            times = int(self.at_high["wrench"][k])
-            told.append(f"{file}: {self._column(int(k))} stays at its extreme for {times} readings: saturated?")
-        for (name, channel), watch in self.frozen.items():
-            if watch.frozen:
-                told.append(self._told_of_frozen(name, channel, watch))
-        return told
+                told.append(f"{file}: {self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}")
+        ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
+        stuck = {key: watch for key, watch in self.frozen.items() if watch.frozen}
+        told += [self._told_of_end(int(k), stuck.pop(("wrench", int(k)), None)) for k in ends]
+        return told + [self._told_of_frozen(name, channel, watch) for (name, channel), watch in stuck.items()]
+
+    def dead(self) -> list[int]:
+        """Return the channels of the wrench that read zero all through the log, and nothing else."""
+        low, high = self.low.get("wrench", np.zeros(0)), self.high.get("wrench", np.zeros(0))
+        return [int(k) for k in np.flatnonzero((low == 0.0) & (high == 0.0))] if self.n_rows > SATURATED else []
+
+    def told_of_dead(self, k: int) -> str:
+        """Return what is said of a dead channel that is alive in other logs."""
+        file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
+        return (
+            f"{file}: {self._column('wrench', k)} reads 0 all through, in other logs it does not; it is used as it "
+            "stands: see to the sensor, or leave this run out"
+        )
+
+    def _told_of_end(self, k: int, watch: FrozenWatch | None) -> str:
+        file, place = self.elsewhere.get("wrench", (self.file, self.place_of_row))
+        what, times = self._column("wrench", k), int(self.at_high["wrench"][k])
+        ends = (self.low["wrench"][k], self.high["wrench"][k])
+        if watch is None or watch.value is None or float(watch.value[0]) not in ends:
+            return (
+                f"{file}: {what} stays at its extreme for {times} readings: saturated? they are used as they stand: "
+                "leave them out with [[exclude]], or the run"
+            )
+        return f"{file}: {what} stays at its extreme over {_rows(watch, place)}: saturated? {_AS_THEY_STAND}"
 
     def _told_of_frozen(self, name: str, k: int, watch: FrozenWatch) -> str:
         file, place = self.elsewhere.get(name, (self.file, self.place_of_row))
-        names = self.columns.get(name, ())
-        what = self._column(k) if name == "wrench" else f"the position ({', '.join(names)})"
-        end = "the channel was stuck" if name == "wrench" else "the target was lost, or the tracker stopped"
-        return (
-            f"{file}: {what} does not change over {watch.longest} readings, {place(watch.first)} to row {watch.last}: "
-            f"{end}; they are used as they stand: leave rows {watch.first} to {watch.last} out with [[exclude]], "
-            "or say why they are right"
-        )
+        target = name.split(".")[0] in ("position", "marker")
+        what = f"the position ({', '.join(self.columns.get(name, ()))})" if target else self._column(name, k)
+        end = "the target was lost, or the tracker stopped" if target else "the channel was stuck"
+        return f"{file}: {what} does not change over {_rows(watch, place)}: {end}; {_AS_THEY_STAND}"
 
 
+def _rows(watch: FrozenWatch, place: Callable[[int], str]) -> str:
+    """Return how long a row of equal readings is and where: places in the file, and rows as [[exclude]] counts them."""
+    first, last = watch.first, watch.last
+    return f"{watch.longest} readings, {place(first)} to {place(last)} (rows {first}-{last})"
+
+
+_AS_THEY_STAND = "they are used as they stand: leave these rows out with [[exclude]], or keep them"
 _WALL = (
     "daylight saving, it seems: log UTC, or write the zone with every time (2026-10-25T02:30:00+02:00), "
     "or correct the times in a copy"

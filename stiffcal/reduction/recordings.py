@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.reduction.blocks import Blocks
-from stiffcal.reduction.clock_course import clock_remarks
+from stiffcal.reduction.clock_course import clock_courses
 from stiffcal.reduction.clocks import ClockOffset, SharedSignal, align_clocks, moves
 from stiffcal.reduction.holds import BRIEF, Dropped, Holds, find_holds
 from stiffcal.reduction.states import Gathered
@@ -24,6 +24,8 @@ _SHARED = ("wrench", "position.", "marker.", "lengths.", "displacement.", "joint
 # A joint log without a clock may stand for the whole run when its joints stay within this: a tenth of what a
 # direction-finding touch of the pendant moves, and 0.1 mm at 1 m.
 STANDING_RAD = 1e-4
+JUMP_S = 1.0  # from one block to the next: a pause, or a clock that was set
+MISSED = 0.25  # of the holds, outside of a device's log: more is hardly an early end of logging
 LEAST_SEEN = 0.5  # of a hold, by every device: less is no state
 
 
@@ -83,13 +85,13 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
             f"run {run.id}", "", "no load state is found: the load was never held",
             'hold each load for a second or more, or write states = "….csv" with columns start, end',
         )  # fmt: skip
-    warnings = clock_remarks(run.id, shared, clocks)
+    clocks, warnings = clock_courses(run.id, shared, clocks)
     holds, brief = _with_brief_ones(holds)
     dropped = list(holds.dropped)
     keep = np.ones(len(holds), dtype=np.bool_)
     placed: list[tuple[str, Blocks, float | None]] = []
     for source, blocks in logs.items():
-        ahead = _ahead(run, source, blocks, clocks[source], warnings)
+        ahead = _ahead(run, source, logs, clocks[source], warnings)
         placed.append((source, blocks, ahead))
         if ahead is None:
             continue
@@ -99,6 +101,8 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         seen = end - start >= LEAST_SEEN * (holds.end - holds.start)
         for k in np.flatnonzero(keep & ~seen):
             dropped.append(Dropped(float(holds.start[k]), float(holds.end[k]), f"{source} was not logging"))
+        if (~seen).sum() > MISSED * len(holds):
+            warnings.append(_missed(run.id, source, int((~seen).sum()), len(holds)))
         keep &= seen
         holds = replace(holds, start=np.where(seen, start, holds.start), end=np.where(seen, end, holds.end))
     if not (keep & ~brief).any():
@@ -161,10 +165,11 @@ def _found_holds(
     return Holds(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0)), 0
 
 
-def _ahead(run: Run, source: str, blocks: Blocks, clock: ClockOffset, warnings: list[str]) -> float | None:
+def _ahead(run: Run, source: str, logs: Mapping[str, Blocks], clock: ClockOffset, warnings: list[str]) -> float | None:
     """Return a log's clock offset, None where it stands still and any time will do."""
     if clock.value is not None:
         return clock.value
+    blocks = logs[source]
     joints = blocks.mean.get("joints")
     still = joints is not None and bool(np.ptp(joints, axis=0).max() < STANDING_RAD)
     if still or all(not moves(values) for values in blocks.mean.values()):
@@ -174,10 +179,26 @@ def _ahead(run: Run, source: str, blocks: Blocks, clock: ClockOffset, warnings: 
             f"run {run.id}: the clock of {source} is not known ({clock.reason}); its mean over the run is taken"
         )
         return None
-    raise InputError.at(
-        f"run {run.id}", f"clock of {source}", clock.reason or "not known",
-        f"give clock_ahead_s = {{ {source} = … }} for this run",
-    )  # fmt: skip
+    reason, mend = clock.reason or "not known", f"give clock_ahead_s = {{ {source} = … }} for this run"
+    name, length, before = max((_longest_gap(name, log.time) for name, log in logs.items()), key=lambda gap: gap[1])
+    if length > JUMP_S:
+        reason += f"; the times of {name} leap by {length:.3g} s before {before:.1f} s"
+        mend = f"was it set anew there? correct the times in a copy of the log, or split the run; else {mend}"
+    raise InputError.at(f"run {run.id}", f"clock of {source}", reason, mend)
+
+
+def _missed(run: str, source: str, missed: int, count: int) -> str:
+    return (
+        f"run {run}: by the clocks as found {missed} of {count} holds lie outside the log of {source}, left out; if "
+        "both devices logged at the same time, this clock is misplaced (loads that repeat, a clock that was set, or a "
+        f"sensor zeroed anew do that): split the run there, or give clock_ahead_s = {{ {source} = … }}"
+    )
+
+
+def _longest_gap(name: str, time: Floats) -> tuple[str, float, float]:
+    """Return a log's name, its longest time from block to block, s, and the time after it."""
+    step = np.diff(time)
+    return (name, float(step.max()), float(time[1 + int(step.argmax())])) if step.size else (name, 0.0, 0.0)
 
 
 def _with_brief_ones(holds: Holds) -> tuple[Holds, NDArray[np.bool_]]:

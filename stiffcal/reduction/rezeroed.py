@@ -17,11 +17,13 @@ from stiffcal.reduction.motion import motion_of
 
 Floats = NDArray[np.float64]
 
-BACK = 0.03  # of the largest displacement (or force): as good as there
-AWAY = 0.06  # of the largest force: not there
-ALIKE = 0.03
+BACK = 0.03  # of the largest displacement: as good as there
+LEAST_STEP = 0.012  # of the largest force: smaller ones matter less than the sensor's own gain
+CLEARLY = 6.0  # times the scatter of what is read unloaded before and after
 MENDED = 0.3  # of the squares that a straight line between force and motion leaves
 AFAR = 0.25  # of the largest displacement, with no force read: no lost motion is as large
+NO_FORCE = 0.03  # of the largest
+SMALL = 0.06  # of the largest force: a larger step that the motion does not confirm is a load
 LEAST_RETURNS = 2  # or states of the other kind
 
 
@@ -36,11 +38,27 @@ def _is_mended(force: Floats, motion: Floats, step: Floats, starts: range) -> bo
     return best < MENDED * left(force)
 
 
-def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> list[Fault]:
-    """Return a fault for every run in whose middle the sensor's zero moved."""
+def _parted(unloaded: Floats) -> tuple[int, Floats, float]:
+    """Part readings (m, 3), in order, into two groups that scatter least: where, the step, the scatter about both."""
+    m = len(unloaded)
+
+    def left(k: int) -> float:
+        return float(sum(((part - part.mean(axis=0)) ** 2).sum() for part in (unloaded[:k], unloaded[k:])))
+
+    k = min(range(1, m), key=left)
+    step = unloaded[k:].mean(axis=0) - unloaded[:k].mean(axis=0)
+    return k, step, float(np.sqrt(left(k) / max(m - 2, 1)))
+
+
+def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> tuple[list[Fault], list[Fault]]:
+    """Return a fault for every run in whose middle the sensor's zero moved; and those where a load may have stayed on.
+
+    The motion tells the two apart, unless the step is too small beside what springs leave unexplained.
+    """
     told: list[Fault] = []
+    doubts: list[Fault] = []
     if states.deflection_given or not states.setup.targets or not states.has_poses:
-        return told
+        return told, doubts
     for k in np.unique(states.run):
         members = np.flatnonzero(states.run == k)
         own = np.flatnonzero(states.reference[members])
@@ -54,27 +72,27 @@ def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml")
         size = np.linalg.norm(force, axis=1)
         if not np.isfinite(moved).all() or size.max() == 0.0 or moved.max() == 0.0:
             continue
-        there = moved < BACK * moved.max()
-        shifted = np.flatnonzero(there & (size > AWAY * size.max()))
-        ghosts = (moved > AFAR * moved.max()) & (size < BACK * size.max())
+        back = np.flatnonzero(moved < BACK * moved.max())  # the reference among them
+        if back.size < 2:
+            continue
+        first, step, scatter = _parted(force[back])
+        ghosts = (moved > AFAR * moved.max()) & (size < NO_FORCE * size.max())
         if (
-            shifted.size == 0
-            or shifted.size + ghosts.sum() < LEAST_RETURNS
-            or (there & (size < BACK * size.max()))[shifted[0] :].any()
+            np.linalg.norm(step) < max(LEAST_STEP * size.max(), CLEARLY * scatter)
+            or back.size - first + ghosts.sum() < LEAST_RETURNS
         ):
             continue
-        step = force[shifted].mean(axis=0)
-        if np.linalg.norm(force[shifted] - step, axis=1).max() > ALIKE * size.max():
-            continue
-        last = int(np.flatnonzero(there & (size < BACK * size.max()))[-1])
-        if not _is_mended(force, motion, step, range(last + 1, int(shifted[0]) + 1)):
+        last, shifted = int(back[first - 1]), int(back[first])
+        sure = _is_mended(force, motion, step, range(last + 1, shifted + 1))
+        if not sure and (min(first, back.size - first) < LEAST_RETURNS or np.linalg.norm(step) > SMALL * size.max()):
             continue
         run = states.runs[int(k)].name
         numbers = ", ".join(f"{value:.0f}" for value in step)
+        what = "was set anew" if sure else "was set anew, or a load has stayed on"
         reason = (
-            f"between states {states.row[members[last]]} and {states.row[members[shifted[0]]]} the force sensor's zero "
-            f"was set anew: unloaded it reads ({numbers}) N more than before, and forces are used as they stand"
+            f"between states {states.row[members[last]]} and {states.row[members[shifted]]} the force sensor's zero "
+            f"{what}: unloaded it reads ({numbers}) N more than before, and forces are used as they stand"
         )
         mend = "split the run there (two [[runs]], each with its own reference), or take the step out in a copy"
-        told.append(Fault(file, f"run {run}", reason, mend))
-    return told
+        (told if sure else doubts).append(Fault(file, f"run {run}", reason, mend))
+    return told, doubts

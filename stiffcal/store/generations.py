@@ -47,10 +47,16 @@ def file_of(name: str, ending: str) -> str:
     return "/".join(parts) + ending
 
 
+def plain_name(text: str) -> str:
+    """Return the name of a generation as it was stored; what would lead elsewhere is the name of none."""
+    name = text.strip()
+    return name if name.strip(".") and not set("/\\:\0") & set(name) else "damaged"
+
+
 def current_folder(store: Path) -> Path | None:
     """Return the folder of the generation that holds, or None where there is none."""
-    with suppress(FileNotFoundError, NotADirectoryError):
-        return store / GENERATIONS / (store / CURRENT_ID).read_text("ascii").strip()
+    with suppress(FileNotFoundError, NotADirectoryError, UnicodeError):
+        return store / GENERATIONS / plain_name((store / CURRENT_ID).read_text("ascii"))
     link = store / CURRENT
     with suppress(OSError):
         return store / link.readlink()

@@ -1,23 +1,26 @@
 """A store in an object store (``s3://bucket/prefix``), through Arrow's file systems.
 
-Layout, as of a folder: ``generations/ID/…``, and an object ``current.id`` with the name of the generation that holds.
-An object appears whole or not at all, so that replacing ``current.id``, last of all, is the one atomic step. Reading
-and writing go through a folder of this process on the local disk: tables are fetched when they are first read, written
-there in bounded memory and sent when they are finished. What is kept unchanged is copied inside the object store.
+Layout, as of a folder: ``generations/ID/…``, and in ``current/`` an object ``NUMBER-TICKET-ID`` for the generation that
+holds: the last by its name counts. An object appears whole or not at all, so that putting this one, last of all, is the
+one atomic step. Reading and writing go through a folder of this process on the local disk: tables are fetched when they
+are first read, written there in bounded memory and sent when they are finished. What is kept unchanged is copied inside
+the object store.
 
 Two writers: S3 has no locks, and Arrow no conditional put; but what was put is seen by everyone at once. That is
 enough for Lamport's bakery: a writer announces itself, draws a number above all it sees, and waits until every smaller
 one is gone. It renews its number while it works; one that stands still for `LEASE_S` belonged to a process that was
 killed, and is removed. Before the switch the writer sees that its number is still there and that the generation it
-began from still holds. Between that look and the switch a writer that was stopped for longer than the lease, and woke
-up just then, could still overwrite the pointer of a newer generation: that is the one gap, and both generations are
-whole even so.
+began from still holds. One that is stopped between that look and the switch, for longer than the lease, and then wakes
+up, puts an object that does not count: its NUMBER is that of what it began from, plus one, and who came after it has a
+larger NUMBER or TICKET. After the switch every writer looks again: where another has switched too since it began, it
+takes its own back and is told. So of two one may have to do its work again, but no result is lost without a word.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import secrets
 import shutil
 import socket
@@ -28,17 +31,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.util import Finalize
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 from urllib.parse import unquote, urlsplit
 
 from stiffcal.errors import InputError
-from stiffcal.store.generations import CURRENT_ID, GENERATIONS, INDEX, current_folder, switch
+from stiffcal.store.generations import CURRENT, GENERATIONS, INDEX, current_folder, plain_name, switch
 
 LEASE_S = 60.0
 RENEW_S = 10.0
 POLL_S = 0.1
 CHUNK = 1 << 22
 ENTERING, TICKET = "entering-", "ticket-"
+_POINTER = re.compile(r"(\d{10})-(\d{8})-(.+)")
 CHECK = "check the address, and AWS_ENDPOINT_URL, AWS_REGION, AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY"
 
 _mirrors: dict[tuple[int, str], Path] = {}
@@ -76,8 +80,13 @@ class Remote:
 
     def generation(self) -> str | None:
         """Return the name of the generation that holds, or None."""
-        content = self._read(CURRENT_ID)
-        return None if content is None else content.decode("ascii").strip()
+        pointers = self._pointers()
+        return plain_name(pointers[-1][2]) if pointers else None
+
+    def _pointers(self) -> list[tuple[str, str, str]]:
+        """Return number, ticket and generation of all that were switched to and are still there; the last one holds."""
+        found = (_POINTER.fullmatch(name) for name in self.names(CURRENT))
+        return sorted((one[1], one[2], one[3]) for one in found if one)
 
     def fetch(self, path: Path) -> None:
         """Bring a file of the mirror from the object store, where it is not here yet."""
@@ -115,12 +124,24 @@ class Remote:
         sent = sorted((path for path in folder.rglob("*") if path.is_file()), key=lambda path: path.name == INDEX)
         for path in sent:
             self._send(path, f"{place}/{path.relative_to(folder).as_posix()}")
-        if not ticket.holds() or self.generation() != began_from:
-            self._remove(place)
-            reason = "another stiffcal took this one for dead and wrote meanwhile; nothing of this one is stored"
-            raise InputError.at(self.shown, "", reason, "do this again")
-        self._write(CURRENT_ID, folder.name.encode("ascii"))
+        before = self._pointers()
+        if not ticket.holds() or (before[-1][2] if before else None) != began_from:
+            self._give_up(place)
+        number = int(before[-1][0]) + 1 if before else 1
+        own = f"{number:010d}-{ticket.number:08d}-{folder.name}"
+        self._write(f"{CURRENT}/{own}", folder.name.encode("ascii"))
+        since = [pointer for pointer in self._pointers() if int(pointer[0]) >= number and pointer[2] != folder.name]
+        if since:
+            self.delete(f"{CURRENT}/{own}")
+            self._give_up(place)
+        for pointer in before:
+            self.delete(f"{CURRENT}/{'-'.join(pointer)}")
         self._remove_others({folder.name, began_from or folder.name})
+
+    def _give_up(self, place: str) -> NoReturn:
+        self._remove(place)
+        reason = "another stiffcal took this one for dead and wrote meanwhile; nothing of this one is stored"
+        raise InputError.at(self.shown, "", reason, "do this again")
 
     def withdraw(self, folder: Path) -> None:
         """Remove what was sent of a generation that was given up."""
@@ -196,6 +217,7 @@ class Ticket:
 
     def __init__(self, remote: Remote, name: str, who: dict[str, Any]) -> None:
         self.name = name
+        self.number = int(name.split("-")[1])
         self._remote, self._who = remote, who
         self._ended = threading.Event()
         remote.put(f"lock/{name}", who)

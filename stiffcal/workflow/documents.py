@@ -271,11 +271,17 @@ class Compensate(TypedDict):
 
 
 class Clock(TypedDict):
-    """How far a source's clock is ahead of the first source's, s; null with a reason where no signal is shared."""
+    """How far a source's clock is ahead of the first source's, s; null with a reason where no signal is shared.
+
+    ``rate``: how much it gains on that of the source ``rate_against``, s per s, where the run tells.
+    """
 
     value: Number
     std: Number
     reason: NotRequired[str | None]
+    rate: NotRequired[Number]
+    rate_std: NotRequired[Number]
+    rate_against: NotRequired[str]
 
 
 class IngestedRun(TypedDict):

@@ -326,10 +326,10 @@ def _read_log(
     ((_, file),) = log_files(campaign, run, [name])
     averager = BlockAverager()
     stream: TableStream | None = None
-    out = {
+    out = np.array([
         row for exclusion in campaign.manifest.exclude
         if exclusion.source == name and exclusion.run in (None, run.id) for row in exclusion.rows
-    }  # fmt: skip
+    ], dtype=np.int64)  # fmt: skip
     path = campaign.folder / file
     size, rows_told = path.stat().st_size if path.exists() else 0, 0.0  # a database's table is no file
     progress(f"reading {file}", 0.0)
@@ -338,16 +338,13 @@ def _read_log(
         rows = motors.joint_side(rows_of_run(source, run, everything))
         if len(rows) == 0:
             continue
-        watches.see(name, file, rows, run.id)
+        kept = rows if out.size == 0 else rows.chosen(~np.isin(rows.number, out))
+        watches.see(name, file, kept, run.id)
         if reading.writing is not None:
             if stream is None:
                 stream = reading.writing.stream(f"recordings/{run.id}/{name}", recording_columns(source, rows))
             stream.append(recording_table(source, rows))
-        if out:
-            keep = ~np.isin(rows.number, list(out))
-            averager.add(rows.time[keep], {key: values[:, keep] for key, values in rows.signals.items()})
-        else:
-            averager.add(rows.time, rows.signals)
+        averager.add(kept.time, kept.signals)
         # a guess from the first piece is good enough for a bar
         rows_told = rows_told or max(len(rows) * size / PIECE_BYTES, float(len(rows)))
         progress(f"reading {file}", min(float(rows.number[-1]) / rows_told, 1.0) if len(rows) else None)

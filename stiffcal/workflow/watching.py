@@ -19,6 +19,7 @@ from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
 from stiffcal.reduction.plausibility import LogWatch, check_displacements
 from stiffcal.reduction.rezeroed import rezeroed_runs
+from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
 
 # States below which nothing is said of rods: a quick look has one of each run.
@@ -64,7 +65,11 @@ class Watches:
 
     def remarks(self) -> list[str]:
         """Return what may be wrong without being a fault."""
-        return [remark for watch in self.logs.values() for remark in watch.remarks()]
+        told = [remark for watch in self.logs.values() for remark in watch.remarks()]
+        for (source, _, _), watch in self.logs.items():
+            others = [other for (name, _, _), other in self.logs.items() if name == source and other is not watch]
+            told += [watch.told_of_dead(k) for k in watch.dead() if any(k not in other.dead() for other in others)]
+        return told
 
 
 def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> tuple[list[Fault], list[str]]:
@@ -81,8 +86,9 @@ def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> t
     faults = check_displacements([run.name for run in states.runs], chosen.run, chosen.position, manifest)
     if faults:
         return faults, []
-    rezeroed = rezeroed_runs(chosen, chain)
-    warnings = loaded_references(chosen) + [f"{one.place}: {one.reason}; {one.mend}" for one in rezeroed]
+    rezeroed, perhaps = rezeroed_runs(chosen, chain)
+    warnings = loaded_references(chosen) + rezeroed_table(chosen, chain)
+    warnings += [f"{one.place}: {one.reason}; {one.mend}" for one in (*rezeroed, *perhaps)]
     if not states.deflection_given and states.setup.targets:
         faults += check_kinematics(states, chain, estimated)
         match = match_kinematics(states, chain)

@@ -12,6 +12,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader
+from stiffcal.store import Store
 from tests.campaign.folders import DATA, MANIFEST, ROBOT, changed, write_campaign
 from tests.readers.test_mat import write73
 
@@ -44,6 +45,18 @@ def _store_linked(folder: Path, outside: Path) -> None:
     (folder / "store").symlink_to(outside)
 
 
+def _generations_linked(folder: Path, outside: Path) -> None:
+    (folder / "store").mkdir()
+    (folder / "store" / "generations").symlink_to(outside)
+
+
+def _bag_linked(folder: Path, outside: Path) -> None:
+    (folder / "raw" / "table.csv").unlink()
+    (folder / "raw" / "table.csv").mkdir()
+    (outside / "log.db3").write_text("")
+    (folder / "raw" / "table.csv" / "log.db3").symlink_to(outside / "log.db3")
+
+
 def _model_linked(folder: Path, outside: Path) -> None:
     (outside / "model.toml").write_text('schema = "stiffcal/model/1"\n')
     (folder / "model.toml").symlink_to(outside / "model.toml")
@@ -56,6 +69,9 @@ LINKS: dict[str, tuple[Callable[[Path, Path], None], str]] = {
     "the URDF": (_urdf_linked, "six.urdf"),
     "the model file": (_model_linked, "model.toml"),
     "the store": (_store_linked, "store"),
+    "the store's generations": (_generations_linked, "store/generations"),
+    "a file in a bag": (_bag_linked, "raw/table.csv/log.db3"),
+    "the manifest": (_linked("campaign.toml"), "campaign.toml"),
 }
 
 
@@ -79,6 +95,15 @@ def test_a_link_that_leads_out_is_refused_unless_allowed(
     assert "STIFFCAL_ALLOW" in str(raised.value)
     monkeypatch.setenv("STIFFCAL_ALLOW", f"/nowhere:{outside}")
     load_campaign(folder, check_files=False)
+
+
+def test_a_store_that_points_elsewhere_is_damaged(tmp_path: Path, outside: Path) -> None:
+    theirs = Store(outside)
+    theirs.commit({}, {"ingest": {"secret": 1}})
+    (tmp_path / "store").mkdir()
+    (tmp_path / "store" / "current.id").write_text(f"../../outside/generations/{theirs.generation}")
+    with pytest.raises(InputError):
+        Store(tmp_path / "store").read_document("ingest")
 
 
 def test_links_inside_and_a_linked_campaign_folder_are_fine(tmp_path: Path) -> None:

@@ -101,7 +101,7 @@ def _interrupted(address: str, at: str) -> None:
     original = remote_module.Remote._write
 
     def dies(self: Any, name: str, content: bytes) -> None:
-        if name == at:
+        if name.startswith(at):
             os._exit(9)
         original(self, name, content)
 
@@ -112,7 +112,7 @@ def _interrupted(address: str, at: str) -> None:
 
 def test_a_killed_writer_leaves_the_old_store(bucket: Any, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     fill(Store(address), 1.0)
-    process = multiprocessing.get_context("spawn").Process(target=_interrupted, args=(address, "current.id"))
+    process = multiprocessing.get_context("spawn").Process(target=_interrupted, args=(address, "current/"))
     process.start()
     process.join()
     assert process.exitcode == 9
@@ -151,6 +151,38 @@ def test_a_writer_that_was_taken_for_dead_is_told(address: str, monkeypatch: pyt
         with pytest.raises(InputError, match="took this one for dead"):
             slow.commit()
     assert elsewhere(address).read_document("fit") == {"value": 3.0}
+
+
+@pytest.mark.parametrize("first", ["the one that slept", "the other"])
+def test_a_writer_that_sleeps_between_its_last_look_and_the_switch(
+    first: str, address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store, other = Store(address), elsewhere(address)
+    fill(store, 1.0)
+    monkeypatch.setattr(remote_module, "LEASE_S", 0.3)
+    original = remote_module.Remote._write
+    slept: list[str] = []
+
+    def sleeps(self: Any, name: str, content: bytes) -> None:
+        if name.startswith("current/") and not slept:
+            slept.append(name)
+            if first == "the other":  # all of its writing falls between the first one's look and switch
+                fill(other, 3.0)
+            else:  # it has looked, too, when the first one wakes up
+                original(self, name, content)
+                monkeypatch.setattr(remote_module.Remote, "_write", original)
+                original(self, f"current/{name[8:18]}-00000009-20990101T000000-abc", b"")
+                return
+        original(self, name, content)
+
+    monkeypatch.setattr(remote_module.Remote, "_write", sleeps)
+    with pytest.raises(InputError, match="wrote meanwhile; nothing of this one is stored"):
+        fill(store, 2.0)
+    assert slept
+    if first == "the other":
+        assert elsewhere(address).read_document("fit") == {"value": 3.0}
+        fill(elsewhere(address), 4.0)
+        assert elsewhere(address).read_document("fit") == {"value": 4.0}
 
 
 def test_a_long_writing_keeps_its_lock(address: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -105,7 +105,13 @@ def test_repeated_and_reversed_times_are_refused_with_their_line(to: int, words:
         return table
 
     change(folder / FORCE, misplace)
-    assert f"{FORCE}: line 108: {words}" in refused(folder)
+    line = refused(folder)
+    assert f"{FORCE}: line 108: {words}" in line
+    assert "leave row 101 out with [[exclude]]" in line
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    out = '[[exclude]]\nsource = "force"\nrows = [101]\nwhy = "misplaced"\n'
+    (folder / "campaign.toml").write_text(text + out, encoding="utf-8")
+    assert said(folder) == []
 
 
 @pytest.mark.parametrize("jump", [0.3, -0.25])
@@ -136,6 +142,30 @@ def test_a_clock_that_drifts(ppm: float, folder: Path) -> None:
     assert "one offset, that of its middle, is used" in line
 
 
+def test_a_drift_that_harms_no_hold_is_measured_all_the_same(folder: Path) -> None:
+    def stretch(table: Table) -> Table:
+        table[:, 0] *= 1.0 + 150e-6
+        return table
+
+    before = ingest_campaign(folder)["runs"][0]["clock_ahead_s"]["digitizer"]
+    change(folder / DIGITIZER, stretch)
+    after = ingest_campaign(folder)["runs"][0]["clock_ahead_s"]["digitizer"]
+    # both by the same holds and the same noise: what lies between them is known better than each
+    assert after["rate"] - before["rate"] == pytest.approx(150e-6, abs=2.0 * after["rate_std"])
+    assert after["rate_std"] < 60e-6
+
+
+def test_a_clock_that_is_set_by_a_minute(folder: Path) -> None:
+    def set_clock(table: Table) -> Table:
+        table[table[:, 0] > middle(table), 0] += 60.0
+        return table
+
+    change(folder / DIGITIZER, set_clock)
+    told = said(folder)
+    assert any("holds lie outside the log of digitizer" in line and "a clock that was set" in line for line in told)
+    assert any(line.startswith(f"{DIGITIZER}: a gap of 60.4 s") for line in told)
+
+
 def test_a_sensor_at_its_end(folder: Path) -> None:
     def clip(table: Table) -> Table:
         table[:, 1:] = np.clip(table[:, 1:], -300.0, 300.0)
@@ -144,6 +174,7 @@ def test_a_sensor_at_its_end(folder: Path) -> None:
     change(folder / FORCE, clip)
     told = said(folder)
     assert any(line.startswith(FORCE) and "stays at its extreme" in line and "saturated?" in line for line in told)
+    assert not any("was stuck" in line for line in told)
 
 
 def test_a_channel_that_sticks(folder: Path) -> None:
@@ -153,8 +184,12 @@ def test_a_channel_that_sticks(folder: Path) -> None:
 
     change(folder / FORCE, stick)
     (line,) = [line for line in said(folder) if "does not change" in line]
-    assert "column Fy does not change over 200 readings, line 1008 to row 1200" in line
-    assert "used as they stand: leave rows 1001 to 1200 out with [[exclude]]" in line
+    assert "column Fy does not change over 200 readings, line 1008 to line 1207 (rows 1001-1200)" in line
+    assert "used as they stand: leave these rows out with [[exclude]]" in line
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    out = '[[exclude]]\nsource = "force"\nrows = ["1001-1200"]\nwhy = "stuck"\n'
+    (folder / "campaign.toml").write_text(text + out, encoding="utf-8")
+    assert not [line for line in said(folder) if "does not change" in line]
 
 
 def test_a_channel_that_is_dead_from_the_beginning(folder: Path) -> None:
@@ -164,6 +199,22 @@ def test_a_channel_that_is_dead_from_the_beginning(folder: Path) -> None:
 
     change(folder / FORCE, stick)
     assert refused(folder).startswith(f"{FORCE}: column Fy stands still at 3.5; see to the sensor")  # not: upside down
+
+
+def test_a_channel_that_is_dead_in_one_run(folder: Path) -> None:
+    for name in (FORCE, DIGITIZER, "raw/pose1_joints.h5"):
+        shutil.copy(folder / name, folder / name.replace("pose1", "pose2"))
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    run = text[text.index("[[runs]]") :]
+    (folder / "campaign.toml").write_text(text + "\n" + run.replace("pose1", "pose2"), encoding="utf-8")
+
+    def stick(table: Table) -> Table:
+        table[:, 2] = 0.0
+        return table
+
+    change(folder / FORCE, stick)
+    told = said(folder)
+    assert any(line.startswith(f"{FORCE}: column Fy reads 0 all through, in other logs it does not") for line in told)
 
 
 def test_a_lost_target_given_as_zeros(folder: Path) -> None:
@@ -193,7 +244,9 @@ def test_a_lost_target_given_as_its_last_value(folder: Path) -> None:
 
     change(folder / DIGITIZER, repeat)
     (line,) = [line for line in said(folder) if "does not change" in line]
-    assert line.startswith(f"{DIGITIZER}: the position (X, Y, Z) does not change over 12 readings, line 105 to row 112")
+    assert line.startswith(
+        f"{DIGITIZER}: the position (X, Y, Z) does not change over 12 readings, line 105 to line 116"
+    )
     assert "the target was lost" in line
 
 

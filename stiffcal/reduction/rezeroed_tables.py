@@ -1,0 +1,117 @@
+"""A force sensor whose zero was set anew within a table of deflections.
+
+There every row has its displacement already, loaded minus unloaded, and no unloaded reading is left to compare with. It
+shows in the springs instead: with one constant taken off the forces from some row on, joint compliances explain the
+table several times as well as without.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses, jacobians
+from stiffcal.reduction.motion import motion_of
+
+Floats = NDArray[np.float64]
+
+MENDED = 0.3  # of the squares that joint compliances leave
+SURE = 12.0  # of F: one such step in a thousand is found at the best place, over tables of random errors
+LEAST_STEP = 0.012  # of the largest force
+LEAST_ROWS = 4  # before it and after
+MOST_STARTS = 400
+TURNS = 3
+
+
+def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> list[str]:
+    """Return a line where the forces of a table of deflections are as if zeroed anew from some row on."""
+    n = len(states)
+    if not states.deflection_given or not states.has_poses or n < 2 * LEAST_ROWS:
+        return []
+    reading, per_reading, columns = _springs(states, chain)
+    seen = motion_of(states, chain, every=True).seen
+    size = float(np.linalg.norm(states.wrench[:, :3], axis=1).max())
+    rows = np.isfinite(seen)
+    free = int(rows.sum()) - columns.shape[2] - reading.shape[1] - 1
+    if free < 1 or size == 0.0:
+        return []
+    seen, columns = np.where(rows, seen, 0.0), np.where(rows[:, :, None], columns, 0.0)
+    unchanged = _left(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], seen)
+    start, step, left = _best_step(reading, per_reading, columns, seen)
+    sure = (unchanged - left) / (reading.shape[1] + 1) > SURE * left / free
+    if not sure or left > MENDED * unchanged or np.linalg.norm(step[:3]) < LEAST_STEP * size:
+        return []
+    numbers = ", ".join(f"{value:.0f}" for value in step[:3])
+    line = (
+        f"{file}: from state {states.row[start]} on, of {n}, forces and deflections agree "
+        f"{np.sqrt(unchanged / left):.1f} times as well with ({numbers}) N taken off the forces: was the sensor zeroed "
+        "anew there? they are used as they stand; take the step out in a copy, or make two tables of it"
+    )
+    return [line]
+
+
+def _springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
+    """Return readings (n, q), torque per unit of reading (n, J, q) and displacement per unit of torque (n, 3, J)."""
+    angles = chain.model_angles(states.joints)
+    _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
+    levers = jacobians(chain, angles, states.setup.wrench_point)
+    drives = chain.drive_axes
+    torque = np.concatenate(
+        [np.einsum("njk,nka->nja", levers[:, part].swapaxes(1, 2), axes) for part in (slice(0, 3), slice(3, 6))], axis=2
+    )
+    known = 6 if np.any(states.wrench[:, 3:]) else 3
+    motion = motion_of(states, chain, every=True)
+    return states.wrench[:, :known], (drives.T @ torque)[:, :, :known], motion.columns(states, chain) @ drives
+
+
+def _best_step(reading: Floats, per_reading: Floats, columns: Floats, seen: Floats) -> tuple[int, Floats, float]:
+    """Return from which row on which step explains most, and the squares that are then left."""
+    n, q = reading.shape
+    starts = np.unique(np.linspace(LEAST_ROWS, n - LEAST_ROWS, min(MOST_STARTS, n)).astype(np.int64))
+    step, start, left = np.zeros(q), int(starts[0]), np.inf
+    for _ in range(TURNS):
+        after = (np.arange(n) >= start)[:, None]
+        design = columns * (per_reading @ np.where(after, reading - step, reading)[:, :, None])[:, None, :, 0]
+        compliance = _solved(design.reshape(-1, design.shape[2]), seen.ravel())
+        # what one unit of each reading does with these springs; products of the two unknowns are met by the turns
+        give = (columns * compliance) @ per_reading
+        start, step, left = _scan(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], -give, seen, starts)
+    return start, step, left
+
+
+def _scan(springs: Floats, give: Floats, seen: Floats, starts: NDArray[np.int64]) -> tuple[int, Floats, float]:
+    """Fit compliances and one step, for every start: springs (n, 3, J), give (n, 3, q), seen (n, 3)."""
+    J, q = springs.shape[2], give.shape[2]
+    scale = np.maximum(np.sqrt(np.einsum("ncj,ncj->j", springs, springs)), 1e-300)
+    springs = springs / scale
+    size = max(float(np.sqrt(np.einsum("ncj,ncj->", give, give))), 1e-300)
+    give = give / size
+
+    def from_each_start_on(terms: Floats) -> Floats:
+        return np.asarray(np.cumsum(terms[::-1], axis=0)[::-1][starts])
+
+    normal = np.zeros((len(starts), J + q, J + q))
+    right = np.zeros((len(starts), J + q))
+    normal[:, :J, :J] = np.einsum("ncj,nck->jk", springs, springs)
+    normal[:, :J, J:] = from_each_start_on(np.einsum("ncj,ncq->njq", springs, give))
+    normal[:, J:, :J] = normal[:, :J, J:].swapaxes(1, 2)
+    normal[:, J:, J:] = from_each_start_on(np.einsum("ncp,ncq->npq", give, give))
+    right[:, :J] = np.einsum("ncj,nc->j", springs, seen)
+    right[:, J:] = from_each_start_on(np.einsum("ncq,nc->nq", give, seen))
+    normal += 1e-10 * np.eye(J + q)
+    found = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
+    left = float(np.sum(seen**2)) - np.einsum("sk,sk->s", found, right)
+    k = int(np.argmin(left))
+    return int(starts[k]), found[k, J:] / size, max(float(left[k]), 1e-300)
+
+
+def _left(design: Floats, seen: Floats) -> float:
+    design, wanted = design.reshape(-1, design.shape[2]), seen.ravel()
+    return float(np.sum((wanted - design @ _solved(design, wanted)) ** 2))
+
+
+def _solved(design: Floats, wanted: Floats) -> Floats:
+    scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
+    return np.asarray(np.linalg.lstsq(design / scale, wanted, rcond=1e-9)[0] / scale)
