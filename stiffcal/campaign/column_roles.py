@@ -11,7 +11,10 @@ from stiffcal.campaign.table_sniffing import Column
 # Words that say where, not what; they are noted and taken off the name.
 _PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "mean", "avg")
 
-_JOINT_STEMS = ("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "th", "gelenk", "angle", "winkel")
+_JOINT_STEMS = (
+    *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "th", "gelenk", "angle", "winkel"),
+    *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
+)
 _TRIPLES = {
     "force": ("f", "force", "kraft", "load", "last"),
     "moment": ("t", "m", "torque", "moment", "drehmoment", "tau", "mom"),
@@ -19,9 +22,11 @@ _TRIPLES = {
     "rotation": ("dr", "deltar", "drot", "rot", "r", "phi", "dphi"),
     "position": ("", "p", "pos", "position", "target", "point", "messpunkt"),
 }
+# A tracked target, also one of several: the first that is complete is taken.
+_TARGETS = re.compile(r"(led|marker|smr|reflector|reflektor|probe|tmac|tprobe|p|pt|point|punkt)\d*")
 _QUATERNIONS = (("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz"))
 _RUNS = ("run", "lauf", "pose", "versuch", "series", "config", "configuration", "messung", "runid", "poseid")
-_TIMES = ("t", "time", "zeit", "timestamp")
+_TIMES = ("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt")
 _MASSES = ("kg", "mass", "masse", "weight", "gewicht")
 
 
@@ -104,7 +109,7 @@ def _key(name: str) -> tuple[str, frozenset[str]]:
 
 
 def _joints(columns: list[Column], plain: dict[str, str]) -> Role | None:
-    """Find the columns numbered from 1 without a gap, three or more, with a stem that means joints."""
+    """Find the columns numbered from 1 or 0 without a gap, three or more, with a stem that means joints."""
     groups: dict[str, dict[int, Column]] = {}
     for column in columns:
         match = re.fullmatch(r"([a-z]*)0*(\d+)", plain[column.header])
@@ -112,7 +117,7 @@ def _joints(columns: list[Column], plain: dict[str, str]) -> Role | None:
             groups.setdefault(match[1], {})[int(match[2])] = column
     for stem in _JOINT_STEMS:
         group = groups.get(stem, {})
-        if len(group) >= 3 and sorted(group) == list(range(1, len(group) + 1)):
+        if len(group) >= 3 and sorted(group) in (list(range(1, len(group) + 1)), list(range(len(group)))):
             return Role(tuple(group[number] for number in sorted(group)))
     return None
 
@@ -128,7 +133,9 @@ def _triples(columns: list[Column], keys: dict[str, tuple[str, frozenset[str]]])
     for role, stems in _TRIPLES.items():
         for stem in stems:
             for (word, places), group in groups.items():
-                if word == stem and len(group) == 3 and role not in found:
+                bare = _TARGETS.fullmatch(word)
+                same = word == stem or (stem == "target" and bare is not None)
+                if same and len(group) == 3 and role not in found:
                     found[role] = Role((group["x"], group["y"], group["z"]), places)
     return found
 

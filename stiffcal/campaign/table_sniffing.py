@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.measurements.moments import seconds_of_times
+from stiffcal.measurements.scope_export import PROPERTIES, TIME, TIME_UNIT, is_scope_header, scope_columns, scope_units
 from stiffcal.quantities import UnknownUnitError, quantities, unit
 
 # So many rows tell a column's unit by their size; a longer log is not read to its end.
@@ -74,20 +76,17 @@ def sniff_table(path: Path) -> SniffedTable:
     rows = [[cell.strip() for cell in row] for line in lines for row in csv.reader([line], delimiter=delimiter)]
     width = _width(rows)
     decimal = "," if delimiter != "," and _decimal_commas(rows) else "."
-    first = next((k for k, row in enumerate(rows) if len(row) == width and _is_data(row, decimal)), None)
+    scope = _scope_header(rows)
+    beyond = scope[3] if scope is not None else 0
+    first = next(
+        (k for k, row in enumerate(rows) if k >= beyond and len(row) == width and _is_data(row, decimal)),
+        None,
+    )
     if first is None:
         raise InputError.at(shown, "", "there is no line of numbers", "give a table with one row per load state")
-    above = [k for k in range(first) if len(rows[k]) == width]
-    if not above:
-        raise InputError.at(
-            shown, f"line {first + 1}", "the table has no header line", "write the columns' names above"
-        )
-    header = above[-1]
-    units: list[str] = [""] * width
-    if len(above) > 1 and _is_unit_row(rows[header]):
-        header, units = above[-2], rows[above[-1]]
+    header, names, units = scope[:3] if scope is not None else _header(rows, first, width, shown)
     data = [row for row in rows[first:] if len(row) == width]
-    columns = tuple(_column(rows[header][k], units[k], [row[k] for row in data], decimal) for k in range(width))
+    columns = tuple(_column(names[k], units[k], [row[k] for row in data], decimal) for k in range(width))
     _check_names(columns, shown, header + 1)
     options: dict[str, str | int | bool] = {}
     if delimiter != ",":
@@ -99,6 +98,34 @@ def sniff_table(path: Path) -> SniffedTable:
     if header:
         options["skip_rows"] = header
     return SniffedTable(path, columns, len(data), options)
+
+
+def _header(rows: list[list[str]], first: int, width: int, shown: str) -> tuple[int, list[str], list[str]]:
+    """Return the row of names above the first row of data, the names, and the units below them."""
+    above = [k for k in range(first) if len(rows[k]) == width]
+    if not above:
+        raise InputError.at(
+            shown, f"line {first + 1}", "the table has no header line", "write the columns' names above"
+        )
+    header = above[-1]
+    if len(above) > 1 and _is_unit_row(rows[header]):
+        return above[-2], rows[above[-2]], rows[header]
+    return header, rows[header], [""] * width
+
+
+def _scope_header(rows: list[list[str]]) -> tuple[int, list[str], list[str], int] | None:
+    """Return the row of names, names, units and first row below of a scope's export; None where it is none."""
+    for k in range(len(rows) - 1):
+        names = rows[k]
+        if is_scope_header(names, rows[k + 1]):
+            columns = scope_columns(names)
+            below = next(
+                (n for n, row in enumerate(rows) if n > k and any(row) and row[0] not in PROPERTIES), len(rows)
+            )
+            written = next((row for row in rows[k:below] if row and row[0] == "Unit"), [])
+            units = scope_units(names, columns, written)
+            return k, list(columns), [units.get(column, "") for column in columns], below
+    return None
 
 
 def _decoded(path: Path, shown: str) -> tuple[str, str]:
@@ -153,9 +180,9 @@ def _number(cell: str, decimal: str) -> float | None:
 
 
 def _is_data(row: list[str], decimal: str) -> bool:
-    """Most cells are numbers: a run's name may stand between them."""
+    """Three cells or most are numbers: names of a run, a group, a point, a date may stand between them."""
     numbers = sum(_number(cell, decimal) is not None for cell in row)
-    return numbers >= 0.6 * len(row)
+    return numbers >= 0.6 * len(row) or 3 <= numbers >= 0.4 * len(row)
 
 
 def _is_unit_row(row: list[str]) -> bool:
@@ -177,14 +204,26 @@ def _is_unit(text: str) -> bool:
 def _column(header: str, unit_cell: str, cells: list[str], decimal: str) -> Column:
     numbers = [_number(cell, decimal) for cell in cells]
     values = tuple(number for number in numbers if number is not None)
+    if not values and (moments := _moments(cells)):
+        return Column(header, header, "iso8601", moments)
     name, written = header, unit_cell.strip("[]() ") or None
     match = _BRACKETED.match(header)
     if match is not None:
         name = match["name"].strip()
         written = (match["a"] or match["b"] or match["c"] or "").strip() or written
+    elif header.startswith(f"{TIME} ") and written == TIME_UNIT:  # of one channel of a scope
+        name = TIME
     elif "_" in header and _is_unit(header.rsplit("_", 1)[1]) and len(header.rsplit("_", 1)[1]) > 1:
         name, written = header.rsplit("_", 1)  # dx_mm, A1_deg; not F_N, where one letter may be part of the name
     return Column(header, name, written, values if len(values) > 0.5 * len(cells) else ())
+
+
+def _moments(cells: list[str]) -> tuple[float, ...]:
+    """Return dates with times as seconds; empty where the column holds other words."""
+    try:
+        return tuple(seconds_of_times(cells[:ROWS_LOOKED_AT], "", "", 1).tolist())
+    except InputError:
+        return ()
 
 
 def _check_names(columns: tuple[Column, ...], shown: str, line: int) -> None:

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Fault, InputError
+from stiffcal.measurements.moments import seconds_of_moments, seconds_of_times
 
 Floats: TypeAlias = NDArray[np.float64]
 Options: TypeAlias = Mapping[str, object]
@@ -277,55 +278,6 @@ def first_not_finite(numbers: Mapping[str, Floats], wanted: Wanted, first_row: i
     return worst
 
 
-def seconds_of_times(texts: Sequence[str], shown: str, name: str, first_row: int) -> Floats:
-    """Return ISO 8601 times as seconds since 1970-01-01 UTC (without a zone: taken as UTC).
-
-    Parameters
-    ----------
-    texts : n times, such as ``2026-11-21T08:15:30.250Z`` or ``2026-11-21 08:15:30,25+01:00``.
-
-    Raises
-    ------
-    InputError
-        At the first that is none.
-
-    Examples
-    --------
-    >>> seconds_of_times(["1970-01-02T00:00:00.5Z", "1970-01-02 01:00:01+01:00"], "log.csv", "t", 1)
-    array([86400.5, 86401. ])
-    """
-    from datetime import UTC, datetime
-
-    seconds = np.empty(len(texts))
-    epoch = datetime(1970, 1, 1, tzinfo=UTC)
-    for index, text in enumerate(texts):
-        try:
-            whole, nanoseconds = _split_fraction(text.strip())
-            moment = datetime.fromisoformat(whole)
-        except ValueError:
-            raise InputError.at(
-                shown, f"row {first_row + index}, column {name}", f"{text!r} is not an ISO 8601 time",
-                "write times like 2026-11-21T08:15:30.250Z, or give the column's unit as s, ms, us or ns",
-            ) from None  # fmt: skip
-        elapsed = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)) - epoch
-        seconds[index] = elapsed.days * 86400 + elapsed.seconds + nanoseconds
-    return seconds
-
-
-def _split_fraction(text: str) -> tuple[str, float]:
-    """Return the time without its decimal fraction, and that in seconds: any number of digits, point or comma."""
-    if len(text) < 10 or not text[:4].isdigit():
-        raise ValueError(text)
-    for mark in ".,":
-        head, found, tail = text.partition(mark)
-        if found:
-            digits = len(tail) - len(tail.lstrip("0123456789"))
-            if not digits:
-                raise ValueError(text)
-            return head + tail[digits:], float("0." + tail[:digits])
-    return text, 0.0
-
-
 # ---- what readers of whole columns share ----------------------------------------------------------------------------
 
 
@@ -371,7 +323,7 @@ def batch_of_columns(
             numbers[name] = values.astype(np.float64, copy=False)
             continue
         if kind == "M" and name in wanted.times:
-            numbers[name] = values.astype("datetime64[ns]").astype(np.int64) / 1e9
+            numbers[name] = seconds_of_moments(values)
             continue
         if kind not in "SUOiu":
             reason = f"it holds {values.dtype}, not words"

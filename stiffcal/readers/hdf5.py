@@ -16,7 +16,7 @@ A writer that died leaves parts of a dataset unwritten, which HDF5 reads as zero
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.measurements.hdf5_heaps import attribute_of, bounded_memory, check_words
 from stiffcal.readers import (
     Batch,
     Header,
@@ -130,7 +131,7 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, s
                 yield _columns_of_dataset(group[dataset], shown), f"dataset {dataset}"
             else:
                 yield _columns_of_group(group, shown), f"group {group_name}"
-    except (OSError, RuntimeError, KeyError) as error:
+    except (OSError, RuntimeError, KeyError, MemoryError) as error:
         said = str(error).strip("'").splitlines() or [type(error).__name__]
         reason = f"no whole HDF5 file ({said[0]})"
         raise InputError.at(
@@ -185,11 +186,16 @@ def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
         return _columns_of_dataset(whole[0], shown)
 
     def read(name: str, start: int, end: int) -> NDArray[Any]:
-        return np.asarray(flat[name][start:end]).reshape(end - start)
+        return _rows(flat[name], slice(start, end)).reshape(end - start)
 
     units = {name: unit for name, item in flat.items() if (unit := _unit(item))}
     lengths = {name: item.shape[0] for name, item in flat.items()}
     return Columns(tuple(flat), read, lengths, units, flat, frozenset(elsewhere))
+
+
+def _rows(dataset: Any, which: Any) -> NDArray[Any]:
+    with bounded_memory() if dataset.dtype.hasobject else nullcontext():
+        return np.asarray(dataset[which])
 
 
 def _columns_of_dataset(dataset: Any, shown: str) -> Columns:
@@ -198,7 +204,7 @@ def _columns_of_dataset(dataset: Any, shown: str) -> Columns:
         names = tuple(dataset.dtype.names)
 
         def read_field(name: str, start: int, end: int) -> NDArray[Any]:
-            return np.asarray(dataset[name, start:end])
+            return _rows(dataset, (name, slice(start, end)))
 
         read = read_field
     elif dataset.ndim == 2:
@@ -232,8 +238,8 @@ def _named_columns(dataset: Any, shown: str, place: str) -> tuple[str, ...]:
 
 def _text_list(dataset: Any, attributes: tuple[str, ...]) -> list[str]:
     for attribute in attributes:
-        if attribute in dataset.attrs:
-            value = dataset.attrs[attribute]
+        value = attribute_of(dataset, attribute)
+        if value is not None:
             if isinstance(value, bytes | str):
                 return [part.strip() for part in text_of(value).split(",")]
             return [text_of(part).strip() for part in np.asarray(value).ravel()]
@@ -250,6 +256,7 @@ def _checked_length(columns: Columns, wanted: Wanted, shown: str) -> int:
     for name in wanted.names:
         dataset = columns.datasets[name]
         _check_inside(dataset, dataset.file, name, shown)
+        check_words(dataset)
         scaled = [attribute for attribute in SCALING_ATTRIBUTES if attribute in dataset.attrs]
         if scaled and name in wanted.numbers:
             reason = f"its attribute {scaled[0]!r} says that the numbers are scaled"

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.measurements.hdf5_heaps import attribute_of
 from stiffcal.measurements.mat5_elements import check_elements
 from stiffcal.readers import (
     Batch,
@@ -198,7 +199,7 @@ class _Tree73:
         return {name: item[name] for name in here if not name.startswith("#")}
 
     def kind(self, item: Any) -> str:
-        kind = item.attrs.get("MATLAB_class", b"struct" if isinstance(item, h5py.Group) else b"double")
+        kind = attribute_of(item, "MATLAB_class", b"struct" if isinstance(item, h5py.Group) else b"double")
         return kind.decode() if isinstance(kind, bytes) else str(kind)
 
     def vectors(self, item: Any) -> dict[str, Vector]:

@@ -15,6 +15,7 @@ import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
 from stiffcal.measurements.columns import values_of
+from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.readers import (
     Batch,
     Floats,
@@ -24,7 +25,6 @@ from stiffcal.readers import (
     check_columns,
     check_options,
     first_not_finite,
-    seconds_of_times,
 )
 
 BATCH_ROWS = 1 << 16

@@ -167,8 +167,28 @@ def _connected(options: Options) -> Iterator[tuple[Any, _What]]:
             cursor.execute("set transaction read only")
             yield cursor, what
         except (dbapi.Error, pa.ArrowException, OSError) as error:
-            reason = f"the database refused ({_told(error, address)})"
-            raise InputError.at(what.shown, "", reason, "correct the table's name or the query") from None
+            told = _told(error, address)
+            mend = "correct the table's name or the query"
+            with suppress(dbapi.Error, pa.ArrowException, OSError):
+                mend = _near_table(connection, told) or mend
+            raise InputError.at(what.shown, "", f"the database refused ({told})", mend) from None
+
+
+def _near_table(connection: Any, told: str) -> str:
+    """Return the nearest table's name where the server says that there is none of this name."""
+    found = re.search(r'relation "(.*)" does not exist', told)
+    if found is None:
+        return ""
+    connection.rollback()
+    with connection.cursor() as cursor:
+        cursor.execute(
+            "select table_schema::text, table_name::text from information_schema.tables"
+            " where table_schema not in ('pg_catalog', 'information_schema') order by 1, 2"
+        )
+        rows = cursor.fetchall()
+    names = [table if schema == "public" else f"{schema}.{table}" for schema, table in rows]
+    near = nearest_name(found[1], names).replace("the file has columns", "the database has tables")
+    return near.replace("the file has no columns", "the database has no tables").replace("the file has", "tables:")
 
 
 def _address(options: Options, shown: str) -> str:
@@ -183,14 +203,21 @@ def _address(options: Options, shown: str) -> str:
         if not address:
             mend = f"export {variable}=postgresql://USER@HOST/DATABASE"
             raise InputError.at(shown, "postgres.uri_env", f"the environment variable {variable} is not set", mend)
-        if "connect_timeout" in address or "PGCONNECT_TIMEOUT" in os.environ:
-            return address
-        joint = " " if "://" not in address else "&" if "?" in address else "?"
-        return f"{address}{joint}connect_timeout={PATIENCE_S}"
+        for key, value in _patience().items():
+            if key not in address:
+                joint = " " if "://" not in address else "&" if "?" in address else "?"
+                address += f"{joint}{key}={value}"
+        return address
     said = {key: str(value) for key, value in parts.items() if value is not None}
-    said |= {} if "PGCONNECT_TIMEOUT" in os.environ else {"connect_timeout": str(PATIENCE_S)}
+    said |= _patience()
     quoted = {key: value.replace("\\", "\\\\").replace("'", "\\'") for key, value in said.items()}
     return " ".join(f"{key}='{value}'" for key, value in quoted.items())
+
+
+def _patience() -> dict[str, str]:
+    """Return how long a server may not answer: a line that is dead would else be waited at for hours."""
+    first = {} if "PGCONNECT_TIMEOUT" in os.environ else {"connect_timeout": str(PATIENCE_S)}
+    return {**first, "keepalives_idle": "30", "keepalives_interval": "10", "keepalives_count": "3"}
 
 
 def _told(error: Exception, address: str) -> str:
@@ -231,10 +258,18 @@ def _array(column: pa.Array, name: str, wanted: Wanted, first: int, shown: str) 
         except pa.ArrowInvalid:
             reason = "it holds words, not numbers"
             raise InputError.at(shown, f"column {name}", reason, "name a column of numbers") from None
+    elif pa.types.is_date(kind):
+        column = column.cast(pa.timestamp("s"))
+    elif pa.types.is_null(kind):
+        column = column.cast(pa.float64())
     if pa.types.is_timestamp(column.type):
         return values_of(column.cast(pa.int64())).astype(f"datetime64[{column.type.unit}]")
     if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
         return np.array([value.as_py() for value in column], dtype=object)
+    if not (pa.types.is_floating(column.type) or pa.types.is_integer(column.type) or pa.types.is_boolean(column.type)):
+        reason = f"it holds {kind}, neither numbers nor words nor times"
+        mend = "name another column, or turn it into one of these in a query, e.g. extract(epoch from …)"
+        raise InputError.at(shown, f"column {name}", reason, mend)
     if column.null_count:  # of a column that may have gaps
         column = column.cast(pa.float64()).fill_null(float("nan"))
     return values_of(column)

@@ -7,7 +7,7 @@ and Nikon's trackers, traces of robot controllers. What a column is, its name te
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,9 +33,23 @@ MAKERS: tuple[tuple[str, str, str], ...] = (
     (r"\bABB\b|RobotStudio|Test ?Signal Viewer|\bIRC5\b", "ABB controller trace", "controller"),
     (r"\bFANUC\b|\bSt(ä|ae|a)ubli\b|\bYaskawa\b|\bMotoman\b|\bUR1?\d\b", "robot controller trace", "controller"),
 )
+# The frames that proposed signals are in, where the campaign has none of the name.
+FRAMES = {
+    "ft_sensor": (
+        *("[frames.ft_sensor]", 'parent = "flange"'),
+        f"xyz_m = [0.0, 0.0, 0.0]  {GUESS} where the sensor measures, and its rotation",
+    ),
+    "tracker": (
+        *("[frames.tracker]", 'parent = "base"'),
+        f"estimate = true  {GUESS} found from the unloaded poses; or give xyz_m and a rotation",
+    ),
+    "tool": ("[frames.tool]", 'parent = "flange"', f"xyz_m = [0.0, 0.0, 0.0]  {GUESS} where the target sits"),
+}
 _NUMBER = r"[^0-9\n]{0,30}([0-9]+(?:[.,][0-9]+)?)"
 _RATE = re.compile(r"(?:sampl\w*[ _-]?rate|data ?rate|abtastrate|frequenc\w*|frequenz)" + _NUMBER, re.IGNORECASE)
 _PERIOD = re.compile(r"(?:sample ?time|abtastzeit|cycle ?time)\s*\[?\s*(ms|us|s)\]?" + _NUMBER, re.IGNORECASE)
+_LARGEST_FORCE = 1e5
+_COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORECASE)
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 
 
@@ -54,22 +68,39 @@ def propose_sources(campaign: Campaign) -> list[dict[str, Any]]:
         device, name, lines = found
         group = groups.setdefault((device, *lines), {"files": [], "device": device, "name": name, "lines": lines})
         group["files"].append(file)
-    taken = set(campaign.manifest.sources)
-    return [_proposal(group, taken) for group in groups.values()]
+    taken, frames = set(campaign.manifest.sources), set(campaign.manifest.frames)
+    return [_proposal(group, taken, frames) for group in groups.values()]
 
 
-def _proposal(group: Mapping[str, Any], taken: set[str]) -> dict[str, Any]:
+def _proposal(group: Mapping[str, Any], taken: set[str], frames: set[str]) -> dict[str, Any]:
     if group["lines"][0].startswith("#"):  # a maker's log that is not understood: why, and what helps
         return {"files": list(group["files"]), "device": group["device"], "lines": list(group["lines"])}
     name = next(one for k in range(1, 100) if (one := group["name"] + (str(k) if k > 1 else "")) not in taken)
     taken.add(name)
     files = list(group["files"])
-    lines = [f"[sources.{name}]", *group["lines"]]
+    signals, missing = _in_frames(group["lines"], frames)
+    lines = [f"[sources.{name}]", *signals]
     for file in files[:3]:
         lines.append(f'# in its run: files = {{ {name} = "{file}" }}')
     if len(files) > 3:
         lines.append(f"# … and {len(files) - 3} more files like these")
-    return {"files": files, "device": group["device"], "lines": lines}
+    return {"files": files, "device": group["device"], "lines": lines + missing}
+
+
+def _in_frames(lines: Sequence[str], frames: set[str]) -> tuple[list[str], list[str]]:
+    """Name frames that the campaign has, where it has some that fit; and return the lines of those that it lacks."""
+    found = list(lines)
+    for word, instead in (("body", ("tool", "target", "tcp")), ("point", ("tool", "load_point", "target"))):
+        there = next((name for name in instead if name in frames), None)
+        if there not in (None, "tool"):
+            named, doubt = f'{word} = "tool"', f"{GUESS} or another frame than {there!r}"
+            for k, line in enumerate(found):
+                if named in line:
+                    said = line.replace(named, f'{word} = "{there}"')
+                    found[k] = said if GUESS in said else f"{said}  {doubt}"
+    named = {name for line in found for name in re.findall(r'(?:frame|body|point) = "(\w+)"', line)}
+    missing = [entry for name, entries in FRAMES.items() if name in named - frames for entry in entries]
+    return found, missing
 
 
 def _unnamed(campaign: Campaign) -> list[str]:
@@ -106,6 +137,10 @@ def _look(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
         return (device, name, [f"# no signal is seen in its columns ({there}): {mend}"]) if device else None
     if not name:
         name = "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
+    counts = _COUNTS.search(text)
+    force = max((column.size for column in roles.force.columns), default=0.0) if roles.force is not None else 0.0
+    if counts is not None and force > _LARGEST_FORCE:
+        signals.append(f"{GUESS} up to {force:.3g}: counts, {counts[2]} to a unit? Log or write units, not counts")
     return device, name, [f'format = "{kind}"', *said, 'sampling = "time"', _time_line(table, text), *signals]
 
 
@@ -147,7 +182,7 @@ def _time_line(table: SniffedTable, text: str) -> str:
 
     time = recognise(table.columns).time
     if time is not None:
-        known = time.unit in (*_SECONDS, "ns")
+        known = time.unit in (*_SECONDS, "ns", "iso8601")
         return f'time = {{ column = {_quoted(time.header)}, unit = "{time.unit if known else "s"}" }}' + (
             "" if known else f"  {GUESS} seconds"
         )

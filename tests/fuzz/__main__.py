@@ -13,10 +13,12 @@ import random
 import sys
 import tempfile
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 from tests.fuzz.feeding import Outcome, feed
-from tests.fuzz.targets import formats_without_maker, targets
+from tests.fuzz.targets import formats_not_fed, targets
+from tests.readers.database import running_server
 
 KINDS = ("refused", "accepted", "traceback", "hang", "memory", "crash", "unclear")
 
@@ -42,6 +44,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--input", type=int, default=None)
     given = parser.parse_args(arguments)
     chosen = [name for name in targets() if not given.only or name in given.only.split(",")]
+    with running_server() if "postgres" in chosen else nullcontext():
+        return _feed(chosen, given)
+
+
+def _feed(chosen: Sequence[str], given: argparse.Namespace) -> int:
     if given.input is not None:
         with tempfile.TemporaryDirectory() as place:
             targets()[chosen[0]](random.Random(f"{chosen[0]} {given.seed} {given.input}"), Path(place))
@@ -51,8 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         outcomes.append(feed(name, given.count, given.seed))
         print(table_of(outcomes[-1:]), flush=True)
     print(table_of(outcomes))
-    if formats_without_maker():
-        print("not fed: " + ", ".join(formats_without_maker()))
+    if formats_not_fed():
+        print("not fed: " + ", ".join(formats_not_fed()))
     return 1 if any(one.faults for one in outcomes) else 0
 
 

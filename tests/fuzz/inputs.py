@@ -25,6 +25,17 @@ def table_text(rows: int = ROWS) -> str:
     return "\n".join(lines) + "\n"
 
 
+# How HDF5 keeps a column: whole, in pieces, packed by each of its filters.
+STORED: tuple[dict[str, Any], ...] = (
+    {},
+    {"chunks": (7,)},
+    {"chunks": (30,), "maxshape": (None,)},
+    {"chunks": (30,), "compression": "gzip", "shuffle": True},
+    {"chunks": (30,), "compression": "lzf", "fletcher32": True},
+    {"chunks": (30,), "scaleoffset": 4},
+)
+
+
 def _odd_column(chance: random.Random, rows: int) -> Any:
     """Return values of a kind that a column may have in a file, sensible or not."""
     kinds: tuple[Callable[[], Any], ...] = (
@@ -46,27 +57,35 @@ def _odd_column(chance: random.Random, rows: int) -> Any:
 
 def make_csv(chance: random.Random, path: Path) -> None:
     """Write a text log."""
-    path.write_text(table_text(chance.choice((1, 5, ROWS))), encoding="utf-8")
+    text = table_text(chance.choice((1, 5, ROWS)))
+    if chance.random() < 0.1:  # a scope's export, with its rows of properties
+        text = "Name,Fx,Fy,run\nUnit,N,N,(None)\nSampleTime[ms],1,1,1\n\n" + text.split("\n", 1)[1]
+    path.write_text(text, encoding="utf-8")
 
 
 def make_hdf5(chance: random.Random, path: Path) -> None:
     """Write columns, a matrix or records; sometimes links, references, sizes that no disk holds."""
     import h5py
 
-    with h5py.File(path, "w") as file:
+    with h5py.File(path, "w", libver=chance.choice((None, None, "latest"))) as file:
         group = file.create_group("log") if chance.random() < 0.3 else file
-        kind = chance.randrange(8)
+        kind = chance.randrange(12)
         if kind == 0:
             data = group.create_dataset("m", data=np.zeros((ROWS, 4)), chunks=chance.choice((None, (7, 4))))
             data.attrs["columns"] = chance.choice((list(COLUMNS), "t,Fx,Fy,run", list(COLUMNS[:2]), 5, b"\xff,a,b,c"))
         elif kind == 1:
             group.create_dataset("r", data=np.zeros(ROWS, dtype=[(name, "f8") for name in COLUMNS]))
         else:
+            odd = kind < 6
+            stored = {} if odd else chance.choice(STORED)
             for name in COLUMNS:
-                values = _odd_column(chance, ROWS) if chance.random() < 0.3 else np.linspace(0.0, 1.0, ROWS)
-                data = group.create_dataset(name, data=values)
-                data.attrs[chance.choice(("unit", "units", "note", "scale"))] = chance.choice(
-                    ("s", 3.0, b"\xff\xfe", [1, 2])
+                values = _odd_column(chance, ROWS) if odd and chance.random() < 0.3 else np.linspace(0.0, 1.0, ROWS)
+                if name == "run" and not odd:
+                    data = group.create_dataset(name, data=[f"pose{k // 20}" for k in range(ROWS)], chunks=(7,))
+                else:
+                    data = group.create_dataset(name, data=values, **(stored if values.ndim == 1 else {}))
+                data.attrs[chance.choice(("unit", "units", "note", "scale") if odd else ("unit", "units"))] = (
+                    chance.choice(("s", 3.0, b"\xff\xfe", [1, 2]) if odd else ("s", "N", b"mm"))
                 )
         if kind == 2:
             group["loop"] = h5py.SoftLink("/")
@@ -115,27 +134,45 @@ def make_parquet(chance: random.Random, path: Path) -> None:
     parquet.write_table(table, path, row_group_size=20, compression=chance.choice(("snappy", "none", "zstd")))
 
 
+def _odd_columns(chance: random.Random) -> dict[str, Any]:
+    odd = chance.choice((0.0, 0.0, 0.3))
+    return {name: _odd_column(chance, ROWS) if chance.random() < odd else np.linspace(0, 1, ROWS) for name in COLUMNS}
+
+
 def make_mat(chance: random.Random, path: Path) -> None:
-    """Write vectors, a matrix or a struct, of version 5 or in the manner of 7.3."""
+    """Write vectors, a matrix or a struct, of version 5."""
     from scipy.io import savemat
 
-    columns = {
-        name: _odd_column(chance, ROWS) if chance.random() < 0.3 else np.linspace(0, 1, ROWS) for name in COLUMNS
-    }
-    if chance.random() < 0.3:
-        import h5py
-
-        with h5py.File(path, "w", userblock_size=512) as file:
-            for name, values in columns.items():
-                data = file.create_dataset(name, data=np.atleast_2d(values))
-                data.attrs["MATLAB_class"] = np.bytes_(
-                    chance.choice((b"double", b"double", b"table", b"cell", b"struct"))
-                )
-        with path.open("r+b") as raw:
-            raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM")
-        return
+    columns = _odd_columns(chance)
     held = chance.choice((columns, {"s": columns}, {"m": np.zeros((ROWS, 4))}, columns | {"s": {"a": {"b": 1.0}}}))
     savemat(path, held, do_compression=chance.random() < 0.5, oned_as="column")
+
+
+def make_mat73(chance: random.Random, path: Path) -> None:
+    """Write vectors, a struct, words in cells, in the manner of version 7.3."""
+    import h5py
+
+    columns = _odd_columns(chance)
+    with h5py.File(path, "w", userblock_size=512) as file:
+        group = file.create_group("log") if chance.random() < 0.5 else file
+        if group is not file:
+            group.attrs["MATLAB_class"] = chance.choice((np.bytes_("struct"), np.bytes_("struct"), "struct", 3.0))
+        if chance.random() < 0.3:
+            columns.pop("run")
+            held = [file.create_dataset(f"#refs#/w{k}", data=np.array([[112], [49 + k]], "u2")) for k in range(3)]
+            for item in held:
+                item.attrs["MATLAB_class"] = np.bytes_("char")
+            words = np.array([[held[k % 3].ref for k in range(ROWS)]], dtype=h5py.ref_dtype)
+            group.create_dataset("run", data=words).attrs["MATLAB_class"] = np.bytes_("cell")
+        for name, values in columns.items():
+            stored = (
+                {"compression": "gzip", "chunks": (1, 20)} if values.shape == (ROWS,) and chance.random() < 0.3 else {}
+            )
+            data = group.create_dataset(name, data=np.atleast_2d(values), **stored)
+            kind = chance.choice(("double",) * 12 + ("table", "cell", "struct"))
+            data.attrs["MATLAB_class"] = np.bytes_(kind) if chance.random() < 0.9 else kind
+    with path.open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM")
 
 
 def make_tdms(chance: random.Random, path: Path) -> None:
@@ -195,13 +232,14 @@ def bomb() -> bytes:
     return text.getvalue()
 
 
-MAKERS: dict[str, tuple[str, Maker]] = {
-    "csv": (".csv", make_csv),
-    "hdf5": (".h5", make_hdf5),
-    "mat": (".mat", make_mat),
-    "mcap": (".mcap", make_bag),
-    "rosbag2": (".db3", make_bag),
-    "parquet": (".parquet", make_parquet),
-    "tdms": (".tdms", make_tdms),
+MAKERS: dict[str, tuple[str, str, Maker]] = {
+    "csv": ("csv", ".csv", make_csv),
+    "hdf5": ("hdf5", ".h5", make_hdf5),
+    "mat": ("mat", ".mat", make_mat),
+    "mat 7.3": ("mat", ".mat", make_mat73),
+    "mcap": ("mcap", ".mcap", make_bag),
+    "rosbag2": ("rosbag2", ".db3", make_bag),
+    "parquet": ("parquet", ".parquet", make_parquet),
+    "tdms": ("tdms", ".tdms", make_tdms),
 }
-"""Format to ending and maker."""
+"""Target to format, ending and maker."""

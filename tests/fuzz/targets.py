@@ -12,8 +12,9 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader, formats
 from tests.campaign.folders import DATA, MANIFEST, ROBOT
+from tests.fuzz.databases import SPOILT, odd_query, spoiling_line, spoilt_options, wanted_of_database
 from tests.fuzz.inputs import MAKERS, make_bag, make_csv, packed
-from tests.fuzz.mutations import spoilt_bytes, spoilt_lines, spoilt_toml
+from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes, spoilt_lines, spoilt_toml
 
 Target = Callable[[random.Random, Path], None]
 """Makes one spoilt input in a folder from a stream of chance, and feeds it."""
@@ -33,6 +34,16 @@ WANTED = (
     Wanted((), ("run",), ("t",)),
 )
 
+
+OPTIONS = {
+    "hdf5": ("group", "dataset"),
+    "mat": ("variable", "columns"),
+    "tdms": ("group",),
+    "mcap": ("topic", "child_frame", "types"),
+    "rosbag2": ("topic", "child_frame", "types"),
+    "parquet": ("nothing",),
+}
+"""What the manifest may say of a format; the values that are tried are any."""
 
 WANTED_OF_BAG = (
     Wanted(("wrench.force.x", "wrench.torque.z")),
@@ -67,8 +78,8 @@ def read_log(path: Path, log_format: str | None, options: dict[str, object], wan
 
 
 def reader_target(name: str) -> Target:
-    """Return the target that spoils logs of one format."""
-    ending, make = MAKERS[name]
+    """Return the target that spoils logs of one kind, and sometimes what the manifest says of them."""
+    log_format, ending, make = MAKERS[name]
 
     def feed(chance: random.Random, folder: Path) -> None:
         path = folder / f"log{ending}"
@@ -77,24 +88,44 @@ def reader_target(name: str) -> Target:
         if chance.random() < 0.75:
             path.write_bytes(spoilt_bytes(chance, path.read_bytes()))
         bag = make is make_bag
-        read_log(path, name, {"topic": "/ft"} if bag else {}, chance.choice(WANTED_OF_BAG if bag else WANTED))
+        options: dict[str, object] = {"topic": "/ft"} if bag else {}
+        if chance.random() < 0.15:
+            key = chance.choice(OPTIONS[log_format])
+            options[key] = chance.choice(
+                (*NASTY_TEXTS, "log", "Fx", "ft", "/ft", "/tf", 5, True, ["t", "Fx", "Fy", "run"])
+            )
+        read_log(path, log_format, options, chance.choice(WANTED_OF_BAG if bag else WANTED))
 
     return feed
 
 
 def feed_csv(chance: random.Random, folder: Path) -> None:
-    """Spoil cells, lines, header, encoding, options and packing of a text log."""
-    path = folder / "log.csv"
-    make_csv(chance, path)
+    """Spoil cells, lines, header, encoding and options of a text log."""
+    make_csv(chance, path := folder / "log.csv")
     text = path.read_text(encoding="utf-8")
-    data = spoilt_lines(chance, text) if chance.random() < 0.7 else spoilt_bytes(chance, text.encode())
-    if chance.random() < 0.1:
-        ending, data = packed(chance, data)
-        path = folder / f"log.csv{ending}"
-        data = spoilt_bytes(chance, data) if chance.random() < 0.7 else data
-    path.write_bytes(data)
-    options = dict(chance.choice(TEXT_OPTIONS))
-    read_log(path, None, options, chance.choice(WANTED))
+    path.write_bytes(spoilt_lines(chance, text) if chance.random() < 0.7 else spoilt_bytes(chance, text.encode()))
+    read_log(path, None, dict(chance.choice(TEXT_OPTIONS)), chance.choice(WANTED))
+
+
+def feed_packed(chance: random.Random, folder: Path) -> None:
+    """Spoil a packed text log, before it is packed or after."""
+    make_csv(chance, path := folder / "log.csv")
+    data = path.read_bytes()
+    if chance.random() < 0.2:
+        data = spoilt_lines(chance, data.decode())
+    ending, data = packed(chance, data * chance.choice((1, 1, 200)))
+    path = folder / f"log.csv{ending}"
+    path.write_bytes(spoilt_bytes(chance, data) if chance.random() < 0.8 else data)
+    read_log(path, None, dict(chance.choice(TEXT_OPTIONS[:8])), chance.choice(WANTED))
+
+
+def feed_postgres(chance: random.Random, folder: Path) -> None:
+    """Ask a real server: odd columns, spoilt queries, options and addresses, and a line that spoils its answers."""
+    wanted = wanted_of_database(chance)
+    if chance.random() < 0.7:
+        return read_log(folder, "postgres", spoilt_options(chance, folder), wanted)
+    with spoiling_line(chance, folder):
+        return read_log(folder, "postgres", {"uri_env": SPOILT, "from": odd_query(chance)}, wanted)
 
 
 def feed_campaign(folder: Path, manifest: bytes, robot: bytes, model: bytes) -> None:
@@ -164,14 +195,16 @@ def toml_targets() -> dict[str, Target]:
 
 
 def targets() -> dict[str, Target]:
-    """Return every target by name: one for each log format that lies in the package, one for each TOML file."""
-    readers = {name: reader_target(name) for name in formats() if name in MAKERS}
-    return readers | {"csv": feed_csv} | toml_targets()
+    """Return every target by name: one or more for each log format, one for each TOML file."""
+    readers = {name: reader_target(name) for name in MAKERS}
+    others = {"csv": feed_csv, "packed csv": feed_packed, "postgres": feed_postgres}
+    return readers | others | toml_targets()
 
 
-def formats_without_maker() -> tuple[str, ...]:
-    """Return the log formats that no maker writes yet."""
-    return tuple(name for name in formats() if name not in MAKERS)
+def formats_not_fed() -> tuple[str, ...]:
+    """Return the log formats of the package that no target feeds."""
+    fed = {log_format for log_format, _, _ in MAKERS.values()} | {"postgres"}
+    return tuple(name for name in formats() if name not in fed)
 
 
 def check_fault(error: InputError) -> str:

@@ -9,13 +9,19 @@ import pytest
 from stiffcal.cli.app import main
 from tests.campaign.folders import write_campaign
 from tests.fuzz.feeding import feed
-from tests.fuzz.targets import targets
+from tests.fuzz.targets import formats_not_fed, targets
 
 COUNT, SECONDS = 40, 2.0
 
 
+def test_every_format_is_fed() -> None:
+    assert formats_not_fed() == ()
+
+
 @pytest.mark.parametrize("name", targets())
-def test_refused_or_accepted(name: str) -> None:
+def test_refused_or_accepted(name: str, request: pytest.FixtureRequest) -> None:
+    if name == "postgres":
+        request.getfixturevalue("database")
     outcome = feed(name, COUNT, seed=20261121, seconds=SECONDS)
     assert outcome.tries >= 1
     assert outcome.faults == 0, outcome.found

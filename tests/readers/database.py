@@ -6,6 +6,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,8 +26,9 @@ class Database:
         self.server.psql("\\set ON_ERROR_STOP on\n" + sql)
 
 
-@pytest.fixture(scope="session")
-def database() -> Iterator[Database]:
+@contextmanager
+def running_server() -> Iterator[Database]:
+    """Start a server, name it in `VARIABLE`, and take it down with its data."""
     # Not in pytest's folder: run by root the server is another user's, and pytest shuts others out whenever it starts.
     folder = Path(tempfile.mkdtemp(prefix="stiffcal-pg-"))
     before = os.environ.get("XDG_RUNTIME_DIR")
@@ -43,3 +45,10 @@ def database() -> Iterator[Database]:
         if before is None:
             os.environ.pop("XDG_RUNTIME_DIR", None)
         shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(scope="session")
+def database() -> Iterator[Database]:
+    """Give the tests one server for all."""
+    with running_server() as server:
+        yield server

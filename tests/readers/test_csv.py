@@ -368,3 +368,28 @@ def test_every_float_comes_back_exactly(values: list[float], delimiter: str, enc
     found = read(content.encode(encoding), Wanted(("t", "Fx")), delimiter=delimiter, encoding=encoding)
     assert found["t"].tolist() == values
     assert found["Fx"].tolist() == values
+
+
+def test_a_scope_export_with_a_time_column_per_channel(tmp_path: Path) -> None:
+    path = tmp_path / "scope.csv"
+    rows = [
+        *("Name\tYT Scope", "Starttime of export\t134082189300000000", "", "Name\tFx\tName\tFy\tFz"),
+        *("Unit\tN (Newton)\tUnit\t(None)\tkN", "SampleTime[ms]\t1\tSampleTime[ms]\t2\t2", ""),
+        *("0\t1,5\t0\t2,5\t3", "1\t1,25\t2\t2,25\t4", ""),
+    ]
+    path.write_text("\n".join(rows), encoding="utf-8")
+    options: dict[str, object] = {"delimiter": "tab", "decimal": ",", "skip_rows": 3}
+    header = READER.read_header(path, options)
+    assert header.columns == ("time Fx", "Fx", "time Fy", "Fy", "Fz")
+    assert header.units == {"time Fx": "ms", "time Fy": "ms", "Fx": "N", "Fz": "kN"}
+    wanted = Wanted(("time Fy", "Fy", "Fz"))
+    (batch,) = READER.read_batches(path, options, wanted)
+    assert {name: values.tolist() for name, values in batch.numbers.items()} == {
+        "time Fy": [0.0, 2.0],
+        "Fy": [2.5, 2.25],
+        "Fz": [3.0, 4.0],
+    }
+    assert READER.place_of_row(path, options, 2) == "line 9"
+    path.write_text("\n".join([*rows[:-1], "EOF", ""]), encoding="utf-8")
+    with pytest.raises(InputError, match="line 10: the export marks its end; export without the EOF tag"):
+        list(READER.read_batches(path, options, wanted))

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.readers import Wanted, find_reader, formats, seconds_of_times
+from stiffcal.measurements.moments import seconds_of_times
+from stiffcal.readers import Wanted, find_reader, formats
 
 TWINS = {"mcap": "rosbags", "rosbag2": "rosbags"}  # one library, one test
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +13,7 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
+from stiffcal.measurements import hdf5_heaps
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import hdf5 as hdf5_module
 
@@ -116,3 +120,71 @@ def test_interrupted_and_damaged_files(tmp_path: Path) -> None:
     for size in (0, 100, 2000, len(whole) - 1):
         path.write_bytes(whole[:size])
         assert "no whole HDF5 file" in fault(path)
+
+
+def _with_damaged_heap(path: Path, at: int, held: bytes) -> Path:
+    """Write columns whose units lie in a heap, and overwrite the head of its first object."""
+    with h5py.File(path, "w") as file:
+        for name in ("t", "Fx"):
+            file.create_dataset(name, data=np.arange(5.0)).attrs["unit"] = "some unit that is long"
+    data = bytearray(path.read_bytes())
+    start = data.index(b"GCOL\x01") + 16 + at
+    data[start : start + len(held)] = held
+    path.write_bytes(bytes(data))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("at", "held"),
+    [(0, bytes(16)), (8, b"\xff" * 8), (8, b"\x00\x20" + bytes(6)), (0, b"\x00\x00")],
+    ids=["no size", "huge", "beyond the heap", "another number"],
+)
+def test_damaged_words_do_not_hold_the_library_up(tmp_path: Path, at: int, held: bytes) -> None:
+    """libhdf5 walks a heap with such an object for ever: in a process of its own, which is given up."""
+    path = _with_damaged_heap(tmp_path / "log.h5", at, held)
+    source = (
+        "import sys; from pathlib import Path; from stiffcal.errors import InputError\n"
+        "from stiffcal.readers.hdf5 import READER\n"
+        "try: print(READER.read_header(Path(sys.argv[1]), {}, 'raw/log.h5'))\n"
+        "except InputError as error: print(error)\n"
+    )
+    end = subprocess.run([sys.executable, "-c", source, path], capture_output=True, text=True, timeout=60, check=True)
+    assert end.stdout.startswith("raw/log.h5: no whole HDF5 file (the words that lie at byte ")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux bounds a process's memory")
+def test_damaged_lengths_of_words_take_no_memory(tmp_path: Path) -> None:
+    """A word's length stands before its heap's address; libhdf5 takes so much memory before it looks."""
+    path = tmp_path / "log.h5"
+    with h5py.File(path, "w") as file:
+        file.create_dataset("t", data=np.arange(5.0)).attrs["unit"] = "s"
+    data = bytearray(path.read_bytes())
+    at = data.index(struct.pack("<IQ", 1, data.index(b"GCOL\x01")))
+    data[at : at + 4] = b"\x00\x00\x00\xf0"
+    path.write_bytes(bytes(data))
+    with pytest.raises(InputError, match="no whole HDF5 file .*allocation failed"):
+        READER.read_header(path, {})
+    data[at : at + 4] = struct.pack("<I", 1)
+    path.write_bytes(bytes(data))
+    assert READER.read_header(path, {}).units == {"t": "s"}
+
+
+def test_only_heaps_are_looked_through_in_a_large_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hdf5_heaps, "SMALL_FILE", 0)
+    monkeypatch.setattr(hdf5_heaps, "PIECE", 50)
+    path = _with_damaged_heap(tmp_path / "log.h5", 0, bytes(16))
+    start = path.read_bytes().index(b"GCOL")
+    with pytest.raises(hdf5_heaps.DamagedHeapError, match=f"byte {start + 16} "):
+        hdf5_heaps.check_heaps(path)
+    with pytest.raises(hdf5_heaps.DamagedHeapError):
+        hdf5_heaps.check_heaps(path, [(0, start - 100), (start + 3000, 10)])
+    hdf5_heaps.check_heaps(path, [(start - 10, 50)])
+    for chunks in (None, (100,)):
+        sound = tmp_path / "sound.h5"
+        with h5py.File(sound, "w") as file:
+            numbers = file.create_dataset("t", data=np.arange(1000.0), chunks=chunks)
+            numbers.attrs["unit"] = "s"
+            told = hdf5_heaps._regions(file)
+            assert sum(count for _, count in told) == 8000
+        columns = READER.read_header(sound, {})
+        assert columns.units == {"t": "s"}

@@ -92,12 +92,21 @@ def test_rows_are_streamed(filled: Database, monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
-        ({"from": "daq.fft"}, 'table daq.fft: the database refused (ERROR: relation "daq.fft" does not exist)'),
+        (
+            {"from": "daq.fft"},
+            'table daq.fft: the database refused (ERROR: relation "daq.fft" does not exist); did you mean',
+        ),
+        ({"from": "select x from hols order by x"}, "does not exist); did you mean 'daq.holes'?"),
         ({"from": "daq.ft", "order_by": "tt"}, "postgres.order_by: no column 'tt'; did you mean 't'?"),
         ({"from": "daq.holes", "order_by": "t"}, "row 4, column x: the cell is empty (NULL)"),
         ({"from": "select t, y as x from daq.holes order by t"}, "row 5, column x: nan is not a finite number"),
         ({"from": "select t, run as x from daq.ft order by t"}, "column x: it holds words, not numbers"),
         ({"from": "select t, t as x from daq.ft where t < 0 order by t"}, "there are no rows"),
+        (
+            {"from": "select '1 s'::interval as x order by x"},
+            "neither numbers nor words nor times; name another column",
+        ),
+        ({"from": "select array[1.5] as x order by x"}, "it holds list<item: "),
         ({"from": "select 1/0 as x order by x"}, "ERROR: division by zero"),
         ({"from": "daq.ft", "password": "geheim"}, "postgres.password: no such option"),
         ({"from": "daq.ft", "host": "localhost"}, "the address is given twice"),
@@ -138,3 +147,16 @@ def test_the_fingerprint_follows_the_rows(filled: Database) -> None:
     after = postgres_module.READER.fingerprint(options)
     assert before[0] == after[0] == 10
     assert before != after
+
+
+@pytest.mark.parametrize(
+    ("moment", "expected"),
+    [("'2026-11-21'::date", 1795219200.0), ("'2026-11-21 08:00'::timestamp", 1795248000.0),
+     ("'infinity'::timestamptz", None), ("'-infinity'::timestamp", None)],
+)  # fmt: skip
+def test_moments_of_every_kind(filled: Database, moment: str, expected: float | None) -> None:
+    options, wanted = {"from": f"select {moment} as x order by x"}, Wanted((), times=("x",))
+    if expected is None:
+        assert "is not a finite number" in fault(options, wanted)
+    else:
+        assert read(options, wanted)["x"] == [expected]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -14,9 +15,64 @@ from stiffcal.campaign.manifest import Source
 from stiffcal.readers import find_reader
 from stiffcal.reduction.logs import reader_options, wanted_columns
 from stiffcal.workflow.proposals import propose_sources
-from tests.workflow.small_campaign import write_small_campaign
+from tests.workflow.small_campaign import CAMPAIGN, write_small_campaign
 
+SCOPE = "".join(
+    row + "\n"
+    for row in (
+        *("Name\tYT Scope", "Starttime of export\t134082189300000000\tSamstag, 21. November 2026", "", ""),
+        *("\t".join(f"{word}\t{value(k)}" for k in range(1, 7)) for word, value in (
+            ("Name", lambda k: f"A{k}"), ("SymbolComment", lambda k: ""), ("SampleTime[ms]", lambda k: "2"),
+            ("SymbolName", lambda k: f"MAIN.A{k}"), ("Unit", lambda k: "deg (Degree)"))),
+        *("", "\t".join("0\t10,5" for _ in range(6)), "\t".join("2\t10,25" for _ in range(6))),
+    )
+)  # fmt: skip
 EXPORTS = {
+    "ATI force-torque sensor, in quotation marks": (
+        "raw/netft_java.csv",
+        (
+            '"Start Time:","Nov 21, 2026 8:15:30 AM"\n"RDT Sample Rate:","1000"\n"Counts per Unit Force:","1000000"\n\n'
+            '"Status (hex)","RDT Sequence","F/T Sequence","Fx","Fy","Fz","Tx","Ty","Tz","Time"\n'
+            '"0x00000000","1","7","0.5","1.5","-2.5","0.1","0.2","0.3","Nov 21, 2026 8:15:30 AM"\n'
+            '"0x00000000","2","14","0.5","1.5","-2.5","0.1","0.2","0.3","Nov 21, 2026 8:15:30 AM"\n'
+        ),
+        {"wrench", "rate 1000"},
+    ),
+    "Beckhoff TwinCAT Scope, a time column per channel": ("raw/all.csv", SCOPE, {"joints", "column time A1"}),
+    "Beckhoff TwinCAT Scope, one time column": (
+        "raw/shared.csv",
+        (
+            "Name,Scope\n\nName,A1,A2,A3,A4,A5,A6\nSampleTime[ms],2,2,2,2,2,2\n\n"
+            "0,10.5,20,30,40,50,60\n2,10.5,20,30,40,50,60\n"
+        ),
+        {"joints", "column time"},
+    ),
+    "Leica tracker, with dates": (
+        "raw/pilot.txt",
+        (
+            "Leica AT960; Tracker Pilot\nTimestamp;X [mm];Y [mm];Z [mm]\n2026-11-21T08:15:30.000Z;1200,5;300,25;900,0\n"
+            "2026-11-21T08:15:30.010Z;1200,5;300,25;900,0\n"
+        ),
+        {"pose", "column Timestamp"},
+    ),
+    "Leica tracker, with names of points": (
+        "raw/sa.txt",
+        "// SpatialAnalyzer, AT901\nCollection,Group,Point,X,Y,Z,Note\nA,Main,p1,1.5,2,3,x\nA,Main,p2,1.5,2,3,x\n",
+        {"pose", "rate 1000"},
+    ),
+    "Nikon tracker, an LED": (
+        "raw/k610.txt",
+        "Nikon Metrology K610\nZeit [s];LED1 X [mm];LED1 Y [mm];LED1 Z [mm]\n0,00;1,5;2,5;3,5\n0,01;1,5;2,5;3,5\n",
+        {"pose", "column Zeit [s]"},
+    ),
+    "KUKA controller trace, by variables": (
+        "raw/trace.csv",
+        (
+            "KUKA Trace\nZeit [s];" + ";".join(f"$AXIS_ACT.A{k}" for k in range(1, 7)) + "\n"
+            "0,000;10,5;-90,0;95,0;0,0;12,0;100,0\n0,012;10,5;-90,0;95,0;0,0;12,0;100,0\n"
+        ),
+        {"joints", "column Zeit [s]"},
+    ),
     "ATI force-torque sensor": (
         "raw/netft.csv",
         (
@@ -61,6 +117,17 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_small_campaign(tmp_path_factory.mktemp("proposals") / "small", poses=1)
 
 
+def _pasted(folder: Path, lines: list[str], name: str, file: str) -> Path:
+    """Return a campaign beside `folder` whose manifest has the proposed lines and a run."""
+    pasted = folder.parent / "pasted"
+    shutil.copytree(folder, pasted, dirs_exist_ok=True)
+    run = f'[[runs]]\nid = "r"\nfiles = {{ {name} = "{file}" }}\n'
+    run += "" if any(line.startswith("joints") for line in lines) else "joints_deg = [0, 0, 0, 0, 0, 0]\n"
+    text = CAMPAIGN[: CAMPAIGN.index("[sources.table]")] + "\n".join([*lines, run])
+    (pasted / "campaign.toml").write_text(text, encoding="utf-8")
+    return pasted
+
+
 @pytest.mark.parametrize("device", EXPORTS)
 def test_the_usual_exports_are_recognised_and_readable(empty: Path, device: str) -> None:
     file, text, expected = EXPORTS[device]
@@ -68,9 +135,11 @@ def test_the_usual_exports_are_recognised_and_readable(empty: Path, device: str)
     path.write_text(text, encoding="utf-8")
     try:
         (proposal,) = propose_sources(load_campaign(empty))
-        assert proposal["device"] == device
+        assert proposal["device"] == device.split(",")[0]
         assert proposal["files"] == [file]
-        ((name, table),) = tomllib.loads("\n".join(proposal["lines"]))["sources"].items()
+        said = tomllib.loads("\n".join(proposal["lines"]))
+        ((name, table),) = said["sources"].items()
+        load_campaign(_pasted(empty, proposal["lines"], name, file))  # every frame it names is there
         assert f'# in its run: files = {{ {name} = "{file}" }}' in proposal["lines"]
         source = Source.model_validate(table)
         assert set(source.signals()) == {word for word in expected if " " not in word}
@@ -109,7 +178,7 @@ def test_what_is_named_is_not_proposed(empty: Path) -> None:
 
 def test_an_export_that_cannot_be_read_says_what_helps(empty: Path) -> None:
     path = empty / "raw" / "each.csv"
-    head = "Name\tScope\nStarttime of export\t1\n\nName\tAxis1\tName\tAxis2\nSampleTime[ms]\t1\tSampleTime[ms]\t1\n"
+    head = "Name\tScope\nStarttime of export\t1\n\nName\tF\tName\tF\nSampleTime[ms]\t1\tSampleTime[ms]\t1\n"
     path.write_text(head + "0\t1.5\t0\t2.5\n1\t1.5\t1\t2.5\n", encoding="utf-8")
     try:
         (proposal,) = propose_sources(load_campaign(empty))

@@ -23,6 +23,7 @@ import pyarrow.csv as arrow_csv
 
 from stiffcal.errors import InputError
 from stiffcal.measurements.columns import values_of
+from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.readers import (
     Batch,
     Floats,
@@ -30,7 +31,6 @@ from stiffcal.readers import (
     Options,
     Wanted,
     first_not_finite,
-    seconds_of_times,
 )
 from stiffcal.readers.csv.faults import GAP_WORDS, check_last_line, find_fault
 from stiffcal.readers.csv.layout import Layout, open_log

@@ -91,7 +91,12 @@ def _count_fault(
     if not line.strip():
         reason = "the line holds nothing but blanks"
     mend = "log again, or delete the line in a copy of the file"
-    if row == 1:
+    if line.strip(b" \t\r") == b"EOF":
+        reason, mend = (
+            "the export marks its end",
+            "export without the EOF tag, or delete this line in a copy of the file",
+        )
+    elif row == 1:
         mend = "check csv.skip_rows and csv.delimiter"
         if layout.delimiter == "," and found > expected:
             mend += "; decimal commas need another delimiter or quotation marks"

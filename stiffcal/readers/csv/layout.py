@@ -6,10 +6,11 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.measurements.scope_export import NAME, PROPERTIES, is_scope_header, scope_columns, scope_units
 from stiffcal.readers import Options, Wanted, check_columns, check_options
 from stiffcal.readers.csv.lines import LogText, find_codec
 
@@ -38,6 +39,7 @@ class Layout:
     delimiter, decimal, encoding : of the file.
     header_line : number of the line with the names, from 1.
     has_unit_row : True where the line after the names holds units.
+    properties : further lines between the names and the data.
     """
 
     columns: tuple[str, ...]
@@ -47,11 +49,12 @@ class Layout:
     encoding: str
     header_line: int
     has_unit_row: bool
+    properties: int = 0
 
     @property
     def first_data_line(self) -> int:
         """Number of the first line that can hold data."""
-        return self.header_line + 1 + self.has_unit_row
+        return self.header_line + 1 + self.has_unit_row + self.properties
 
     def split(self, line: str, strict: bool = False) -> list[str]:
         """Return the cells of one line, without the blanks around them; `strict`: `csv.Error` for stray quotation."""
@@ -127,6 +130,10 @@ def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted
     delimiter = _single(options, "delimiter", shown) or _find_delimiter(header, wanted, decimal)
     header_line = text.line_number
     columns = tuple(Layout((), {}, delimiter, decimal, "", 0, False).split(header))
+    scope = _read_scope(text, columns, delimiter, decimal) if columns[:1] == (NAME,) else None
+    if scope is not None:
+        check_columns(wanted, scope.columns, shown, f"line {header_line}")
+        return scope
     given = options.get("delimiter") is not None
     hint = "" if set(wanted.names) <= set(columns) else _header_hint(path, text, shown, wanted, delimiter, given, skip)
     check_columns(wanted, columns, shown, f"line {header_line}", hint)
@@ -135,6 +142,34 @@ def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted
     if units is None:
         return layout
     return Layout(columns, units, delimiter, decimal, text.encoding, header_line, True)
+
+
+def _read_scope(text: LogText, names: tuple[str, ...], delimiter: str, decimal: str) -> Layout | None:
+    """Take the rows of properties of a scope's export; None and nothing taken where it is none."""
+    line, header_line = text.next_line(), text.line_number
+    plain = Layout((), {}, delimiter, decimal, text.encoding, header_line - 1, False)
+    units: list[str] = []
+    columns: tuple[str, ...] = ()
+    while line is not None and len(line) <= LONGEST_HEADER:
+        cells = plain.split(line.decode(text.encoding if text.as_it_is else "utf-8", "replace"))
+        if not columns:
+            if not is_scope_header(names, cells):
+                break
+            columns = scope_columns(names)
+        if any(cells) and cells[0] not in PROPERTIES:
+            break
+        units = cells if any(cells) and cells[0] == "Unit" else units
+        line = text.next_line()
+    if line is not None:
+        text.give_back(line)
+    if not columns:
+        return None
+    return replace(
+        plain,
+        columns=columns,
+        units=scope_units(names, columns, units),
+        properties=text.line_number - plain.header_line,
+    )
 
 
 def decode_line(text: LogText, line: bytes, shown: str) -> str:
