@@ -16,6 +16,7 @@ import importlib
 import importlib.metadata
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias, cast
@@ -285,6 +286,29 @@ def missing_library(log_format: str, shown: str) -> InputError:
     """Return what to install where the library behind a format is not there; extras are named like their format."""
     reason = f"the library that reads {log_format} files is not installed"
     return InputError.at(shown, "", reason, f'pip install "stiffcal[{EXTRAS.get(log_format, log_format)}]"')
+
+
+def check_there(path: Path, shown: str) -> None:
+    """Raise `InputError` where there is no such file."""
+    if not path.is_file():
+        raise InputError.at(shown, "", "no such file", "correct the file's name")
+
+
+@contextmanager
+def whole(what: str, shown: str, mend: str = "copy it again from its origin, or log again") -> Iterator[None]:
+    """Turn whatever a library says of a damaged file, in errors of every kind, into one line.
+
+    Parameters
+    ----------
+    what : what the file should be, e.g. "TDMS file". mend : what to do.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:
+        said = (str(error).strip("'").splitlines() or [type(error).__name__])[0]
+        raise InputError.at(shown, "", f"no whole {what} ({said})", mend) from None
 
 
 def common_length(lengths: Mapping[str, int], wanted: Wanted, shown: str) -> int:

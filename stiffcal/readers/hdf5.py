@@ -35,9 +35,11 @@ from stiffcal.readers import (
     batch_of_columns,
     check_columns,
     check_options,
+    check_there,
     common_length,
     nearest_name,
     text_of,
+    whole,
 )
 
 BATCH_ROWS = 1 << 16
@@ -110,33 +112,26 @@ READER = Hdf5Reader()
 @contextmanager
 def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, str]]:
     check_options(options, KNOWN_OPTIONS, "hdf5", shown)
-    if not path.is_file():
-        raise InputError.at(shown, "", "no such file", "correct the file's name")
+    check_there(path, shown)
     group_name = str(options.get("group") or "/")
-    try:
-        with h5py.File(path, "r") as file:
-            if group_name not in file:
-                groups = [name for name, item in _walk(file) if isinstance(item, h5py.Group)]
-                raise InputError.at(shown, "hdf5.group", f"no group {group_name!r}", nearest_name(group_name, groups))
-            group = file[group_name]
-            _check_inside(group, file, group_name, shown)
-            dataset = options.get("dataset")
-            if isinstance(group, h5py.Dataset):
-                yield _columns_of_dataset(group, shown), group_name
-            elif dataset is not None:
-                if dataset not in group or not isinstance(group[dataset], h5py.Dataset):
-                    mend = nearest_name(str(dataset), list(group))
-                    raise InputError.at(shown, "hdf5.dataset", f"no dataset {dataset!r} in {group_name!r}", mend)
-                _check_inside(group[dataset], file, str(dataset), shown)
-                yield _columns_of_dataset(group[dataset], shown), f"dataset {dataset}"
-            else:
-                yield _columns_of_group(group, shown), f"group {group_name}"
-    except (OSError, RuntimeError, KeyError, MemoryError) as error:
-        said = str(error).strip("'").splitlines() or [type(error).__name__]
-        reason = f"no whole HDF5 file ({said[0]})"
-        raise InputError.at(
-            shown, "", reason, "close the program that writes it, copy it again, or log again"
-        ) from None
+    mend = "close the program that writes it, copy it again, or log again"
+    with whole("HDF5 file", shown, mend), h5py.File(path, "r") as file:
+        if group_name not in file:
+            groups = [name for name, item in _walk(file) if isinstance(item, h5py.Group)]
+            raise InputError.at(shown, "hdf5.group", f"no group {group_name!r}", nearest_name(group_name, groups))
+        group = file[group_name]
+        _check_inside(group, file, group_name, shown)
+        dataset = options.get("dataset")
+        if isinstance(group, h5py.Dataset):
+            yield _columns_of_dataset(group, shown), group_name
+        elif dataset is not None:
+            if dataset not in group or not isinstance(group[dataset], h5py.Dataset):
+                near = nearest_name(str(dataset), list(group))
+                raise InputError.at(shown, "hdf5.dataset", f"no dataset {dataset!r} in {group_name!r}", near)
+            _check_inside(group[dataset], file, str(dataset), shown)
+            yield _columns_of_dataset(group[dataset], shown), f"dataset {dataset}"
+        else:
+            yield _columns_of_group(group, shown), f"group {group_name}"
 
 
 def _check_columns(wanted: Wanted, columns: Columns, shown: str, place: str) -> None:

@@ -37,8 +37,10 @@ from stiffcal.readers import (
     batch_of_columns,
     check_columns,
     check_options,
+    check_there,
     common_length,
     nearest_name,
+    whole,
 )
 
 BATCH_ROWS = 1 << 16
@@ -120,22 +122,15 @@ READER = MatReader()
 @contextmanager
 def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[dict[str, Vector], str]]:
     check_options(options, KNOWN_OPTIONS, "mat", shown)
-    if not path.is_file():
-        raise InputError.at(shown, "", "no such file", "correct the file's name")
+    check_there(path, shown)
     variable = str(options.get("variable") or "")
     place = f"variable {variable}" if variable else ""
-    try:
+    with whole("MAT file", shown, "copy it again from its origin, or save it again"):
         if h5py.is_hdf5(path):
             with h5py.File(path, "r") as file:
                 yield _columns(_Tree73(file), options, shown), place
         else:
             yield _columns(_Tree5(path), options, shown), place
-    except InputError:
-        raise
-    except Exception as error:  # the libraries let errors of every kind through from a damaged file
-        said = (str(error).splitlines() or [type(error).__name__])[0]
-        reason = f"no whole MAT file ({said})"
-        raise InputError.at(shown, "", reason, "copy it again from its origin, or save it again") from None
 
 
 def _columns(tree: _Tree73 | _Tree5, options: Options, shown: str) -> dict[str, Vector]:

@@ -33,6 +33,7 @@ from stiffcal.readers import (
     check_options,
     missing_library,
     nearest_name,
+    whole,
 )
 
 BATCH_MESSAGES = 1 << 14
@@ -42,6 +43,7 @@ TRANSFORMS = "tf2_msgs/msg/TFMessage"
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 # Arrays of a joint state, whose elements go by the names in `name`.
 NAMED = ("position", "velocity", "effort")
+MEND = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may mend what a recorder left"
 BY_THEN_NOT_TOLD = "ros2_humble"
 
 
@@ -125,7 +127,7 @@ class RosReader:
         types = str(options.get("types") or BY_THEN_NOT_TOLD)
         if types not in releases:
             raise InputError.at(shown, f"{self.name}.types", f"no release {types!r}", nearest_name(types, releases))
-        with _whole(shown), AnyReader([path], default_typestore=get_typestore(Stores(types))) as bag:
+        with whole("bag", shown, MEND), AnyReader([path], default_typestore=get_typestore(Stores(types))) as bag:
             yield _topic(bag, self.name, options, shown)
 
 
@@ -176,20 +178,6 @@ class _Topic:
         for _, message in self.messages():
             return (RECORDED, *_paths(message, ""))
         raise InputError.at(self.shown, f"topic {self.name}", "it has no messages", "log again, or leave the file out")
-
-
-@contextmanager
-def _whole(shown: str) -> Iterator[None]:
-    """Turn whatever the library says of a damaged bag (errors of every kind) into one line."""
-    try:
-        yield
-    except InputError:
-        raise
-    except Exception as error:
-        said = (str(error).splitlines() or [type(error).__name__])[0]
-        reason = f"no whole bag ({said})"
-        mend = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may mend what a recorder left"
-        raise InputError.at(shown, "", reason, mend) from None
 
 
 def _topic(bag: Any, option: str, options: Options, shown: str) -> _Topic:

@@ -31,9 +31,11 @@ from stiffcal.readers import (
     batch_of_columns,
     check_columns,
     check_options,
+    check_there,
     common_length,
     missing_library,
     nearest_name,
+    whole,
 )
 
 BATCH_ROWS = 1 << 16
@@ -85,7 +87,7 @@ class TdmsReader:
                 channel = channels[name]
                 if isinstance(channel, _Waveform):
                     return channel.times(start, end)
-                with _whole(shown):
+                with whole("TDMS file", shown):
                     return np.asarray(channel.read_data(start, end - start))
 
             for start in range(0, n_rows, BATCH_ROWS):
@@ -115,8 +117,7 @@ class _Waveform:
 @contextmanager
 def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Mapping[str, Any], str]]:
     check_options(options, KNOWN_OPTIONS, "tdms", shown)
-    if not path.is_file():
-        raise InputError.at(shown, "", "no such file", "correct the file's name")
+    check_there(path, shown)
     try:
         from nptdms import TdmsFile
         from nptdms.log import log_manager
@@ -124,13 +125,13 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Mapping[st
         raise missing_library("tdms", shown) from None
     # Opened here, as the library lets go of no file that it cannot read.
     with path.open("rb") as raw:
-        with _whole(shown):
+        with whole("TDMS file", shown):
             # What it logs of a damaged file is said below, as a fault.
             log_manager.set_level(logging.CRITICAL)
             file = TdmsFile.open(raw)
         with file:
             _check_finished(file, shown)
-            with _whole(shown):
+            with whole("TDMS file", shown):
                 group = _group(file, options, shown)
                 channels = _channels(group)
             yield channels, f"group {group.name}"
@@ -142,19 +143,6 @@ def _channels(group: Any) -> dict[str, Any]:
     if waveform is not None and WAVEFORM_TIME not in channels and float(waveform.properties["wf_increment"]) > 0.0:
         channels[WAVEFORM_TIME] = _Waveform(waveform)
     return channels
-
-
-@contextmanager
-def _whole(shown: str) -> Iterator[None]:
-    """Turn whatever the library says of a damaged file (it has no error of its own) into one line."""
-    try:
-        yield
-    except InputError:
-        raise
-    except Exception as error:
-        said = (str(error).splitlines() or [type(error).__name__])[0]
-        reason = f"no whole TDMS file ({said})"
-        raise InputError.at(shown, "", reason, "copy it again from its origin, or log again") from None
 
 
 def _check_finished(file: Any, shown: str) -> None:

@@ -98,8 +98,8 @@ def _in_frames(lines: Sequence[str], frames: set[str]) -> tuple[list[str], list[
                 if named in line:
                     said = line.replace(named, f'{word} = "{there}"')
                     found[k] = said if GUESS in said else f"{said}  {doubt}"
-    named = {name for line in found for name in re.findall(r'(?:frame|body|point) = "(\w+)"', line)}
-    missing = [entry for name, entries in FRAMES.items() if name in named - frames for entry in entries]
+    asked = {name for line in found for name in re.findall(r'(?:frame|body|point) = "(\w+)"', line)}
+    missing = [entry for name, entries in FRAMES.items() if name in asked - frames for entry in entries]
     return found, missing
 
 

@@ -17,16 +17,17 @@ from stiffcal.reduction.logs import reader_options, wanted_columns
 from stiffcal.workflow.proposals import propose_sources
 from tests.workflow.small_campaign import CAMPAIGN, write_small_campaign
 
-SCOPE = "".join(
-    row + "\n"
-    for row in (
+PROPERTIES = (
+    *(("Name", "A{k}"), ("SymbolComment", ""), ("SampleTime[ms]", "2"), ("SymbolName", "MAIN.A{k}")),
+    ("Unit", "deg (Degree)"),
+)
+SCOPE = "\n".join(
+    (
         *("Name\tYT Scope", "Starttime of export\t134082189300000000\tSamstag, 21. November 2026", "", ""),
-        *("\t".join(f"{word}\t{value(k)}" for k in range(1, 7)) for word, value in (
-            ("Name", lambda k: f"A{k}"), ("SymbolComment", lambda k: ""), ("SampleTime[ms]", lambda k: "2"),
-            ("SymbolName", lambda k: f"MAIN.A{k}"), ("Unit", lambda k: "deg (Degree)"))),
-        *("", "\t".join("0\t10,5" for _ in range(6)), "\t".join("2\t10,25" for _ in range(6))),
+        *("\t".join(f"{word}\t{value.format(k=k)}" for k in range(1, 7)) for word, value in PROPERTIES),
+        *("", "\t".join("0\t10,5" for _ in range(6)), "\t".join("2\t10,25" for _ in range(6)), ""),
     )
-)  # fmt: skip
+)
 EXPORTS = {
     "ATI force-torque sensor, in quotation marks": (
         "raw/netft_java.csv",
