@@ -55,7 +55,7 @@ KNOWN_OPTIONS: dict[str, type] = {"group": str, "dataset": str}
 class Columns:
     """The columns of a group: names, how to read rows of one, how many rows there are, units, the datasets behind.
 
-    `elsewhere` are the names that only link to another file.
+    `elsewhere` are the names that only link to another file, `groups` the groups beside them.
     """
 
     names: tuple[str, ...]
@@ -64,6 +64,7 @@ class Columns:
     units: dict[str, str]
     datasets: dict[str, Any]
     elsewhere: frozenset[str] = frozenset()
+    groups: tuple[str, ...] = ()
 
 
 class Hdf5Reader:
@@ -138,7 +139,10 @@ def _check_columns(wanted: Wanted, columns: Columns, shown: str, place: str) -> 
     for name in wanted.names:
         if name in columns.elsewhere:
             raise _lies_elsewhere(name, shown)
-    check_columns(wanted, columns.names, shown, place)
+    hint = ""
+    if not columns.names and columns.groups:
+        hint = f"name the group that holds it: hdf5.group = one of {', '.join(map(repr, columns.groups[:12]))}"
+    check_columns(wanted, columns.names, shown, place, hint)
 
 
 def _lies_elsewhere(name: str, shown: str) -> InputError:
@@ -185,7 +189,8 @@ def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
 
     units = {name: unit for name, item in flat.items() if (unit := _unit(item))}
     lengths = {name: item.shape[0] for name, item in flat.items()}
-    return Columns(tuple(flat), read, lengths, units, flat, frozenset(elsewhere))
+    groups = tuple(item.name for name in group if isinstance(item := group.get(name), h5py.Group)) if not flat else ()
+    return Columns(tuple(flat), read, lengths, units, flat, frozenset(elsewhere), groups)
 
 
 def _rows(dataset: Any, which: Any) -> NDArray[Any]:

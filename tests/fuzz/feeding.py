@@ -21,6 +21,7 @@ from tests.fuzz.targets import check_fault, targets
 
 MOST_SECONDS = 10.0  # of one input: more is a hang
 MOST_BYTES = 3 << 30  # of address space above what the process begins with
+MOST_GROWN = 600 << 20  # of memory in use, by one input
 HOPELESS_S = 30.0  # beyond the alarm: code outside Python that never comes back
 
 
@@ -93,11 +94,20 @@ def _serve(pipe: Connection, name: str, seed: int, first: int, count: int) -> No
     with tempfile.TemporaryDirectory(prefix="stiffcal-fuzz-", dir=parent) as place:
         own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (own + MOST_BYTES, own + MOST_BYTES))
+        used = _used()
         for number in range(first, first + count):
             pipe.send(("begins", number, "", 0))
             what, words = feed_one(name, seed, number, Path(place))
-            pipe.send((what, number, " ".join(words.split()), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10))
+            before, used = used, _used()
+            if used - before > MOST_GROWN and what in ("refused", "accepted"):
+                what, words = "memory", f"grew by {used - before >> 20} MB, then {what}"
+            pipe.send((what, number, " ".join(words.split()), used))
     pipe.close()
+
+
+def _used() -> int:
+    """Return the most memory that the process has had in use, in bytes."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10
 
 
 def feed(name: str, count: int, seed: int, seconds: float = float("inf")) -> Outcome:

@@ -25,11 +25,12 @@ def test_refused_or_accepted(name: str, request: pytest.FixtureRequest) -> None:
     outcome = feed(name, COUNT, seed=20261121, seconds=SECONDS)
     assert outcome.tries >= 1
     assert outcome.faults == 0, outcome.found
-    assert outcome.grown < 500 << 20
+    assert outcome.grown < 600 << 20
 
 
 def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The bench itself: a traceback, a hang, a crash and an unclear line are each seen."""
+    """The bench itself: a traceback, a hang, a crash, an unclear line and a flood of memory are each seen."""
+    import itertools
     import os
     import time
 
@@ -39,15 +40,18 @@ def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> Non
     def refuse(*_: object) -> None:
         raise InputError.at("a", "", "", "")
 
+    tries = itertools.count(1)
     deeds = {
         "traceback": lambda *_: 1 / 0,
         "hang": lambda *_: time.sleep(60),
         "crash": lambda *_: os._exit(7),
         "unclear": refuse,
+        "memory": lambda *_: b"x" * (80 << 20 if next(tries) % 2 else 160 << 20) and None,
     }
     monkeypatch.setattr(feeding, "targets", lambda: deeds)
-    monkeypatch.setattr(feeding, "MOST_SECONDS", 0.2)
+    monkeypatch.setattr(feeding, "MOST_GROWN", 40 << 20)
     for name in deeds:
+        monkeypatch.setattr(feeding, "MOST_SECONDS", 30.0 if name == "memory" else 0.2)
         assert feeding.feed(name, 2, 1).counts == {name: 2}
 
 

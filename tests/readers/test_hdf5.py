@@ -188,3 +188,11 @@ def test_only_heaps_are_looked_through_in_a_large_file(tmp_path: Path, monkeypat
             assert sum(count for _, count in told) == 8000
         columns = READER.read_header(sound, {})
         assert columns.units == {"t": "s"}
+
+
+def test_columns_in_groups_are_found(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        columns(file)
+        file.create_group("notes")
+    with pytest.raises(InputError, match="name the group that holds it: hdf5.group = one of '/ids', '/notes'"):
+        READER.read_header(tmp_path / "log.h5", {}, wanted=WANTED)
