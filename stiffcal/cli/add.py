@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -14,12 +15,14 @@ from stiffcal.cli.options import AsJson, Joints, Links, Pairs
 if TYPE_CHECKING:
     from rich.console import Console
 
+Model = Annotated[Path, typer.Argument(metavar="DIR", help="The campaign folder.")]
+EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Its name, see `stiffcal effects`.")]
 Everywhere = Annotated[bool, typer.Option("--all", help="Every place the effect can have.")]
 
 
 def add(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The campaign folder.")],
-    effect: Annotated[str, typer.Argument(metavar="EFFECT", help="Its name, see `stiffcal effects`.")],
+    folder: Model,
+    effect: EffectName,
     joints: Joints = None,
     links: Links = None,
     pairs: Pairs = None,
@@ -32,11 +35,22 @@ def add(
 
     Example: stiffcal add demo backlash --joints 4
     """
+    return edit(folder, "add", effect, {"joints": joints, "links": links, "pairs": pairs}, everywhere, as_json)
+
+
+def edit(
+    folder: Path,
+    action: Literal["add", "remove"],
+    effect: str,
+    where: Mapping[str, str | None],
+    everywhere: bool,
+    as_json: bool,
+) -> int:
+    """Change model.toml and show what it holds now; of `add` and `remove`."""
     with answering(as_json) as answer:
         from stiffcal.workflow.edit_model import edit_model
 
-        where = {"joints": joints, "links": links, "pairs": pairs}
-        document = edit_model(folder, "add", effect, where=where, everywhere=everywhere)
+        document = edit_model(folder, action, effect, where=where, everywhere=everywhere)
         answer.give(document, show_edit, command_line("identify", folder))
     return OK
 

@@ -17,77 +17,92 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+# What can be said of a path, its forces, and what is wanted of it.
+PathFile = Annotated[
+    Path,
+    typer.Option(
+        "--path",
+        metavar="FILE",
+        help="CSV: a column per joint (degrees), or X, Y, Z (mm) with qw … qz or roll, pitch, yaw (degrees); "
+        "beside them Fx … Tz (N, N·m), t (s), segment.",
+        show_default=False,
+    ),
+]
+Force = Annotated[
+    str | None, typer.Option("--force", metavar="F", help="Fx,Fy,Fz[,Tx,Ty,Tz] all along.", show_default=False)
+]
+Segments = Annotated[Path | None, typer.Option(metavar="FILE", help="CSV: segment, Fx … Tz.", show_default=False)]
+Log = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="CSV: t, Fx … Tz, a sensor's log on the path's clock.", show_default=False),
+]
+ForceFrame = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Frame that the forces are in; else base axes.", show_default=False),
+]
+ActsOn = Annotated[Literal["robot", "environment"], typer.Option(help="What the forces act on.")]
+Filter = Annotated[
+    float | None, typer.Option("--filter", metavar="HZ", help="Low-pass for a log's noise.", show_default=False)
+]
+Tool = Annotated[
+    str | None,
+    typer.Option(
+        metavar="KG,X,Y,Z",
+        help="Take the weight of the tool beyond the sensor out of a log: mass, centre in the flange frame (m).",
+        show_default=False,
+    ),
+]
+Zeroed = Annotated[bool, typer.Option("--zeroed/--never-zeroed", help="The sensor read zero in the log's first pose.")]
+Target = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Frame that follows the path; else the measured one.", show_default=False),
+]
+Start = Annotated[
+    str | None,
+    typer.Option(metavar="A1,A2,…", help="Joint angles near a spatial path's first pose.", show_default=False),
+]
+PositionOnly = Annotated[bool, typer.Option("--position-only", help="Let the orientation go.")]
+Sag = Annotated[
+    bool | None,
+    typer.Option(
+        "--sag/--no-sag",
+        help="Correct the sag under weight too; left out: for paths in space yes, for joint angles no.",
+        show_default=False,
+    ),
+]
+Normal = Annotated[
+    str | None,
+    typer.Option(metavar="X,Y,Z|radial", help="Show the error in this direction.", show_default=False),
+]
+Judge = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", help="Another campaign, whose robot tells what is left.", show_default=False),
+]
+PictureFile = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="*.svg, *.png, *.pdf: the error along the path.", show_default=False),
+]
+
+
 def compensate(
-    path: Annotated[
-        Path,
-        typer.Option(
-            "--path",
-            metavar="FILE",
-            help="CSV: a column per joint (degrees), or X, Y, Z (mm) with qw … qz or roll, pitch, yaw (degrees); "
-            "beside them Fx … Tz (N, N·m), t (s), segment.",
-            show_default=False,
-        ),
-    ],
+    path: PathFile,
     folder: Folder = HERE,
-    force: Annotated[
-        str | None, typer.Option("--force", metavar="F", help="Fx,Fy,Fz[,Tx,Ty,Tz] all along.", show_default=False)
-    ] = None,
-    segments: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="CSV: segment, Fx … Tz.", show_default=False)
-    ] = None,
-    log: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="CSV: t, Fx … Tz, a sensor's log on the path's clock.", show_default=False),
-    ] = None,
-    frame: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Frame that the forces are in; else base axes.", show_default=False),
-    ] = None,
-    acts_on: Annotated[Literal["robot", "environment"], typer.Option(help="What the forces act on.")] = "robot",
-    filter_hz: Annotated[
-        float | None, typer.Option("--filter", metavar="HZ", help="Low-pass for a log's noise.", show_default=False)
-    ] = None,
-    tool: Annotated[
-        str | None,
-        typer.Option(
-            metavar="KG,X,Y,Z",
-            help="Take the weight of the tool beyond the sensor out of a log: mass, centre in the flange frame (m).",
-            show_default=False,
-        ),
-    ] = None,
-    zeroed: Annotated[
-        bool, typer.Option("--zeroed/--never-zeroed", help="The sensor read zero in the log's first pose.")
-    ] = True,
-    target: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Frame that follows the path; else the measured one.", show_default=False),
-    ] = None,
-    start: Annotated[
-        str | None,
-        typer.Option(metavar="A1,A2,…", help="Joint angles near a spatial path's first pose.", show_default=False),
-    ] = None,
-    position_only: Annotated[bool, typer.Option("--position-only", help="Let the orientation go.")] = False,
-    sag: Annotated[
-        bool | None,
-        typer.Option(
-            "--sag/--no-sag",
-            help="Correct the sag under weight too; left out: for paths in space yes, for joint angles no.",
-            show_default=False,
-        ),
-    ] = None,
-    normal: Annotated[
-        str | None,
-        typer.Option(metavar="X,Y,Z|radial", help="Show the error in this direction.", show_default=False),
-    ] = None,
-    judge: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Another campaign, whose robot tells what is left.", show_default=False),
-    ] = None,
+    force: Force = None,
+    segments: Segments = None,
+    log: Log = None,
+    frame: ForceFrame = None,
+    acts_on: ActsOn = "robot",
+    filter_hz: Filter = None,
+    tool: Tool = None,
+    zeroed: Zeroed = True,
+    target: Target = None,
+    start: Start = None,
+    position_only: PositionOnly = False,
+    sag: Sag = None,
+    normal: Normal = None,
+    judge: Judge = None,
     output: Output = None,
-    picture: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="*.svg, *.png, *.pdf: the error along the path.", show_default=False),
-    ] = None,
+    picture: PictureFile = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,

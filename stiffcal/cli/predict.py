@@ -69,11 +69,16 @@ def predict(
 def show_prediction(console: Console, document: Document, most: int = 24) -> None:
     """Draw deflection ± 95 % and the force it takes per millimetre, state by state."""
     console.print(f"deflection of {document['target']}, base axes; values from {document['values_from']}")
-    stiffness = "stiffness along x, y, z [N/mm]>"
-    table = plain_table("state>", "dx [mm]>", "dy [mm]>", "dz [mm]>", stiffness, "without complementary stiffness>")
-    for number, state in enumerate(document["states"][:most], start=1):
-        ways = (_stiffness(state[key]) for key in ("cartesian_compliance", "linear_compliance"))
-        table.add_row(str(number), *(_translation(state, k) for k in range(3)), *ways)
+    shown = list(enumerate(document["states"][:most], start=1))
+    table = plain_table("state>", "dx [mm]>", "dy [mm]>", "dz [mm]>")
+    for number, state in shown:
+        table.add_row(str(number), *(_translation(state, k) for k in range(3)))
+    console.print(table)
+    console.print("\nstiffness [N/mm], with complementary stiffness and without")
+    table = plain_table("state>", "x>", "y>", "z>", "x without>", "y without>", "z without>")
+    for number, state in shown:
+        ways = [words for key in ("cartesian_compliance", "linear_compliance") for words in _stiffness(state[key])]
+        table.add_row(str(number), *ways)
     console.print(table)
     if len(document["states"]) > most:
         console.print(f"{len(document['states']) - most} more in --json or -o FILE")
@@ -90,7 +95,7 @@ def _translation(state: Document, axis: int) -> str:
     return f"{significant(value)} ± {significant(half, 2)}" if half else significant(value)
 
 
-def _stiffness(compliance: list[list[float]]) -> str:
+def _stiffness(compliance: list[list[float]]) -> list[str]:
     """Return force over deflection along each axis, the other directions free to give."""
     gives = [compliance[k][k] for k in range(3)]
-    return ", ".join(significant(1e-3 / give) if give > 0.0 else NOT_KNOWN for give in gives)
+    return [significant(1e-3 / give) if give > 0.0 else NOT_KNOWN for give in gives]

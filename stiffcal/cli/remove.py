@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from stiffcal.cli.add import Everywhere, show_edit
-from stiffcal.cli.answers import answering, command_line
-from stiffcal.cli.endings import OK
+from stiffcal.cli.add import EffectName, Everywhere, Model, edit
 from stiffcal.cli.options import AsJson, Joints, Links, Pairs
 
 
 def remove(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The campaign folder.")],
-    effect: Annotated[str, typer.Argument(metavar="EFFECT", help="Its name, see `stiffcal effects`.")],
+    folder: Model,
+    effect: EffectName,
     joints: Joints = None,
     links: Links = None,
     pairs: Pairs = None,
@@ -28,10 +21,4 @@ def remove(
 
     Example: stiffcal remove demo backlash --joints 4
     """
-    with answering(as_json) as answer:
-        from stiffcal.workflow.edit_model import edit_model
-
-        where = {"joints": joints, "links": links, "pairs": pairs}
-        document = edit_model(folder, "remove", effect, where=where, everywhere=everywhere)
-        answer.give(document, show_edit, command_line("identify", folder))
-    return OK
+    return edit(folder, "remove", effect, {"joints": joints, "links": links, "pairs": pairs}, everywhere, as_json)

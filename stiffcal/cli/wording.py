@@ -30,30 +30,34 @@ def significant(value: float | None, digits: int = 3) -> str:
 
 
 def length(metres: float | None) -> str:
-    """Return a length in mm, in µm below 0.1 mm.
+    """Return a length in mm, in µm below 0.1 mm; below a nanometre it is some computation's rounding.
 
     Examples
     --------
-    >>> length(0.0017254), length(1.234e-5)
-    ('1.73 mm', '12.3 µm')
+    >>> length(0.0017254), length(1.234e-5), length(2e-13)
+    ('1.73 mm', '12.3 µm', 'below 1 nm')
     """
     if metres is None:
         return NOT_KNOWN
+    if 0 < abs(metres) < 1e-9:
+        return "below 1 nm"
     if 0 < abs(metres) < 1e-4:
         return f"{significant(metres * 1e6)} µm"
     return f"{significant(metres * 1e3)} mm"
 
 
 def angle(radians: float | None) -> str:
-    """Return an angle in mrad, in µrad below 0.1 mrad.
+    """Return an angle in mrad, in µrad below 0.1 mrad; below a nanoradian it is some computation's rounding.
 
     Examples
     --------
-    >>> angle(0.00123)
-    '1.23 mrad'
+    >>> angle(0.00123), angle(3e-14)
+    ('1.23 mrad', 'below 1 nrad')
     """
     if radians is None:
         return NOT_KNOWN
+    if 0 < abs(radians) < 1e-9:
+        return "below 1 nrad"
     if 0 < abs(radians) < 1e-4:
         return f"{significant(radians * 1e6)} µrad"
     return f"{significant(radians * 1e3)} mrad"

@@ -225,8 +225,8 @@ class _Problem:
         )
 
     def _reached(self, whole: Booleans) -> Booleans:
-        place = np.abs(self.error[:, :3]).max(axis=1) < REACHED_M
-        turn = np.abs(self.error[:, 3:]).max(axis=1) < REACHED_RAD
+        place = np.linalg.norm(self.error[:, :3], axis=1) < REACHED_M
+        turn = np.linalg.norm(self.error[:, 3:], axis=1) < REACHED_RAD
         return np.asarray(place & (turn | ~whole), dtype=np.bool_)
 
     def _go(self, part: Integers, whole: Booleans) -> None:

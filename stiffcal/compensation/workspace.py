@@ -21,6 +21,8 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 OUT_OF_REACH, BEYOND_LIMITS, REACHED = 0, 1, 2
+# What a box of drawn places is widened by on either side, of its size.
+_MARGIN = 0.03
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,11 @@ def longest_reach(chain: Chain, target: Attachment) -> float:
 
 
 def reached_box(chain: Chain, target: Attachment, seed: int = 0) -> Floats:
-    """Return (3, 2) m, base axes: the box in which the target stands for joint angles drawn within the limits."""
+    """Return (3, 2) m, base axes: the box in which the target stands for joint angles drawn within the limits.
+
+    A little wider: angles that are drawn hardly meet the outermost reach.
+    """
     drawn = drawn_joints(chain, np.random.default_rng(seed), 4000)
     place, _ = attached_poses(chain, chain.model_angles(drawn), target)
-    return np.stack([place.min(axis=0), place.max(axis=0)], axis=1)
+    box = np.stack([place.min(axis=0), place.max(axis=0)], axis=1)
+    return np.asarray(box + _MARGIN * np.ptp(box, axis=1)[:, None] * np.array([-1.0, 1.0]))

@@ -81,7 +81,14 @@ class TimePair:
 
 @dataclass(frozen=True)
 class WithAndWithout:
-    """All pairs of a campaign."""
+    """All pairs of a campaign.
+
+    Attributes
+    ----------
+    poses, over_time : the pairs.
+    played : of a simulated campaign, what its delay is made of and what is left out; "" for a measured one.
+    """
 
     poses: tuple[ComparedPose, ...]
     over_time: tuple[TimePair, ...] = ()
+    played: str = ""

@@ -80,7 +80,8 @@ def simulate_campaign(
     for number, devices in enumerate(switched_on):
         progress(f"recording {stage.played[number].act.name}", 0.1 + 0.5 * number / len(switched_on))
         logs.append([record(stage, device) for device in devices])
-    truth = truth_document(robot, stage, switched_on, logs)
+    corrects = any(run.compensation == "on" for run in campaign.manifest.runs)
+    truth = truth_document(robot, stage, switched_on, logs, settings.controller if corrects else None)
     with _only_whole(out):
         # First: it tells a folder that a killed process left half-made from one that holds something else.
         write_whole(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n")

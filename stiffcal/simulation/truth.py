@@ -1,4 +1,7 @@
-"""`truth.json`: what a simulated campaign hides. Nothing but tests and benchmarks reads one."""
+"""`truth.json`: what a simulated campaign hides. Nothing but tests and benchmarks reads one.
+
+Except for the words in a report's page on compensation that say what the simulated controller's delay is made of.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from stiffcal.mechanics.low_pass import LowPass
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.recording import Device, DeviceLog, Stage
-from stiffcal.simulation.settings import Amounts, Sensor
+from stiffcal.simulation.settings import Amounts, Controller, Sensor
 
 TRUTH_FILE = "truth.json"
 TRUTH_SCHEMA = "stiffcal/truth/1"
@@ -20,6 +24,7 @@ def truth_document(
     stage: Stage,
     switched_on: Sequence[Sequence[Device]],
     logs: Sequence[Sequence[DeviceLog]],
+    controller: Controller | None = None,
 ) -> dict[str, Any]:
     """Return the document of truth.json.
 
@@ -28,6 +33,7 @@ def truth_document(
     robot : as simulated.
     stage : the played runs.
     switched_on, logs : devices and what they wrote, by run and source.
+    controller : that corrected in some of the runs; None: none did.
 
     Returns
     -------
@@ -35,7 +41,9 @@ def truth_document(
         ``parameters`` by full name (SI); ``joint_stiffness`` by parameter name, N·m/rad; ``noise`` by source, per axis;
         ``frames`` as they really are (parent_from_frame); per run ``clock_ahead_s`` against the first source in the
         middle of the run, ``holds`` as [start, end] on the first source's clock, ``bumped`` holds from 1 by source.
+        With a controller that corrected, ``controller``: what makes its delay, s, and the effects that it knows.
     """
+    corrected = {} if controller is None else {"controller": _delays(controller)}
     stiffness = {
         one.parameter_name(spec.symbol): 1.0 / one.values[spec.symbol]
         for one in robot.placed
@@ -54,6 +62,17 @@ def truth_document(
             for name, attached in stage.frames.items()
         },
         "runs": [_run(stage, devices, written) for devices, written in zip(switched_on, logs, strict=True)],
+        **corrected,
+    }
+
+
+def _delays(controller: Controller) -> dict[str, Any]:
+    lag = 0.0 if controller.filter_hz is None else LowPass(controller.filter_hz, 1.0 / controller.cycle_s).delay_s
+    return {
+        "cycle_s": controller.cycle_s,
+        "delay_s": controller.delay_s,
+        "filter_lag_s": lag,
+        "effects": controller.effects,
     }
 
 

@@ -98,6 +98,9 @@ def compensate_campaign(
     valued = valued_campaign(campaign, means)
     setup, target = valued.aimed_at(wish.target)
     path = read_path(valued, setup, wish.path, wish.forces, wish.start)
+    if picture is not None and len(path.table) < 2:
+        mend = "give a path of two poses or more, or leave --picture out"
+        raise InputError.at(str(wish.path), "", "one pose is no path to draw", mend)
     means.progress("correcting", None)
     goal = _goal(valued, path, wish)
     solve = Wish(goal, wish.orientation, valued.robot.has_memory, path.time)
@@ -235,7 +238,7 @@ def _document(
 
 
 def _warnings(path: CompensationPath, found: Corrected, wish: CompensateWish) -> list[str]:
-    said = []
+    said = list(path.doubts)
     only = found.position_reached & ~found.reached
     if wish.orientation and only.any():
         worst = 1e3 * float(np.abs(found.after[only, 3:]).max())

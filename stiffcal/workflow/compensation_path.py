@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _MOST_FAULTS = 10
+# What numbers without a unit may be where they are taken for another: radians for degrees, metres for millimetres.
+_MOST_RADIANS, _MOST_METRES = 3.2, 0.01
+_OTHER_UNIT = '{0} of the path is small, read as {1}: where they are {2}, write the unit behind the names, "{3}"'
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,7 @@ class CompensationPath:
     wrench : (n, 6) on the robot, in the axes and about the point of ``setup``.
     setup : the set-up with those axes, that point, and the frame that follows the path as its target.
     time : (n,) s, or None.
+    doubts : what was read and may not have been meant, in words.
     """
 
     table: WrittenTable
@@ -80,6 +84,7 @@ class CompensationPath:
     wrench: Floats
     setup: MeasurementSetup
     time: Floats | None
+    doubts: tuple[str, ...] = ()
 
 
 def read_path(
@@ -102,12 +107,17 @@ def read_path(
     """
     names = valued.campaign.chain.joint_names
     table = read_table(file, names, (*names, *POSITION, *QUATERNION, *ANGLES, *AXES, "t"), ("segment",))
-    goal = None
+    goal, doubts = None, []
     if table.has(names):
         joints = table.block(names)
+        # An arm in all its joints within three degrees of zero is rare, and radians are never more.
+        if joints.any() and np.degrees(np.abs(joints).max()) <= _MOST_RADIANS:
+            doubts.append(_OTHER_UNIT.format("every joint angle", "degrees", "radians", f"{names[0]} [rad]"))
         _check_limits(valued, table, joints)
     elif table.has(POSITION):
         joints, goal = _from_poses(valued, setup, table, start)
+        if np.abs(goal.position).max() < _MOST_METRES:
+            doubts.append(_OTHER_UNIT.format("every place", "mm", "metres", "X [m]"))
     else:
         lacking = next(name for name in names if name not in table.numbers)
         mend = f"give a column for each of {', '.join(names)} (degrees), or {', '.join(POSITION)} (mm)"
@@ -120,7 +130,7 @@ def read_path(
     wrench = _wrench(valued, setup, table, joints, forces)
     if forces.acts_on == "environment":
         wrench = -wrench
-    return CompensationPath(table, joints, goal, wrench, setup, time)
+    return CompensationPath(table, joints, goal, wrench, setup, time, tuple(doubts))
 
 
 def _check_limits(valued: ValuedCampaign, table: WrittenTable, joints: Floats) -> None:
@@ -171,6 +181,8 @@ def _from_poses(
     if not reached.all():
         reason = "the robot does not reach this pose within its joint limits"
         mend = "move the path, or say with --start from which joint angles it is reached"
+        if np.abs(goal.position).max() < _MOST_METRES:
+            mend += '; X, Y, Z were read as mm: where they are metres, write "X [m]"'
         raise_faults(shortened([Fault(table.file, f"line {k}", reason, mend) for k in table.lines[~reached]]))
     return joints, goal
 

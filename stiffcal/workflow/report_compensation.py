@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.commanded import compensated_states
 from stiffcal.report.compensation_content import ComparedPose, HalfRun, TimePair, Trace, WithAndWithout
+from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.store import values_of
 from stiffcal.workflow.steps import INGEST, Ingested, stored_document
 
@@ -46,7 +48,23 @@ def with_and_without(data: Ingested) -> WithAndWithout | None:
             pair = _over_time(data, states, partner, int(run), kind)
             if pair is not None:
                 over_time.append(pair)
-    return WithAndWithout(tuple(poses), tuple(over_time))
+    return WithAndWithout(tuple(poses), tuple(over_time), _played(data))
+
+
+def _played(data: Ingested) -> str:
+    """Return what a simulated campaign's delay is made of; a measured one has no truth.json."""
+    file = data.campaign.folder / TRUTH_FILE
+    try:
+        made = json.loads(file.read_text(encoding="utf-8"))["controller"]
+        delay, lag, cycle = (1e3 * float(made[key]) for key in ("delay_s", "filter_lag_s", "cycle_s"))
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
+    filtered = f"its filter lags by {lag:.3g} ms" if lag else "it does not filter"
+    return (
+        f"This campaign is simulated. Its controller carries a correction out {delay:.3g} ms after the reading, "
+        f"{filtered}, and it reads every {cycle:.3g} ms. Robot and load stand in balance at every "
+        "moment: the arm follows at once, no vibration and no drive of its own is played."
+    )
 
 
 def _partner(states: LoadStates, first: dict[int, int], run: int) -> int | None:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.errors import InputError
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Means, free_names, ingested, placed_robot
+from stiffcal.workflow.steps import Document, Means, free_names, ingested, placed_robot
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
+
+# A fit that misses by so many times the noise lacks something; its own offsets draw a complete one a little below 1.
+_BEYOND_NOISE = 1.2
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,7 @@ class ValuedCampaign:
     setup : where the instruments sit; estimated frames where they were found.
     covariance : of the parameters that were fitted, by full names; empty where the values are the model file's.
     source : where the values are from, in words.
+    cautions : what the fit cannot promise, in words.
     """
 
     campaign: Campaign
@@ -33,6 +38,7 @@ class ValuedCampaign:
     setup: MeasurementSetup
     covariance: dict[str, dict[str, float]]
     source: str
+    cautions: tuple[str, ...] = ()
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -42,7 +48,7 @@ class ValuedCampaign:
             said.append("the values are those of model.toml, taken as exact: no uncertainty is stated")
         if not self.campaign.chain.masses_known and self.robot.deformed:
             said.append("robot.toml gives no masses: the sag under weight is left out")
-        return tuple(said)
+        return (*said, *self.cautions)
 
     def frame(self, name: str, option: str) -> Attachment:
         """Return where a frame rides on the robot.
@@ -109,7 +115,26 @@ def valued_campaign(campaign: Campaign, means: Means) -> ValuedCampaign:
     covariance = {a: {b: float(matrix[i][j]) for j, b in kept} for i, a in kept}
     valued = robot.with_values(values_of(identified))
     setup = _aimed(data.states.setup, campaign.chain.n_joints)
-    return ValuedCampaign(campaign, valued, setup, covariance, f"fit {identified['fit_id']}")
+    cautions = tuple(_cautions(identified, here))
+    return ValuedCampaign(campaign, valued, setup, covariance, f"fit {identified['fit_id']}", cautions)
+
+
+def _cautions(identified: Document, names: set[str]) -> Iterator[str]:
+    """Tell what no stated uncertainty of a fit holds: what the data do not tell, and what the model lacks."""
+    known = {one["name"] for one in identified["parameters"] if one["value"] is not None}
+    told = {name for one in identified["not_identifiable"] for name in one["parameters"]} & (names - known)
+    if told:
+        yield (
+            f"these data do not tell {', '.join(sorted(told))}: taken as rigid; a load that turns it moves the robot "
+            "further than is said here, and the stated uncertainty does not hold that"
+        )
+    missed, noise = (identified[key]["translation"] for key in ("rms", "noise"))
+    if missed is not None and noise is not None and missed > _BEYOND_NOISE * noise:
+        yield (
+            f"this model misses the readings it was fitted to by {1e3 * missed:.3g} mm rms, their noise being "
+            f"{1e3 * noise:.3g} mm: something is missing in it (stiffcal diagnose), and what that does no stated "
+            "uncertainty holds"
+        )
 
 
 def _aimed(setup: MeasurementSetup, n_joints: int) -> MeasurementSetup:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.benchmarks import coverage, fit_speed, step_speed
+from tests.benchmarks import compensation_coverage, coverage, fit_speed, step_speed
 from tests.benchmarks.__main__ import main
 from tests.benchmarks.campaigns import NOISE, Plan, simulate_campaign
 from tests.independent.mujoco_robot import MujocoRobot
@@ -21,6 +21,13 @@ def test_coverage_prints_its_table(capsys: pytest.CaptureFixture[str]) -> None:
     printed = capsys.readouterr().out
     assert "4 campaigns, 24 parameters" in printed
     assert all(name in printed for name in coverage.PLANS)
+
+
+def test_a_path_is_corrected_by_what_was_identified() -> None:
+    plan, tilted = compensation_coverage.PLANS["drives and bearings 1 to 3, position"]
+    found = compensation_coverage.judge(plan, tilted, 7, 4)
+    assert found.gone > 0.95
+    assert found.inside.shape == found.chi2.shape == (4,)
 
 
 def test_simulated_readings_scatter_by_the_noise_they_state() -> None:

@@ -19,7 +19,7 @@ from stiffcal.mechanics.rotations import quaternion_from_rotation
 from stiffcal.workflow.compensate import CompensateWish, compensate_campaign
 from stiffcal.workflow.compensation_path import Forces
 from stiffcal.workflow.steps import Document, Means
-from stiffcal.workflow.valued import ValuedCampaign, valued_campaign
+from stiffcal.workflow.valued import ValuedCampaign, _cautions, valued_campaign
 from tests.workflow.small_campaign import POSES_DEG, STIFFNESS, write_small_campaign
 
 NAMES = "A1,A2,A3,A4,A5,A6"
@@ -88,6 +88,7 @@ def test_the_right_model_takes_more_than_95_per_cent_and_says_what_is_left(campa
     assert np.all(left < printed)
     assert printed.max() < 0.05 * 1e3 * lengths(document, "error_before").min()
     assert document["residual_95"] == pytest.approx(1e-3 * printed.max())
+    assert not any("missing" in text or "do not tell" in text for text in document["warnings"])
 
 
 def test_joint_compliance_alone_takes_60_per_cent_on_a_robot_that_has_more(tmp_path: Path) -> None:
@@ -96,6 +97,21 @@ def test_joint_compliance_alone_takes_60_per_cent_on_a_robot_that_has_more(tmp_p
     wish = CompensateWish(path_file(folder), Forces("120,200,-300"), judge=true_robot(folder, OTHERS))
     document = compensate_campaign(folder, wish)
     assert 0.60 < document["judged"]["gone"] < 0.98
+    # what is left is the bearings', which no uncertainty of the drives holds
+    assert any("something is missing in it" in text for text in document["warnings"])
+
+
+def test_what_the_data_do_not_tell_is_said() -> None:
+    names = ["joint-compliance.j1.c", "joint-compliance.j2.c"]
+    document: Document = {
+        "parameters": [{"name": names[0], "value": None}, {"name": names[1], "value": 1e-6}],
+        "not_identifiable": [{"parameters": names}],
+        "rms": {"translation": 2e-5},
+        "noise": {"translation": None},
+    }
+    (said,) = _cautions(document, set(names))
+    assert "do not tell joint-compliance.j1.c: taken as rigid" in said
+    assert not list(_cautions(document, set()))
 
 
 def test_poses_in_space_are_reached_sag_and_all(campaign: Path) -> None:
@@ -235,6 +251,21 @@ def test_a_correction_that_a_limit_stops_is_said(campaign: Path) -> None:
     assert any("the position is reached" in text and "A1 at its limit" in text for text in warnings)
 
 
+def test_units_that_were_forgotten_are_suspected(campaign: Path) -> None:
+    forces = Forces("0,0,-300")
+    file = campaign / "radians.csv"
+    file.write_text(f"{NAMES}\n0.1,0.2,-0.1,0.3,0.5,0.1\n")
+    document = compensate_campaign(campaign, CompensateWish(file, forces))
+    assert any('write the unit behind the names, "A1 [rad]"' in text for text in document["warnings"])
+    file.write_text(",".join(f"{name} [rad]" for name in NAMES.split(",")) + "\n0.1,0.2,-0.1,0.3,0.5,0.1\n")
+    assert not any(
+        "radians" in text for text in compensate_campaign(campaign, CompensateWish(file, forces))["warnings"]
+    )
+    file.write_text("X,Y,Z\n1.4,0,0.9\n")
+    document = compensate_campaign(campaign, CompensateWish(file, forces))
+    assert any("where they are metres" in text for text in document["warnings"])
+
+
 def test_faulty_wishes(campaign: Path) -> None:
     file = path_file(campaign, rows=3)
     forces = Forces("0,0,-300")
@@ -250,3 +281,6 @@ def test_faulty_wishes(campaign: Path) -> None:
     wish = CompensateWish(file, forces, normal="1,2")
     with pytest.raises(InputError, match="is no direction"):
         compensate_campaign(campaign, wish, picture=campaign / "x.svg")
+    single = CompensateWish(path_file(campaign, rows=1), forces)
+    with pytest.raises(InputError, match="one pose is no path to draw"):
+        compensate_campaign(campaign, single, picture=campaign / "x.svg")

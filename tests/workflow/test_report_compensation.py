@@ -98,6 +98,10 @@ def test_the_section_says_what_is_gone_and_is_drawn(pairs: WithAndWithout, tmp_p
         save_figure(picture.draw(), file)
         assert file.stat().st_size > 5000
     assert "ms after it came" in pictures[-1].caption
+    played = next(block.text for block in made.blocks[::-1] if isinstance(block, Paragraph))
+    assert played == pairs.played
+    assert "correction out 60 ms after the reading" in played
+    assert "reads every 4 ms" in played
 
 
 def test_nothing_is_said_where_no_run_was_compensated() -> None:

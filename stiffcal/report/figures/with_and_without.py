@@ -129,6 +129,6 @@ def draw_process(pair: TimePair) -> Figure:
             panel.plot(trace.time, trace.wrench[:, number], linewidth=0.8, label=label, **line)
         panel.set_title(f"{name} [{unit}]")
     for panel in panels[1]:
-        panel.set_xlabel("time since the load came [s]")
+        panel.set_xlabel("time since half of the force [s]")
     canvas.share_legend(figure, panels[0, 0].get_legend_handles_labels()[0])
     return figure

@@ -32,10 +32,13 @@ def section(content: ReportContent) -> Section | None:
         blocks += [
             Picture(partial(drawing.draw_before_and_after, pose), _caption(pose)) for pose in worst_first[:_MOST_CURVES]
         ]
-    for pair in pairs.over_time:
+    for number, pair in enumerate(pairs.over_time):
         draw = drawing.draw_step if pair.kind == "step" else drawing.draw_process
-        heading = "A load that comes at once" if pair.kind == "step" else "Forces of the process"
-        blocks += [Subheading(heading), Picture(partial(draw, pair), _caption_over_time(pair))]
+        if number == 0 or pair.kind != pairs.over_time[number - 1].kind:
+            blocks.append(Subheading("A load that comes at once" if pair.kind == "step" else "Forces of the process"))
+        blocks.append(Picture(partial(draw, pair), _caption_over_time(pair)))
+    if pairs.over_time and pairs.played:
+        blocks.append(Paragraph(pairs.played))
     return Section(_TITLE, tuple(blocks))
 
 
