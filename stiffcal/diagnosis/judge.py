@@ -162,12 +162,33 @@ def family_p(scan: Scan, trial: Trial) -> float:
     return min(1.0, scan.n_tried * f_tail(drop / scale / max(q, 1), max(q, 1), other))
 
 
-def possible_values(trial: Trial) -> bool:
-    """Return whether the candidate's values can be: something is left of them within their bounds."""
-    values = fitted_values(trial)
-    if trial.signature.symbols and not any(abs(v) > 0.0 for s, v in values.items() if s in trial.signature.symbols):
+def possible_values(scan: Scan, trial: Trial) -> bool:
+    """Return whether the candidate's values can be: something is left of them within their bounds.
+
+    Values that cannot be count as possible where such as can be lie too near to be told from them in these data.
+    """
+    from scipy.special import chdtri
+
+    values, symbols = fitted_values(trial), trial.signature.symbols
+    amplitudes = {symbol: values[symbol] for symbol in symbols}
+    if symbols and not any(abs(value) > 0.0 for value in amplitudes.values()):
         return False
-    return trial.candidate.effect.impossible(values) is None
+    if trial.candidate.effect.impossible(values) is None:
+        return True
+    rest = max(scan.dof - scan.n_columns - len(symbols), 1)
+    reach = float(chdtri(len(symbols), LACK_OF_FIT_P)) * max(1.0, trial.score.fitted / rest)
+    return trial.candidate.effect.possible_near(amplitudes, _information(trial), reach)
+
+
+def _information(trial: Trial) -> Floats:
+    """Return (q, q) what the data tell of a candidate's amplitudes, the base model's refitted with them."""
+    k = len(trial.score.solution)
+    p = k - len(trial.signature.symbols)
+    scale = np.sqrt(np.maximum(np.diagonal(trial.score.normal)[:k], 1e-300))
+    normal = trial.score.normal[:k, :k] / np.outer(scale, scale)
+    # As in `solve_within`: columns that agree to seven digits share what they explain.
+    own, mixed, base = normal[p:, p:], normal[:p, p:], normal[:p, :p] + 1e-10 * np.eye(p)
+    return np.asarray((own - mixed.T @ np.linalg.solve(base, mixed)) * np.outer(scale[p:], scale[p:]))
 
 
 def fitted_values(trial: Trial) -> dict[str, float]:
@@ -185,7 +206,7 @@ def fitted_values(trial: Trial) -> dict[str, float]:
 def judge(scan: Scan, trial: Trial) -> Judgement:
     """Judge a candidate by its own unseen errors."""
     fall, errors = fall_of(scan.base.unseen, trial.score.unseen, trial.score.moved, scan.dof)
-    return Judgement(fall, errors, family_p(scan, trial), possible_values(trial))
+    return Judgement(fall, errors, family_p(scan, trial), possible_values(scan, trial))
 
 
 def judge_choice(scan: Scan, leader: Trial) -> Judgement:
@@ -236,9 +257,9 @@ def foretold(scan: Scan, trial: Trial) -> Floats:
 
 def leaders(scan: Scan) -> list[Trial]:
     """Return those that cannot be told from the best, fewest parameters first, then least unseen error."""
-    able = [trial for trial in scan.trials if possible_values(trial)]
-    if not able:
+    best = next((trial for trial in scan.trials if possible_values(scan, trial)), None)
+    if best is None:
         return []
-    # Of those, only candidates that help at all by themselves.
-    near = [trial for trial in able if judge(scan, trial).supported and alike(scan, trial, able[0])] or able[:1]
+    # Of those that can be, only candidates that help at all by themselves.
+    near = [trial for trial in scan.trials if alike(scan, trial, best) and judge(scan, trial).supported] or [best]
     return sorted(near, key=lambda trial: (trial.candidate.n_parameters, float(trial.score.unseen.sum())))

@@ -33,7 +33,8 @@ def best_pair(scan: Scan) -> tuple[Trial, Trial] | None:
     for _, one, other in weighed[:PAIRS_SCORED]:
         pair = _scored(scan, trials[one], trials[other])
         unseen = float(np.sum(pair[0].score.unseen))
-        if unseen < least and all(map(possible_values, pair)) and _supported(scan, pair, len(weighed)):
+        possible = all(possible_values(scan, each) for each in pair)
+        if unseen < least and possible and _supported(scan, pair, len(weighed)):
             best, least = pair, unseen
     return best
 

@@ -101,6 +101,7 @@ class Score:
     variant : which shape was best with all poses.
     moved : (F,) by how much the candidate moves the prediction of each pose left out, whitened squares; zero for the
         base model itself.
+    normal : (k, k) whitened inner products of the columns, all poses together: the information of ``solution``.
     """
 
     fitted: float
@@ -110,6 +111,7 @@ class Score:
     without: Floats
     variant: int
     moved: Floats
+    normal: Floats
 
 
 def quadratic(products: Floats, solution: Floats) -> Floats:
@@ -175,4 +177,5 @@ def score_variants(
         without[0],
         best,
         np.stack(moved)[chosen, folds],
+        products[best].sum(axis=0)[:-1, :-1],
     )

@@ -307,7 +307,7 @@ def one_for_two(
             # Errors about another model are no better known than this; what counts is the refit below.
             if _error(look, trial) > _error(scan) + 5.0 * LEAST_FALL:
                 break
-            if trial.candidate.name in (pair[0].name, pair[1].name) or not possible_values(trial):
+            if trial.candidate.name in (pair[0].name, pair[1].name) or not possible_values(look, trial):
                 continue
             better = bench.look(with_trial(look.fit.robot, trial))
             if _error(better) <= _error(scan) + LEAST_FALL and _supported(better) is None:

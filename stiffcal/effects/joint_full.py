@@ -11,6 +11,7 @@ from stiffcal.model.effect import (
     RZ,
     DocumentedEffect,
     Driver,
+    Floats,
     Kind,
     NodeLoads,
     ParameterSpec,
@@ -24,6 +25,12 @@ _PAIRS = tuple((i, j) for i in range(6) for j in range(i, 6))
 _COMPONENTS = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
 # Eigenvalues may be this share of the largest below zero before a compliance counts as impossible: rounding.
 _ROUNDING = 1e-9
+# Lengths scaled by 0.1 m, so that translations and rotations can stand in one eigenvalue.
+_SCALE = np.array([10.0, 10.0, 10.0, 1.0, 1.0, 1.0])
+# Steps towards the nearest possible compliance.
+_STEPS = 60
+# The way there starts with no eigenvalue below this share of the largest element: at zero it would stand still.
+_FLOOR = 1e-2
 
 
 def _unit(i: int, j: int) -> str:
@@ -89,17 +96,72 @@ class JointFull(DocumentedEffect):
 
     def impossible(self, values: Values) -> str | None:
         """Return a reason where C has a negative eigenvalue: the joint would give work away under load."""
-        compliance = np.zeros((6, 6))
-        for i, j in _PAIRS:
-            compliance[i, j] = compliance[j, i] = values.get(f"c{i + 1}{j + 1}", 0.0)
-        # Lengths scaled by 0.1 m, so that translations and rotations can stand in one eigenvalue.
-        scale = np.array([10.0, 10.0, 10.0, 1.0, 1.0, 1.0])
-        eigenvalues = np.linalg.eigvalsh(compliance * np.outer(scale, scale))
+        eigenvalues = np.linalg.eigvalsh(_matrix([values.get(f"c{i + 1}{j + 1}", 0.0) for i, j in _PAIRS]))
         if eigenvalues[0] < -_ROUNDING * max(abs(float(eigenvalues[-1])), 1e-300):
             return f"the joint's compliance has a negative eigenvalue ({eigenvalues[0]:.2g}): it would give energy away"
         return None
+
+    def possible_near(self, values: Values, information: Floats, reach: float) -> bool:
+        """Return whether a C that holds its energy lies within reach.
+
+        Of twenty-one noisy numbers some eigenvalue is below zero more often than not, and an element that the data
+        leave open (turning about the next joint's axis is that joint's own) may be anything.
+        """
+        fitted = np.array([values.get(f"c{i + 1}{j + 1}", 0.0) for i, j in _PAIRS])
+        known = [k for k, (i, j) in enumerate(_PAIRS) if f"c{i + 1}{j + 1}" in values]
+        return self.impossible(values) is None or _nearest(fitted, known, information, reach) <= reach
 
     def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
         """The torque about the joint's axis, the largest part as a rule."""
         joint = place.joints[0]
         return Driver(f"torque on joint {joint}", "N·m", loads.wrench[joint_node(joint), RZ])
+
+
+def _matrix(elements: Sequence[float] | Floats) -> Floats:
+    """Return C (6, 6) from its 21 elements, lengths scaled by 0.1 m: translations and rotations share eigenvalues."""
+    compliance = np.zeros((6, 6))
+    for (i, j), value in zip(_PAIRS, elements, strict=True):
+        compliance[i, j] = compliance[j, i] = _SCALE[i] * _SCALE[j] * value
+    return compliance
+
+
+def _nearest(fitted: Floats, known: list[int], information: Floats, reach: float) -> float:
+    """Return how near a positive semidefinite C = L Lᵀ comes to the fitted one, in its own information.
+
+    Gauss–Newton steps over L, damped after Levenberg and Marquardt; ends as soon as it is within reach.
+    """
+    rows, columns = (np.array(side) for side in zip(*((j, i) for i, j in _PAIRS), strict=True))
+    unit = _SCALE[rows] * _SCALE[columns]
+    size = max(float(np.abs(fitted * unit).max()), 1e-300)
+    values, vectors = np.linalg.eigh(information * np.outer(size / unit[known], size / unit[known]))
+    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    target = (fitted * unit / size)[known]
+    # What holds its energy lies above: by so much as the elements on the diagonal are uncertain, or left open.
+    open_by = np.zeros(len(fitted))
+    open_by[known] = 1.0 / np.sqrt(np.maximum(np.diagonal(root.T @ root), 1.0))
+    eigenvalues, axes = np.linalg.eigh(_matrix(fitted) / size + np.diag(open_by[rows == columns]))
+    lower = np.linalg.cholesky(axes @ np.diag(np.maximum(eigenvalues, _FLOOR)) @ axes.T)
+    damping, cost = 1e-3, np.inf
+    for _ in range(_STEPS):
+        off = root @ ((lower @ lower.T)[rows, columns][known] - target)
+        # Element (r, c) of L Lᵀ follows element (a, b) of L by δ_ra L_cb + δ_ca L_rb.
+        slope = (rows[:, None] == rows) * lower[columns[:, None], columns] + (columns[:, None] == rows) * lower[
+            rows[:, None], columns
+        ]
+        slope = root @ slope[known]
+        cost = float(off @ off)
+        if cost <= reach:
+            break
+        for _ in range(8):
+            normal = slope.T @ slope
+            step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9 * normal.max()), -slope.T @ off)
+            tried = lower.copy()
+            tried[rows, columns] += step
+            then = float(np.sum((root @ ((tried @ tried.T)[rows, columns][known] - target)) ** 2))
+            if then < cost:
+                break
+            damping *= 10.0
+        if then >= cost * (1.0 - 1e-4):
+            break
+        lower, damping = tried, damping / 5.0
+    return cost

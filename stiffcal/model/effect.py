@@ -368,6 +368,17 @@ class Effect(ABC):
         """Return why these values cannot be, where bounds alone do not tell, or None."""
         return None
 
+    def possible_near(self, values: Values, information: Floats, reach: float) -> bool:
+        """Return whether values that can be lie so near that these data do not tell them from ``values``.
+
+        Parameters
+        ----------
+        values : k amplitudes by symbol, as fitted.
+        information : (k, k) the inverse of their covariance, in the same order.
+        reach : (x − values)ᵀ information (x − values) up to which x is as good.
+        """
+        return self.impossible(values) is None
+
     def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver | None:
         """Return what the residual of this effect follows."""
         return None
