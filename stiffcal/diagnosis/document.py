@@ -12,6 +12,7 @@ from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, jud
 from stiffcal.diagnosis.scan import Scan, Trial, chosen_in_every_fold, confidence
 from stiffcal.diagnosis.search import Found, Search
 from stiffcal.diagnosis.structure import what_it_follows
+from stiffcal.diagnosis.thresholds import TOLD_LINGERING
 from stiffcal.diagnosis.unseen_error import fitted_rms, left_out_rms, size_at_tool
 from stiffcal.diagnosis.words import candidate_in_words, explain
 from stiffcal.identification.document import finite, parameter_document
@@ -116,6 +117,17 @@ def _warnings(search: Search) -> list[str]:
         words.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if len(search.first.folds) < 6:
         words.append(f"only {len(search.first.folds)} poses: what holds in unseen poses is known poorly")
+    now = search.after
+    if now is not None and now.lingers > TOLD_LINGERING and not now.wanders and not search.unexplained:
+        words.append(
+            f"successive readings are off alike (correlation {now.lingers:.2g}): noise that lingers (air, temperature, "
+            "a filter), so that uncertainties are larger than those given; wait longer between readings"
+        )
+    if now is not None and not now.adequate and not search.unexplained:
+        words.append(
+            f"what is left is {now.ratio:.2g} times the noise that the manifest states, and follows nothing: look at "
+            "sigma in campaign.toml, or repeat loads, which tells the noise itself"
+        )
     return words
 
 
@@ -225,6 +237,10 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     against = f"{1e3 * error:.3g} mm in unseen poses" + (f", noise {1e3 * floor:.3g} mm" if floor else "")
     if not search.tried and search.before is None:
         return f"Nothing is supported; without a known noise nobody can say whether that is good enough ({against})."
+    if not search.tried and not search.unexplained and search.before is not None and not search.before.adequate:
+        return (
+            f"No effect is missing: what is left follows nothing, as if the noise were larger than stated ({against})."
+        )
     if not search.tried and not search.unexplained:
         return f"Nothing is missing: the error is that of the instruments ({against})."
     names = " and ".join(_named(one) for one in search.found)

@@ -14,6 +14,7 @@ from stiffcal.diagnosis.thresholds import (
     FAMILY_P,
     LACK_OF_FIT_P,
     LEAST_FALL,
+    LINGERING,
     LOOK_ALIKE_ERRORS,
     LOOK_ALIKE_SHARE,
     STANDARD_ERRORS,
@@ -34,9 +35,10 @@ class LackOfFit:
     dof : degrees of freedom of the residuals and of the noise.
     p_value : probability of so much by chance.
     ratio : unseen error over noise.
-    wander : residuals' rms over what successive readings differ by (over √2): 1 where nothing lingers. Repeats lie a
-        cycle apart; what wanders in between counts as their noise and hides from ``ratio``.
+    wander : residuals' rms over what readings an eighth of a run apart differ by (over √2): 1 where nothing wanders.
+        Repeats lie a cycle apart; what wanders in between counts as their noise and hides from ``ratio``.
     wander_p : probability of so much by chance.
+    lingers : correlation of successive residuals beyond what wanders.
     """
 
     statistic: float
@@ -45,10 +47,11 @@ class LackOfFit:
     ratio: float
     wander: float = 1.0
     wander_p: float = 1.0
+    lingers: float = 0.0
 
     @property
     def wanders(self) -> bool:
-        """True where residuals linger from reading to reading: what repeats call noise is not all noise."""
+        """True where residuals wander in the course of a run: what repeats call noise is not all noise."""
         return self.wander > ADEQUATE_RATIO and self.wander_p < LACK_OF_FIT_P
 
     @property
@@ -77,26 +80,37 @@ def lack_of_fit(fit: Fit, scan: Scan) -> LackOfFit | None:
     return LackOfFit(statistic, (float(dof), fit.noise.dof), p_value, ratio, *_wander(scan))
 
 
-def _wander(scan: Scan) -> tuple[float, float]:
-    """Return how much larger residuals are than what successive readings of a run differ by, and its p.
+def _wander(scan: Scan) -> tuple[float, float, float]:
+    """Return how much larger residuals are than what readings some way apart differ by, its p, and how they linger.
 
     Half the mean squared difference over the variance is 1 for independent readings, with variance 1/n (von Neumann
-    1941; Young 1941).
+    1941; Young 1941). Readings next to each other may be alike: instruments linger for a reading or two (air, filters),
+    and repeats a cycle later see all of that noise. So those are compared that lie an eighth of a run apart, up to
+    eight readings, and the variance allows for what lingers within that (Bartlett 1946: 1 + 2 Σ ρ²).
     """
     from scipy.special import ndtr
 
     data = scan.fit.data
     white = scan.space.rows(scan.residual[None]).reshape(len(data.measured), -1)
-    beside = (data.run[1:] == data.run[:-1]) & (data.seen[:, 1:] & data.seen[:, :-1])
-    n_pairs = int(np.count_nonzero(beside))
     rest = scan.dof - scan.n_columns
-    if n_pairs < 2 or rest < 1 or not data.free_offset:
-        return 1.0, 1.0
-    short = float(np.sum(np.where(beside, np.diff(white, axis=1), 0.0) ** 2)) / (2.0 * n_pairs)
-    whole = float(np.sum(white**2)) / rest
-    if short <= 0.0:
-        return 1.0, 1.0
-    return float(np.sqrt(whole / short)), float(ndtr(-(1.0 - short / whole) * np.sqrt(n_pairs)))
+    if rest < 1 or not data.free_offset:
+        return 1.0, 1.0, 0.0
+    lags = int(np.clip(np.median(np.bincount(data.run)[np.unique(data.run)]) // 8, 1, LINGERING))
+    halves = [_half_square(data.run, data.seen, white, lag) for lag in range(1, lags + 1)]
+    (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / rest
+    if n_pairs < 2 or far <= 0.0:
+        return 1.0, 1.0, 0.0
+    alike = np.clip([1.0 - half / far for half, _ in halves], 0.0, 1.0)
+    n_free = n_pairs / (1.0 + 2.0 * float(np.sum(alike**2)))
+    return float(np.sqrt(whole / far)), float(ndtr(-(1.0 - far / whole) * np.sqrt(n_free))), float(alike[0])
+
+
+def _half_square(run: NDArray[np.int64], seen: NDArray[np.bool_], white: Floats, lag: int) -> tuple[float, int]:
+    """Return half the mean squared difference of readings so many states apart in their runs, and of how many."""
+    both = (run[lag:] == run[:-lag]) & seen[:, lag:] & seen[:, :-lag]
+    n_pairs = int(np.count_nonzero(both))
+    total = float(np.sum(np.where(both, white[:, lag:] - white[:, :-lag], 0.0) ** 2))
+    return total / (2.0 * max(n_pairs, 1)), n_pairs
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from stiffcal.diagnosis.judge import (
 )
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
+from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.sufficient import sufficient_alone
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_EFFECTS
 from stiffcal.errors import Progress, no_progress
@@ -334,12 +335,18 @@ def _conclude(bench: Workbench, first: Scan, scan: Scan, tried: tuple[Found, ...
     floor = 0.0 if after is None else 1.0 / after.wander**2 if after.wanders else 1.0
     avoidable = e_before - floor
     explained = float(np.clip((e_before - e_after) / avoidable, 0.0, 1.0)) if avoidable > 0.0 else 1.0
-    unexplained = after is not None and not after.adequate
+    unexplained = after is not None and not after.adequate and not _mere_noise(scan, after, bench.states)
     found = () if unexplained and explained < LEAST_EXPLAINED else tried
     could_be = sufficient_alone(first) if unexplained and not found else ()
     return Search(
         first, found, tried, fit, scan, before, after, explained, unexplained, tuple(not_tried), bench.pace(), could_be
     )
+
+
+def _mere_noise(scan: Scan, after: LackOfFit, states: LoadStates) -> bool:
+    """Return whether what is left above a noise that was only stated is no structure, but more noise than stated."""
+    stated = scan.fit.noise is not None and scan.fit.noise.source == "manifest"
+    return stated and not after.wanders and after.lingers < TOLD_LINGERING and not what_it_follows(scan, states)
 
 
 def _against_noise_of(fit: Fit, present: Fit, first: Scan) -> LackOfFit | None:

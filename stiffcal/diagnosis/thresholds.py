@@ -33,3 +33,8 @@ RESAMPLINGS = 400
 CHOICE_FOLDS = 10
 # Effects with more values of a discrete shape than this are scanned by steps inside runs, not by refits.
 MANY_SHAPES = 60
+# Noise that lingers from reading to reading for less than this many of them is noise; beyond, the target wanders. A
+# correlation of 0.6 from one reading to the next has died away to 2 %, a random walk has hardly begun.
+LINGERING = 8
+# Correlation of successive residuals beyond which this is told: uncertainties are then too small by a tenth or more.
+TOLD_LINGERING = 0.1

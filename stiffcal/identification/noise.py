@@ -245,7 +245,7 @@ def reading_rows(data: Observations, rows: NDArray[np.bool_]) -> list[NDArray[np
 
 def contrasts(
     data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers]
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Floats, Integers]:
     """Return orthonormal contrasts of repeats, the load's difference taken out.
 
     Parameters
@@ -259,8 +259,9 @@ def contrasts(
     -------
     differences : (c, m), zero mean under noise alone.
     compliance : (c, m, 6) the sensitivity that goes with each.
+    run : (c,) the run that each is from.
     """
-    differences, levers = [], []
+    differences, levers, runs = [], [], []
     for group in groups:
         group = group[data.seen[:, group].all(axis=0)]
         if len(group) < 2:
@@ -272,10 +273,11 @@ def contrasts(
         differences.append((moved[1:] - before) * np.sqrt(count / (count + 1.0)))
         lever = np.cumsum(np.moveaxis(sensitivity[:, :, group], -1, 0), axis=0)[1:]
         levers.append(lever / (count[:, :, None] + 1.0))
+        runs.append(np.full(len(count), data.run[group[0]], dtype=np.int64))
     m = len(data.measured)
     if not differences:
-        return np.zeros((0, m)), np.zeros((0, m, 6))
-    return np.concatenate(differences), np.concatenate(levers)
+        return np.zeros((0, m)), np.zeros((0, m, 6)), np.zeros(0, dtype=np.int64)
+    return np.concatenate(differences), np.concatenate(levers), np.concatenate(runs)
 
 
 def some_groups(groups: Sequence[Integers]) -> Sequence[Integers]:
@@ -341,16 +343,21 @@ def _of_two_experiments(
     return replace(load, motor_angle=clamped.motor_angle, force=force, moment=moment, dof=dof)
 
 
-def _without_wild(differences: Floats, levers: Floats, kinds: Integers) -> tuple[Floats, Floats]:
+def _without_wild(differences: Floats, levers: Floats, runs: Integers, kinds: Integers) -> tuple[Floats, Floats]:
     """Leave out contrasts of readings that were bumped: longer than six times the typical length of their kind.
 
-    Of a hundred thousand contrasts of Gaussian noise less than one is that long.
+    Of a hundred thousand contrasts of Gaussian noise less than one is that long. In a run that scatters wider than the
+    others as a whole (a target far from the tracker, a shaky stand) its own typical length counts.
     """
     keep = np.ones(len(differences), dtype=np.bool_)
     for kind in np.unique(kinds):
         length = np.sqrt(np.sum(differences[:, kinds == kind] ** 2, axis=1))
-        if length.any():
-            keep &= length <= WILD * np.median(length)
+        typical = np.full(len(length), np.median(length) if length.any() else np.inf)
+        for run in np.unique(runs):
+            own = runs == run
+            if np.count_nonzero(own) >= LEAST_DOF:
+                typical[own] = np.maximum(typical[own], np.median(length[own]))
+        keep &= length <= WILD * typical
     return differences[keep], levers[keep]
 
 

@@ -84,6 +84,9 @@ def bumped_readings(states: LoadStates) -> dict[int, str]:
     if noise is None:
         return {}
     white = readings / noise
+    wider = _noisier_runs(white, groups, states.run)
+    for number, factor in wider.items():
+        white[states.run == number] /= factor
     n_components = white.shape[1]
     bound = np.sqrt(n_components + 2.0 * np.sqrt(ALARM_EXPONENT * n_components) + 2.0 * ALARM_EXPONENT)
     found: dict[int, str] = {}
@@ -91,7 +94,7 @@ def bumped_readings(states: LoadStates) -> dict[int, str]:
     for number in np.unique(states.run[kept]):
         own = [group for group in groups if group.members.size and states.run[group.members[0]] == number]
         for k, distance in _RunReadings(white, own, kept, cycles.left, bound).bumped():
-            size = 1e3 * distance * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
+            size = 1e3 * distance * wider.get(int(number), 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
             found[k] = (
                 f"{BUMPED}: off by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
             )
@@ -185,6 +188,24 @@ def _noise(readings: Floats, groups: list[_Group]) -> Floats | None:
     if len(stacked) < 12 or floor == 0.0:
         return None
     return np.asarray(np.maximum(noise, floor))
+
+
+def _noisier_runs(white: Floats, groups: list[_Group], run: Integers) -> dict[int, float]:
+    """Return runs that scatter wider than the noise as a whole, with by how much.
+
+    A target far from the tracker or a shaky stand makes all readings of a run noisier, and none of them bumped. The
+    median of n deviations is known to 1.17/√n of itself; three times that is no chance.
+    """
+    found: dict[int, float] = {}
+    for number in np.unique(run):
+        own = [group for group in groups if group.members.size and run[group.members[0]] == number]
+        noise = _noise(white, own)
+        if noise is None:
+            continue
+        factor = float(np.sqrt(np.mean(noise**2)))
+        if factor > 1.0 + 3.0 * 1.17 / np.sqrt(sum(group.members.size for group in own) * noise.size):
+            found[int(number)] = factor
+    return found
 
 
 def _course(group: _Group, kept: Booleans) -> Floats | None:
