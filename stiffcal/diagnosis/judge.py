@@ -35,7 +35,7 @@ class LackOfFit:
     dof : degrees of freedom of the residuals and of the noise.
     p_value : probability of so much by chance.
     ratio : unseen error over noise.
-    wander : residuals' rms over what readings an eighth of a run apart differ by (over √2): 1 where nothing wanders.
+    wander : residuals' rms over what readings a fifth of a run apart differ by (over √2): 1 where nothing wanders.
         Repeats lie a cycle apart; what wanders in between counts as their noise and hides from ``ratio``.
     wander_p : probability of so much by chance.
     lingers : correlation of successive residuals beyond what wanders.
@@ -85,7 +85,7 @@ def _wander(scan: Scan) -> tuple[float, float, float]:
 
     Half the mean squared difference over the variance is 1 for independent readings, with variance 1/n (von Neumann
     1941; Young 1941). Readings next to each other may be alike: instruments linger for a reading or two (air, filters),
-    and repeats a cycle later see all of that noise. So those are compared that lie an eighth of a run apart, up to
+    and repeats a cycle later see all of that noise. So those are compared that lie a fifth of a run apart, up to
     eight readings, and the variance allows for what lingers within that (Bartlett 1946: 1 + 2 Σ ρ²).
     """
     from scipy.special import ndtr
@@ -95,7 +95,7 @@ def _wander(scan: Scan) -> tuple[float, float, float]:
     rest = scan.dof - scan.n_columns
     if rest < 1 or not data.free_offset:
         return 1.0, 1.0, 0.0
-    lags = int(np.clip(np.median(np.bincount(data.run)[np.unique(data.run)]) // 8, 1, LINGERING))
+    lags = int(np.clip(np.median(np.bincount(data.run)[np.unique(data.run)]) // 5, 1, LINGERING))
     halves = [_half_square(data.run, data.seen, white, lag) for lag in range(1, lags + 1)]
     (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / rest
     if n_pairs < 2 or far <= 0.0:

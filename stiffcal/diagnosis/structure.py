@@ -1,7 +1,7 @@
 """What a remainder follows when nothing in the catalogue accounts for it: pose, load, branch, time, temperature.
 
 For each of these a family of smooth curves is fitted to the residual, and what it takes away beyond what so many free
-numbers take from mere noise is its share.
+numbers take from mere noise is its share. Families that take no more than chance allows are passed over.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.diagnosis.judge import f_tail
 from stiffcal.diagnosis.scan import Scan
+from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P
 from stiffcal.identification.least_squares import run_edges, triangular
 from stiffcal.identification.observation import Observations
 from stiffcal.measurements.load_states import LoadStates
@@ -48,7 +50,8 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[Followed]:
     total = float(rows @ rows)
     avoidable = max(total - scan.dof, 1e-12) if scan.fit.noise is not None else total
     found = []
-    for what, features, words in _families(data, states):
+    families = _families(data, states)
+    for what, features, words in families:
         stack = np.concatenate([scan.space.rows(features), rows[None]])
         scale = np.sqrt(np.sum(stack**2, axis=1))
         kept = scale > 1e-9 * scale.max()
@@ -56,7 +59,14 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[Followed]:
         factor = triangular((stack[kept] / scale[kept][:, None]).T)
         taken = total - float(factor[-1, -1] ** 2 * scale[-1] ** 2)
         # So many free numbers take as many units of noise, and more where more than noise is left.
-        by_chance = (len(features[kept[:-1]])) * max(1.0, (total - taken) / max(scan.dof, 1))
+        count = int(np.count_nonzero(kept[:-1]))
+        by_chance = count * max(1.0, (total - taken) / max(scan.dof, 1))
+        rest = scan.dof - scan.n_columns - count
+        if count == 0 or rest <= 0:
+            continue
+        statistic = (taken / count) / max((total - taken) / rest, 1e-300)
+        if f_tail(statistic, count, rest) * len(families) > LACK_OF_FIT_P:
+            continue
         share = float(np.clip((taken - by_chance) / avoidable, 0.0, 1.0))
         if share > LEAST_SHARE:
             found.append(Followed(what, share, words))

@@ -34,7 +34,7 @@ def sufficient_alone(scan: Scan) -> tuple[Candidate, ...]:
 
 
 def _fits(scan: Scan, trial: Trial, known: float) -> bool:
-    if is_slip(trial.candidate.effect) or not possible_values(trial):
+    if is_slip(trial.candidate.effect) or not possible_values(scan, trial):
         return False
     shapes = sum(1 for spec in trial.candidate.effect.parameters if spec.sort is Sort.SHAPE)
     return _is_noise(

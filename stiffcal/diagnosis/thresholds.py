@@ -36,5 +36,5 @@ MANY_SHAPES = 60
 # Noise that lingers from reading to reading for less than this many of them is noise; beyond, the target wanders. A
 # correlation of 0.6 from one reading to the next has died away to 2 %, a random walk has hardly begun.
 LINGERING = 8
-# Correlation of successive residuals beyond which this is told: uncertainties are then too small by a tenth or more.
-TOLD_LINGERING = 0.1
+# Correlation of successive residuals beyond which this is told: uncertainties are then too small by a fifth or more.
+TOLD_LINGERING = 0.2

@@ -200,10 +200,8 @@ def _noisier_runs(white: Floats, groups: list[_Group], run: Integers) -> dict[in
     for number in np.unique(run):
         own = [group for group in groups if group.members.size and run[group.members[0]] == number]
         noise = _noise(white, own)
-        if noise is None:
-            continue
-        factor = float(np.sqrt(np.mean(noise**2)))
-        if factor > 1.0 + 3.0 * 1.17 / np.sqrt(sum(group.members.size for group in own) * noise.size):
+        factor = 1.0 if noise is None else float(np.sqrt(np.mean(noise**2)))
+        if factor > 1.0 + 3.0 * 1.17 / np.sqrt(sum(group.members.size for group in own) * white.shape[1]):
             found[int(number)] = factor
     return found
 

@@ -1,0 +1,98 @@
+"""Noise as labs have it (lingering, wider in one run, stated too small) lacks no effect; a wandering target does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stiffcal.diagnosis.document import diagnosis_document
+from stiffcal.diagnosis.search import Search, search_missing
+from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.reduction.screening import set_bumped_aside
+from tests.identification.played import cycles_of, joint_springs, medium_robot, played
+from tests.independent.robots import six_axes
+
+Floats = NDArray[np.float64]
+TRACKER = 16e-6
+
+
+def still(cycles: int = 2) -> LoadStates:
+    """Return eight poses read by a tracker without noise."""
+    rng = np.random.default_rng(1)
+    wrench = [cycles_of(np.linalg.qr(rng.normal(size=(3, 3)))[0], cycles) for _ in range(8)]
+    return played(medium_robot(), 8, wrench=wrench, noise=Sigma(1e-9, 1e-9, 0.0, 0.0), load_scatter=0.03, seed=5)
+
+
+def read_with(states: LoadStates, noise: Floats) -> LoadStates:
+    """Return position readings, off by so much (n, 3)."""
+    rotation = np.full_like(states.rotation, np.nan)
+    return replace(states, position=states.position + noise[:, None], rotation=rotation)
+
+
+def search(states: LoadStates) -> Search:
+    """Judge the right model, nothing else at hand."""
+    return search_missing(states, joint_springs(six_axes()), {})
+
+
+def lingering(states: LoadStates, keep: float) -> Floats:
+    """Return noise of which so much is left at the next reading."""
+    noise = np.random.default_rng(3).normal(size=(len(states), 3))
+    for k in range(1, len(noise)):
+        if states.run[k] == states.run[k - 1]:
+            noise[k] = keep * noise[k - 1] + np.sqrt(1.0 - keep**2) * noise[k]
+    return TRACKER * noise
+
+
+def test_noise_that_lingers_from_reading_to_reading_is_noise() -> None:
+    states = still()
+    found = search(read_with(states, lingering(states, 0.6)))
+    assert found.after is not None
+    # 8 runs of 25 readings of three components: 600 numbers tell a correlation to 0.03; lag five is not yet the end.
+    assert found.after.lingers == pytest.approx(0.6, abs=0.1)
+    assert found.after.adequate
+    assert any("linger" in warning for warning in diagnosis_document(states, found)["warnings"])
+
+
+def test_a_target_that_wanders_off_is_not() -> None:
+    states = still()
+    walk = np.cumsum(np.random.default_rng(4).normal(size=(len(states), 3)), axis=0)
+    noise = np.random.default_rng(5).normal(size=(len(states), 3))
+    found = search(read_with(states, TRACKER * (noise + 0.4 * walk)))
+    assert found.after is not None
+    assert found.after.wanders
+    assert found.unexplained
+
+
+def test_a_run_noisier_than_the_others_holds_no_bumps_and_lacks_nothing() -> None:
+    states = still()
+    noise = TRACKER * np.random.default_rng(6).normal(size=(len(states), 3))
+    noise[states.run == 2] *= 5.0
+    noisy = set_bumped_aside(read_with(states, noise))
+    assert noisy.used.all()
+    found = search(noisy)
+    assert found.after is not None
+    assert found.after.ratio < 1.05
+    assert not found.unexplained
+    bumped = noisy.position.copy()
+    bumped[[30, 160], 0] += [[6e-4, 0.0, 0.0]]
+    assert set(np.flatnonzero(~set_bumped_aside(replace(noisy, position=bumped)).used)) == {30, 160}
+
+
+@pytest.mark.parametrize("spoilt", [False, True])
+def test_a_stated_noise_too_small_is_said_and_a_structure_is_still_told_from_it(spoilt: bool) -> None:
+    states = still(cycles=1)
+    noise = 1.5 * TRACKER * np.random.default_rng(8).normal(size=(len(states), 3))
+    if spoilt:
+        noise[:, 0] += 4.0 * TRACKER * (states.wrench[:, 2] / np.abs(states.wrench[:, 2]).max()) ** 2
+    stated = replace(states.setup, sigma=Sigma(TRACKER, 3e-5, 1e-3, 1e-3))
+    seen = replace(read_with(states, noise), setup=stated)
+    found = search(seen)
+    assert found.after is not None
+    assert not found.after.adequate
+    assert found.unexplained == spoilt
+    told = diagnosis_document(seen, found)
+    assert ("sigma in campaign.toml" in " ".join(told["warnings"])) == (not spoilt)
+    assert ("larger than stated" in told["summary"]) == (not spoilt)
