@@ -275,5 +275,5 @@ def leaders(scan: Scan) -> list[Trial]:
     if best is None:
         return []
     # Of those that can be, only candidates that help at all by themselves.
-    near = [trial for trial in scan.trials if alike(scan, trial, best) and judge(scan, trial).supported] or [best]
+    near = [trial for trial in scan.trials if judge(scan, trial).supported and alike(scan, trial, best)] or [best]
     return sorted(near, key=lambda trial: (trial.candidate.n_parameters, float(trial.score.unseen.sum())))
