@@ -93,6 +93,8 @@ def show_diagnosis(console: Console, document: Document) -> None:
             f"there they differ by {length(measure['difference_m'])}",
             soft_wrap=True,
         )
+    elif len(document["missing"]) == 1 and document["missing"][0]["alternatives"]:
+        console.print("\nno single load in reach tells the foremost of these look-alikes apart by more than the noise")
     _show_pace(console, document["pace"])
     if document["not_tried"]:
         console.print("\nnot tried:")

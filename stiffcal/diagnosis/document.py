@@ -12,7 +12,7 @@ from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, jud
 from stiffcal.diagnosis.scan import Scan, Trial, chosen_in_every_fold, confidence
 from stiffcal.diagnosis.search import Found, Search
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.diagnosis.thresholds import TOLD_LINGERING
+from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, TOLD_LINGERING
 from stiffcal.diagnosis.unseen_error import fitted_rms, left_out_rms, size_at_tool
 from stiffcal.diagnosis.words import candidate_in_words, explain
 from stiffcal.identification.document import finite, parameter_document
@@ -61,7 +61,7 @@ def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
     Returns
     -------
     dict
-        The document; ``next_measurement`` is left for who can plan measurements (`look_alike_pair`).
+        The document; ``next_measurement`` is left for who can plan measurements (`look_alike_pairs`).
     """
     scan = search.first
     noise = search.final.noise_length if search.final.noise is not None else None
@@ -212,10 +212,10 @@ def _why_rejected(scan: Scan, trial: Trial) -> str:
     return f"too little to be sure: {judgement.errors:.2g} standard errors over poses, p {judgement.p_value:.2g}"
 
 
-def look_alike_pair(search: Search) -> tuple[Trial, Trial] | None:
-    """Return the first missing effect and the best of its look-alikes, or None where it has none."""
-    near = leaders(search.first)
-    return (near[0], near[1]) if search.tried and len(near) > 1 else None
+def look_alike_pairs(search: Search) -> list[tuple[Trial, Trial]]:
+    """Return the first missing effect with each of its foremost look-alikes."""
+    near = leaders(search.first) if search.tried else []
+    return [(near[0], other) for other in near[1 : 1 + PAIRS_PLANNED]]
 
 
 def _named(found: Found) -> str:

@@ -38,3 +38,5 @@ MANY_SHAPES = 60
 LINGERING = 8
 # Correlation of successive residuals beyond which this is told: uncertainties are then too small by a fifth or more.
 TOLD_LINGERING = 0.2
+# For so many look-alikes of the first missing effect a measurement is looked for that separates them.
+PAIRS_PLANNED = 3

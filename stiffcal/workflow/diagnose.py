@@ -167,27 +167,28 @@ def diagnosis_of(data: Ingested, search: Search) -> Document:
 
 
 def _next_measurement(data: Ingested, search: Search) -> Document | None:
-    """Return the pose and load that would separate the first missing effect from its look-alike."""
+    """Return the pose and load that would separate the first missing effect from the nearest look-alike it can.
+
+    None where no load would show a difference beyond the noise: creep that is over at once is compliance.
+    """
     import numpy as np
 
-    from stiffcal.diagnosis.document import candidate_document, look_alike_pair
+    from stiffcal.diagnosis.document import candidate_document, look_alike_pairs
     from stiffcal.diagnosis.unseen_error import valued_with
     from stiffcal.identification.document import finite
     from stiffcal.planning.separate import separating_measurement
 
-    pair = look_alike_pair(search)
-    if pair is None:
-        return None
     scan, states = search.first, data.states
-    one, other = (valued_with(scan, trial) for trial in pair)
     noise = scan.fit.noise.translation if scan.fit.noise is not None else 0.0
-    found = separating_measurement(one, other, states.setup, states.joints, states.wrench, noise)
-    if found is None:
-        return None
-    return {
-        "pose_deg": np.degrees(found.joints).tolist(),
-        "load": found.wrench.tolist(),
-        "separates": [candidate_document(trial.candidate) for trial in pair],
-        "gain": finite(found.gain),
-        "difference_m": found.difference,
-    }
+    for pair in look_alike_pairs(search):
+        one, other = (valued_with(scan, trial) for trial in pair)
+        found = separating_measurement(one, other, states.setup, states.joints, states.wrench, noise)
+        if found is not None and (noise == 0.0 or found.gain >= 1.0):
+            return {
+                "pose_deg": np.degrees(found.joints).tolist(),
+                "load": found.wrench.tolist(),
+                "separates": [candidate_document(trial.candidate) for trial in pair],
+                "gain": finite(found.gain),
+                "difference_m": found.difference,
+            }
+    return None

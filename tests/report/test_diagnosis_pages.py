@@ -126,7 +126,10 @@ def test_next_measurement_names_pose_load_and_gain() -> None:
     assert "cannot tell backlash (joint 4) from friction-hysteresis (joint 4)" in words(made)
     none = next_measurement.section(content(next_measurement=None))
     assert isinstance(none, LeftOut)
-    assert "no effect has a look-alike" in none.reason
+    assert "no single load in reach" in none.reason
+    alone = next_measurement.section(content(next_measurement=None, missing=[BACKLASH | {"alternatives": []}]))
+    assert isinstance(alone, LeftOut)
+    assert "no effect has a look-alike" in alone.reason
 
 
 def test_evidence_page() -> None:

@@ -33,6 +33,8 @@ def _why_none(document: Document) -> str:
         return (
             "no known effects are to be told apart; more poses along what the remainder follows would show its course"
         )
+    if len(document["missing"]) == 1 and document["missing"][0]["alternatives"]:
+        return "no single load in reach tells the foremost of the look-alikes apart by more than the noise"
     return "no effect has a look-alike that another pose would have to rule out"
 
 
