@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,11 +18,12 @@ if TYPE_CHECKING:
 _MAP = "viridis"
 _LIMIT_DEG = 5.0
 _MOST_ACROSS = 3
+_MOST_LETTERS = 30  # of a label below a panel
 
 
 @canvas.styled
 def draw_workspace(picture: WorkspacePicture) -> Figure:
-    """Draw each quantity over a plane; of several planes the first quantity, plane by plane, on one scale.
+    """Draw each quantity over a plane; of several planes one row each, every quantity on one scale.
 
     Returns
     -------
@@ -30,10 +32,9 @@ def draw_workspace(picture: WorkspacePicture) -> Figure:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    panels = [(0, number) for number in range(len(picture.quantities))]
-    if len(picture.levels) > 1:
-        panels = [(level, 0) for level in range(len(picture.levels))]
-    columns = min(len(panels), _MOST_ACROSS)
+    count = len(picture.quantities)
+    panels = [(level, number) for level in range(len(picture.levels)) for number in range(count)]
+    columns = min(len(panels) if count == 1 else count, _MOST_ACROSS)
     rows = -(-len(panels) // columns)
     ratio = float(np.ptp(picture.up) / np.ptp(picture.across))
     width = canvas.PAGE_WIDTH_MM / columns
@@ -92,9 +93,9 @@ def _draw_panel(figure: Figure, axes: Axes, picture: WorkspacePicture, level: in
     across, up, through = picture.axes
     axes.set_xlabel(f"{across} [m]")
     axes.set_ylabel(f"{up} [m]")
-    axes.set_title(f"{through} = {picture.levels[level]:.3g} m")
+    axes.set_title(f"{through} = {round(picture.levels[level], 3):g} m")
     bar = figure.colorbar(mesh, ax=axes, location="bottom", shrink=0.9, aspect=28, extend=_beyond(values, low, high))
-    bar.set_label(f"{name} [{unit}]")
+    bar.set_label(fill(f"{name} [{unit}]", _MOST_LETTERS))
     bar.locator = MaxNLocator(5)
     bar.update_ticks()
     bar.outline.set_linewidth(0.4)
