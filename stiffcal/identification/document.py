@@ -141,8 +141,10 @@ def fit_warnings(fit: Fit) -> list[str]:
     if fit.scaled:
         words.append("standard uncertainties are scaled by the reduced chi-square of the fit")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
+        stated = fit.noise is not None and fit.noise.source == "manifest"
         words.append(
-            f"residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise: something is missing in the model, "
+            f"residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise: something is missing in the model"
+            f"{' or the noise is larger than stated' if stated else ''}, "
             "and the stated uncertainties cover the instruments only"
         )
     for one in fit.parameters:
