@@ -47,8 +47,10 @@ def link_beams(robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tup
         if entry is not None and entry.to_m is not None:
             end = np.array(entry.to_m)
         if end is not None and np.linalg.norm(end - start) >= SHORTEST_BEAM:
-            decay = None if entry is None else entry.warping_decay_m
-            beams[name] = replace(_beam(k + 1, start, end, outboard_axis), warping_decay=decay)
+            beam = _beam(k + 1, start, end, outboard_axis)
+            if entry is not None:
+                beam = replace(beam, warping_decay=entry.warping_decay_m, expansion=entry.expansion_per_K)
+            beams[name] = beam
     return beams
 
 

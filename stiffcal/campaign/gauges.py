@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import body_number
@@ -14,6 +15,8 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment, Gauge
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.mechanics.chain import Chain
+
+Floats = NDArray[np.float64]
 
 
 def rods_of(manifest: Manifest, chain: Chain) -> tuple[tuple[Rods, BeamShape], ...]:
@@ -54,7 +57,20 @@ def _rods_on(link: str, names: tuple[str, ...], manifest: Manifest, chain: Chain
         given = manifest.ids[name].warping_m2
         if given is not None:
             warping[row] = given
-    return replace(rods_between(link, start, end, sigma, names), warping=warping)
+    rods = replace(rods_between(link, start, end, sigma, names), warping=warping)
+    return replace(rods, growth=rods.length * _expansion_beside(link, names, manifest, chain))
+
+
+def _expansion_beside(link: str, names: tuple[str, ...], manifest: Manifest, chain: Chain) -> Floats:
+    """Return (m,) by how much the link expands more than each rod, 1/K; NaN where the rod's own is not written."""
+    own = chain.beams[link].expansion
+    written = [name for name in names if manifest.ids[name].expansion_per_K is not None]
+    if written and own is None:
+        reason = f"what {link} itself expands by is not written: a rod reads the difference of the two"
+        mend = f"add [links.{link}] expansion_per_K to robot.toml, or leave it out here"
+        raise InputError.at("campaign.toml", f"ids.{written[0]}.expansion_per_K", reason, mend)
+    rods = (manifest.ids[name].expansion_per_K for name in names)
+    return np.array([np.nan if one is None or own is None else own - one for one in rods])
 
 
 def _link_of(name: str, manifest: Manifest, chain: Chain) -> str:

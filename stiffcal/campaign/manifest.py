@@ -224,12 +224,15 @@ class Rod(Table):
     ----------
     link : the link's name. start_m, end_m : where the rod is fixed, in the link's beam frame at its inboard end.
     warping_m2 : the warping function at start and end, where it is known and robot.toml draws no section.
+    expansion_per_K : the rod's own thermal expansion; with the link's in robot.toml and a logged temperature the
+        difference of the two is taken out of its readings.
     """
 
     link: Name
     start_m: Vector3
     end_m: Vector3
     warping_m2: Pair | None = None
+    expansion_per_K: float | None = Field(None, ge=-1e-4, le=1e-3)
 
 
 def _are_numbers(items: object, count: int) -> bool:

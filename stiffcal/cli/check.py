@@ -22,6 +22,7 @@ READ_AS = {
     **dict.fromkeys(("m", "mm", "um", "cm", "in", "inch"), (1e3, "mm")),
     **dict.fromkeys(("N", "kN", "mN", "daN", "kgf", "lbf"), (1.0, "N")),
     **dict.fromkeys(("N*m", "N*mm", "kN*m"), (1.0, "N·m")),
+    **dict.fromkeys(("degC", "degF"), (1.0, "°C")),
 }
 """Unit in the log to (factor from SI, unit) in which ranges are read; rotations as angles."""
 
@@ -123,7 +124,8 @@ def _show_ranges(console: Console, files: list[Document]) -> None:
             low = min((one["low_si"] for one in found if one["low_si"] is not None), default=None)
             high = max((one["high_si"] for one in found if one["high_si"] is not None), default=None)
             factor, unit = READ_AS.get(found[0]["unit"], (1.0, found[0]["unit"]))
-            ends = (NOT_KNOWN if end is None else significant(end * factor, 4) for end in (low, high))
+            zero = 273.15 if unit == "°C" else 0.0
+            ends = (NOT_KNOWN if end is None else significant(end * factor - zero, 4) for end in (low, high))
             moved = sum(bool(one["moved"]) for one in found)
             words = "no" if not moved else "yes" if moved == len(found) else f"in {moved} of {len(found)} files"
             table.add_row(source, signal, name, found[0]["unit"], *ends, unit, words)

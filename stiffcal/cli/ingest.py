@@ -9,7 +9,7 @@ from stiffcal.cli.clocks import clock_rates
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import significant
+from stiffcal.cli.wording import length, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -45,6 +45,9 @@ def show_ingest(console: Console, document: Document) -> None:
     console.print(table)
     for line in clock_rates(document["runs"]):
         console.print(line, soft_wrap=True)
+    if document.get("rods_grew_m"):
+        most = length(document["rods_grew_m"])
+        console.print(f"taken out of the rods' readings: growth with the temperature, up to {most} within a run")
 
 
 def _dropped(dropped: list[Document]) -> str:

@@ -26,7 +26,8 @@ def show_links(console: Console, links: list[Document]) -> None:
     """Draw what the rods say of each link: what they carry, the compliance of its end, what they cannot tell."""
     for link in links:
         part = link["share_of_tool"]
-        of_tool = "" if part is None else f"; {share(part)} of the tool's deflection is the link's"
+        apart = "" if link["torsion"]["identifiable"] else ", its twist left out"
+        of_tool = "" if part is None else f"; {share(part)} of the tool's deflection is the link's{apart}"
         console.print(f"{link['link']}: {len(link['rods'])} rods carry {', '.join(link['carried'])}{of_tool}")
         as_beam = " (as a beam)" if link.get("compliance_structure") == "beam" else ""
         table = plain_table(f"compliance of the link's end{as_beam}", "value, ± 95 %>", "")

@@ -80,10 +80,31 @@ def show_prediction(console: Console, document: Document, most: int = 24) -> Non
         ways = [words for key in ("cartesian_compliance", "linear_compliance") for words in _stiffness(state[key])]
         table.add_row(str(number), *ways)
     console.print(table)
+    _show_links(console, document["states"][:most])
     if len(document["states"]) > most:
         console.print(f"{len(document['states']) - most} more in --json or -o FILE")
     if document.get("file"):
         console.print(f"wrote {document['file']}", soft_wrap=True)
+
+
+def _show_links(console: Console, states: list[Document]) -> None:
+    """Draw the deflection with and without each link's own part, side by side (000, Fig. 7)."""
+    for number, link in enumerate(states[0]["links"] if states else []):
+        name, modelled, measured = link["link"], link["at_target"] is not None, link["end_by_compliance"] is not None
+        heads = ["whole [mm]>"] + [f"{name} rigid [mm]>", f"part of {name} [mm]>"] * modelled
+        table = plain_table("state>", *heads, *[f"part of {name} by its 6×6 [mm]>"] * measured)
+        for place, state in enumerate(states, start=1):
+            whole, part = state["deflection"], state["links"][number]
+            cells = [_vector(whole)]
+            if modelled:
+                rigid = [a - b for a, b in zip(whole, part["at_target"], strict=True)]
+                cells += [_vector(rigid), _vector(part["at_target"])]
+            table.add_row(str(place), *cells, *[_vector(part["at_target_by_compliance"])] * measured)
+        console.print(table)
+
+
+def _vector(values: list[float]) -> str:
+    return ", ".join(significant(1e3 * value, 3) if abs(value) > 1e-9 else "0" for value in values[:3])
 
 
 def _translation(state: Document, axis: int) -> str:

@@ -74,7 +74,7 @@ def predict_states(
     ------
     NoBalanceError : a load is more than the springs hold.
     """
-    loads = replace(setup, wrench_axes=Attachment(0, np.eye(4)), moments_measured=True)
+    loads = at_load_point(setup)
     angles = robot.chain.model_angles(joints)
     order = one_run(robot, len(joints)) if in_order else None
     balance = solve_balance(robot, angles, wrench, loads, order)
@@ -88,6 +88,11 @@ def predict_states(
         linear_compliance=linear,
         linear_stiffness=tuple(_inverse(matrix) for matrix in linear),
     )
+
+
+def at_load_point(setup: MeasurementSetup) -> MeasurementSetup:
+    """Return the set-up with wrenches in base axes about its wrench point, moments known."""
+    return replace(setup, wrench_axes=Attachment(0, np.eye(4)), moments_measured=True)
 
 
 def load_path(corners: Sequence[Sequence[float]] | Floats, points: int) -> tuple[Floats, tuple[int, ...]]:

@@ -21,10 +21,11 @@ from stiffcal.experiments.rods import Design, rod_design
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
+from stiffcal.reduction.rod_temperature import smooth_in_time
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-FaultKind: TypeAlias = Literal["loose", "swapped-sign", "exchanged", "drifting", "unexplained"]
+FaultKind: TypeAlias = Literal["loose", "swapped-sign", "exchanged", "drifting", "warming", "unexplained"]
 
 # A contradiction smaller than this share of the readings may be the beam's own: sections taper, links shear. The second
 # where the rods' noise is not known: then it may be that, too.
@@ -46,8 +47,8 @@ class RodFault:
 
     Attributes
     ----------
-    kind : "loose", "swapped-sign", "exchanged", "drifting", or "unexplained": something contradicts, and no single
-        fault says what.
+    kind : "loose", "swapped-sign", "exchanged", "drifting", "warming" (all rods grow with the logged temperature), or
+        "unexplained": something contradicts, and no single fault says what.
     rods : names of the rods.
     size : m, rms of what is wrong with these rods' readings.
     before, after : m, rms of the contradiction of all rods with the fault, and with it mended.
@@ -71,6 +72,8 @@ class _Readings:
     Attributes
     ----------
     lengths : (n, m) m, less their run's mean. sigma : m, one number, or 0 where not known. time : (n,) s, or None.
+    growth : (n, m) m, what the rods would grow by the logged temperature if the link expanded by 1/K more than they,
+        less its run's mean; None where no temperature changes.
     run : (n,) or None. columns : (p, n, m) what the rods read per unknown of the load model; None: the field alone.
     design : of the field. used : (m,) False for rods that were already found loose.
     signed : True where flexibilities cannot be negative.
@@ -84,6 +87,7 @@ class _Readings:
     design: Design
     used: NDArray[np.bool_]
     signed: bool = True
+    growth: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -110,6 +114,7 @@ def find_rod_faults(
     wrench: Floats | None = None,
     time: Floats | None = None,
     run: Integers | None = None,
+    temperature: Floats | None = None,
 ) -> tuple[RodFault, ...]:
     """Find rods that cannot be right.
 
@@ -120,6 +125,7 @@ def find_rod_faults(
     wrench : (n, 6) at the link's outboard end in beam axes, since the reference; None where not known. Then at least
         one rod more than unknowns is needed to see anything, and two to name a loose one.
     time : (n,) s, for drift. run : (n,) each run with an offset of its own.
+    temperature : (n,) K, for rods that grow with it.
 
     Returns
     -------
@@ -132,7 +138,10 @@ def find_rod_faults(
     # Signs, exchanges and flexibilities leave a run's offset an offset: it is taken out once.
     centred = _centred(run, lengths)
     columns = None if columns is None else np.stack([_centred(run, column) for column in columns])
-    readings = _Readings(centred, stated, ticking, run, columns, design, np.ones(len(rods.names), dtype=np.bool_))
+    used = np.ones(len(rods.names), dtype=np.bool_)
+    readings = _Readings(
+        centred, stated, ticking, run, columns, design, used, growth=_growth(rods, run, time, temperature)
+    )
     if columns is None and design.redundancy < 1:
         return ()
     found: list[RodFault] = []
@@ -144,6 +153,18 @@ def find_rod_faults(
         if fault.kind == "unexplained":
             break
     return tuple(found)
+
+
+def _growth(rods: Rods, run: Integers | None, time: Floats | None, temperature: Floats | None) -> Floats | None:
+    """Return (n, m) what the rods grow by per 1/K of expansion that the link has more than they; None where unknown."""
+    if temperature is None or not np.isfinite(temperature).all() or np.ptp(temperature) == 0.0:
+        return None
+    warm = temperature.copy()
+    if run is not None and time is not None:
+        for one in np.unique(run):
+            members = run == one
+            warm[members] = smooth_in_time(time[members], temperature[members])
+    return _centred(run, np.outer(warm, rods.length))
 
 
 def _load_columns(rods: Rods, shape: BeamShape, wrench: Floats) -> Floats:
@@ -162,6 +183,11 @@ def _next_fault(rods: Rods, readings: _Readings) -> tuple[RodFault | None, _Read
     avoidable = plain.squares - count * sigma**2
     explained = 1.0 - (best.squares - count * sigma**2) / avoidable if avoidable > 0.0 else 0.0
     enough = EXPLAINED if sigma > 0.0 else EXPLAINED_BLINDLY
+    # What grows slowly counts as noise between repeats a cycle apart: of that noise is no proof against it.
+    floor, bare = sigma, min(trials, key=lambda trial: trial.score(count, 0.0))
+    if bare.kind == "warming" and plain.score(count, 0.0) - bare.score(count, 0.0) >= DECISIVE:
+        best, gain, explained, floor = bare, np.inf, 1.0, 0.0
+        after = float(np.sqrt(bare.squares / count))
     if best.kind is None or gain < DECISIVE or explained < enough:
         read = readings.lengths[:, readings.used]
         tolerated = (TOLERATED if sigma > 0.0 else TOLERATED_BLINDLY) * float(np.sqrt(np.mean(read**2)))
@@ -169,17 +195,24 @@ def _next_fault(rods: Rods, readings: _Readings) -> tuple[RodFault | None, _Read
         return (None if quiet else _unexplained(rods, readings, before)), readings
     close = [
         trial
-        for trial in ranked[1:]
+        for trial in ranked
         if trial.kind is not None
         and trial.rods != best.rods
-        and trial.score(count, sigma) - best.score(count, sigma) < DECISIVE
+        and trial.score(count, floor) - best.score(count, floor) < DECISIVE
     ]
     others = tuple(_label(trial, rods) for trial in close)
     names = tuple(rods.names[i] for i in best.rods)
     fault = RodFault(
-        best.kind, names, best.size, before, after, others, _sentence(best, names, before, after, others)
+        best.kind, names, _size(best, readings), before, after, others, _sentence(best, names, before, after, others)
     )  # fmt: skip
     return fault, best.mended
+
+
+def _size(trial: _Trial, readings: _Readings) -> float:
+    """Return the rms of what is wrong, m; of rods that grow, their growth."""
+    if trial.kind != "warming":
+        return trial.size
+    return float(np.sqrt(np.mean((trial.mended.lengths - readings.lengths) ** 2)))
 
 
 def _is_large(trial: _Trial, readings: _Readings) -> bool:
@@ -211,6 +244,8 @@ def _trials(readings: _Readings) -> Iterator[_Trial]:
         sign = np.ones(readings.lengths.shape[1])
         sign[list(rods)] = -1.0
         yield _mended("swapped-sign", rods, readings, readings.lengths * sign)
+    if known and readings.growth is not None:
+        yield _warming(readings)
     for a, b in combinations(count, 2):
         order = np.arange(readings.lengths.shape[1])
         order[[a, b]] = order[[b, a]]
@@ -258,6 +293,18 @@ def _drifting(rod: int, readings: _Readings) -> _Trial:
     squares, numbers = _squares(mended)
     size = float(np.sqrt(np.mean((rate @ columns[:, :, rod]) ** 2)))
     return _Trial("drifting", (rod,), mended, squares, numbers + 2, size)
+
+
+def _warming(readings: _Readings) -> _Trial:
+    """Take out of all rods what they grow by with the temperature, at one expansion for all."""
+    assert readings.growth is not None
+    shown = _left(readings, readings.growth)[:, readings.used].ravel()
+    target = _left(readings, readings.lengths)[:, readings.used].ravel()
+    expansion = float(shown @ target / max(float(shown @ shown), np.finfo(float).tiny))
+    mended = replace(readings, lengths=readings.lengths - expansion * readings.growth)
+    squares, numbers = _squares(mended)
+    rods = tuple(int(i) for i in np.flatnonzero(readings.used))
+    return _Trial("warming", rods, mended, squares, numbers + 1, expansion)
 
 
 def _since_start(readings: _Readings) -> Floats:
@@ -325,6 +372,8 @@ def _sentence(best: _Trial, names: tuple[str, ...], before: float, after: float,
         "exchanged": f"{which} are exchanged: {seen}; swap their columns or their places in [ids]",
         "drifting": f"{which} drifts by {1e6 * best.size:.3g} µm rms within a run: {seen}; let the gauge warm up, or "
         "zero it more often",
+        "warming": f"all rods grow with the logged temperature, {1e6 * best.size:.3g} µm per metre and kelvin: {seen}; "
+        "write expansion_per_K of the link ([links] in robot.toml) and of each rod ([ids])",
         "loose": f"{which} does not follow the link ({1e6 * best.size:.3g} µm rms off): without it {seen}; look at how "
         "it is fixed",
     }

@@ -346,7 +346,7 @@ def bounded_by_load(torsion: Torsion, moment: Floats, bending: Floats) -> Torsio
         return torsion
     why = (
         f"{torsion.why.partition('; a twist above')[0]}; under these loads a closed section no flatter than 3:1, as "
-        f"stiff in bending as this one, twists by {1e6 * bound:.3g} µrad at most"
+        f"stiff in bending as this one, twists by {1e3 * bound:.3g} mrad at most"
     )
     return Torsion(False, bound, why)
 

@@ -8,7 +8,7 @@ everything from tool and rods together.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from stiffcal.errors import Progress, no_progress
 from stiffcal.experiments.link_compliance import carried_to_target
-from stiffcal.identification.fit import Fit
+from stiffcal.identification.fit import Fit, Parameter
 from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
+from stiffcal.identification.link_noise import spread_by_rods
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates
@@ -45,15 +46,19 @@ class Coupling:
     Attributes
     ----------
     fits : by way. links : the links that carry rods.
+    by_rods : standard uncertainty that the rods' noise leaves where the links' part was taken out, of amplitudes; the
+        fit of what remains knows nothing of it.
     """
 
     fits: dict[Way, Fit]
     links: tuple[str, ...]
+    by_rods: dict[str, float] = field(default_factory=dict)
 
     def values(self, way: Way) -> dict[str, tuple[float, float]]:
         """Return each identified parameter's value and standard uncertainty."""
+        more = self.by_rods if way == "links-taken-out" else {}
         return {
-            one.name: (float(one.value), float(one.std))
+            one.name: (float(one.value), float(np.hypot(one.std, _of_value(one, more.get(one.name, 0.0)))))
             for one in self.fits[way].parameters
             if one.identifiable
             and not one.fixed
@@ -79,7 +84,7 @@ def identify_both_ways(
     alone = without_rods(states)
     jointed = replace(robot, placed=tuple(one for one in robot.placed if one.place.kind != "links"))
     links = measure_links(observe(states, robot.chain), CompliantRobot(robot.chain, ()))
-    rest, held = _without_what_rods_see(robot, links)
+    rest, held = without_what_rods_see(robot, links)
     taken_out = replace(settings, fixed=settings.fixed | held)
     ways: tuple[tuple[Way, LoadStates, CompliantRobot, Settings], ...] = (
         ("links-rigid", alone, jointed, settings),
@@ -91,10 +96,16 @@ def identify_both_ways(
     for way, these, model, how in ways:
         progress(f"identifying: {WORDS[way]}", None)
         fits[way] = identify_parameters(these, model, how)
-    return Coupling(fits, rodded)
+    by_rods = spread_by_rods(fits["links-taken-out"], links, observe(states, robot.chain))
+    return Coupling(fits, rodded, by_rods)
 
 
-def _without_what_rods_see(
+def _of_value(one: Parameter, spread: float) -> float:
+    """Return the spread of a parameter's value where its amplitude spreads so; a stiffness is one over it."""
+    return spread * float(one.value) ** 2 if one.spec.inverse and one.value is not None else spread
+
+
+def without_what_rods_see(
     robot: CompliantRobot, links: tuple[MeasuredLink, ...]
 ) -> tuple[CompliantRobot, frozenset[str]]:
     """Return the model of what is left when the rods' part is out, and its parameters that are held.

@@ -100,7 +100,7 @@ def _measured(
         at_tool=targets[0] if targets else np.full((len(index), 6), np.nan),
         share=_share(data, index, targets),
         compliance=compliance,
-        faults=find_rod_faults(rods, shape, lengths, carried, time, run),
+        faults=find_rod_faults(rods, shape, lengths, carried, time, run, data.order.temperature[index]),
     )
 
 

@@ -162,7 +162,8 @@ class LoadStates:
     set_aside : (n,) reason why the state is not used ("" where it is): excluded in the manifest, a bumped reading, or
         held too briefly to be read.
     setup : where the instruments sit.
-    lengths : (n, R) m, of each rod as read: changes are what counts; NaN where not logged. R may be 0.
+    lengths : (n, R) m, of each rod as read, less what it grows with the temperature where that is known: changes are
+        what counts; NaN where not logged. R may be 0.
     displacement : (n, G) m, of each gauge as read, along its direction; NaN where not logged. G may be 0.
     """
 

@@ -6,7 +6,7 @@ axis made perpendicular to x1, x2 = x3 × x1 (physics, section 6).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ class Rods:
     start, end : (m, 3) the material points that each rod joins, beam frame, m.
     warping : (m, 2) value of the warping function at start and end, m²; NaN where not known.
     sigma : (m,) standard uncertainty of one state's reading, m; NaN where not known.
+    growth : (m,) by how much more the link grows along a rod than the rod itself as both get warmer, m/K; NaN, or no
+        numbers at all, where not known.
     """
 
     link: str
@@ -33,6 +35,7 @@ class Rods:
     end: Floats
     warping: Floats
     sigma: Floats
+    growth: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def length(self) -> Floats:
@@ -49,6 +52,7 @@ class Rods:
             self.end[index],
             self.warping[index],
             self.sigma[index],
+            self.growth[index] if len(self.growth) else self.growth,
         )
 
 

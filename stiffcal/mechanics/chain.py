@@ -29,6 +29,7 @@ class LinkBeam:
     length : m.
     warping_decay : m, as the robot file gives it, or None.
     section : the drawn section, solved, or None; solved only where somebody needs it (rods on the link).
+    expansion : 1/K, thermal, as the robot file gives it, or None.
     """
 
     joint: int
@@ -36,6 +37,7 @@ class LinkBeam:
     length: float
     warping_decay: float | None = None
     section: Section | None = None
+    expansion: float | None = None
 
     @property
     def shape(self) -> BeamShape:

@@ -58,7 +58,7 @@ class Samples:
     frames : the true frames by name.
     robot : what the robot has beyond its files.
     misplaced : (6,) m and rad, base axes: how far the robot stands from where its kinematics says, all through the run.
-    rods : rod to its link's node, and what it reads of that node's displacement, (6,).
+    rods : rod to its link's node, and what it reads, (7,): of that node's displacement, and per kelvin.
     gear_ratio : (L,) motor turns per joint turn.
     """
 
@@ -193,7 +193,7 @@ def true_reading(signal: Signal, samples: Samples, place: str) -> Reading:
 
 
 def _lengths(signal: Lengths, samples: Samples, place: str) -> Reading:
-    """Changes of rods since the run's start, of what the displacement of their link's end does to them."""
+    """Changes of rods, of what the displacement of their link's end does to them, and of their getting warmer."""
     found = []
     for name in signal.columns:
         node, row = samples.rods[name]
@@ -203,7 +203,7 @@ def _lengths(signal: Lengths, samples: Samples, place: str) -> Reading:
                 "campaign.toml", place, "the robot that answers does not say how its links bend",
                 "take the rods out, or let stiffcal's own balance answer",
             )  # fmt: skip
-        found.append(moved @ row)
+        found.append(moved @ row[:6] + row[6] * samples.robot.warming_K_per_hour * samples.hours)
     return Reading(Channels(("length_m",) * len(found)), np.stack(found, axis=1))
 
 

@@ -65,7 +65,7 @@ class Stage:
     frames : the true frames by name.
     played : the runs.
     seed : of the campaign.
-    rods : rod to its link's node, and what it reads of that node's displacement, (6,).
+    rods : rod to its link's node, and what it reads, (7,): of that node's displacement, and per kelvin.
     gear_ratio : (L,) motor turns per joint turn.
     """
 

@@ -114,12 +114,12 @@ def _needed(manifest: Manifest, settings: SimulationSettings, known: Mapping[str
 
 
 def rods_on_links(campaign: Campaign) -> dict[str, tuple[int, Floats]]:
-    """Return every rod's link node, and what the rod reads of the node's displacement, (6,), m per m and rad."""
+    """Return every rod's link node, and what the rod reads, (7,): of the node's displacement, and per kelvin, m."""
     chain = campaign.chain
     return {
-        name: (link_node(chain.beams[rods.link].joint), row)
+        name: (link_node(chain.beams[rods.link].joint), np.append(row, np.nan_to_num(grown)))
         for rods, beam in rods_of(campaign.manifest, chain)
-        for name, row in zip(rods.names, rod_matrix(rods, beam), strict=True)
+        for name, row, grown in zip(rods.names, rod_matrix(rods, beam), rods.growth, strict=True)
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
@@ -191,6 +191,8 @@ def _file(campaign: Campaign, name: str, watch: LogWatch) -> dict[str, Any]:
     signals = []
     for signal, low in watch.low.items():
         high, columns = watch.high[signal], watch.columns.get(signal, ())
+        if signal == "wrench" and source.wrench is not None and source.wrench.direction is not None:
+            low, high = _along(source.wrench.direction, low, high)
         for k, column in enumerate(columns[: low.size]):
             signals.append(
                 {
@@ -204,6 +206,16 @@ def _file(campaign: Campaign, name: str, watch: LogWatch) -> dict[str, Any]:
             )
     told["columns"] = signals
     return told
+
+
+def _along(direction: Sequence[float], low: Any, high: Any) -> tuple[Any, Any]:
+    """Return the ends of a force along a line, told by the component that it makes most of."""
+    import numpy as np
+
+    unit = np.array(direction) / np.linalg.norm(direction)
+    most = int(np.argmax(np.abs(unit)))
+    ends = sorted((low[most] / unit[most], high[most] / unit[most]))
+    return np.array(ends[:1]), np.array(ends[1:])
 
 
 def _number(value: Any) -> float | None:

@@ -170,6 +170,20 @@ class History(TypedDict):
     not_fitted_yet: NotRequired[Model]
 
 
+class PredictedLink(TypedDict):
+    """A link's part: ``carried`` at its outboard end and how far that moves it (beam axes), and the target (base axes).
+
+    By the model; ``…_by_compliance`` by the 6×6 that its rods gave. Null where the one or the other is not there.
+    """
+
+    link: str
+    carried: list[float]
+    end: list[float] | None
+    at_target: list[float] | None
+    end_by_compliance: list[float] | None
+    at_target_by_compliance: list[float] | None
+
+
 class PredictedState(TypedDict):
     """Deflection (m, rad) and stiffness at the target, base axes; ``linear_…`` without complementary stiffness."""
 
@@ -181,6 +195,7 @@ class PredictedState(TypedDict):
     cartesian_stiffness: Matrix | None
     linear_compliance: Matrix
     linear_stiffness: Matrix | None
+    links: list[PredictedLink]
 
 
 class Predict(TypedDict):
@@ -295,11 +310,12 @@ class IngestedRun(TypedDict):
 
 
 class Ingest(TypedDict):
-    """Answer of ``ingest``."""
+    """Answer of ``ingest``; ``rods_grew_m``: the most that rods' growth with the temperature made within a run."""
 
     schema: Literal["stiffcal/ingest/1"]
     warnings: list[str]
     runs: list[IngestedRun]
+    rods_grew_m: NotRequired[float]
     unchanged: bool
 
 

@@ -20,7 +20,7 @@ class LinkTorsion(TypedDict):
 class RodFault(TypedDict):
     """A rod that cannot be right."""
 
-    kind: Literal["loose", "swapped-sign", "exchanged", "drifting", "unexplained"]
+    kind: Literal["loose", "swapped-sign", "exchanged", "drifting", "warming", "unexplained"]
     rods: list[str]
     size_m: float
     alternatives: list[str]

@@ -22,6 +22,7 @@ from stiffcal.workflow.steps import (
 from stiffcal.workflow.valued import ValuedCampaign, valued_campaign
 
 if TYPE_CHECKING:
+    from stiffcal.compensation.link_parts import LinkPart
     from stiffcal.compensation.prediction import Prediction
     from stiffcal.store.reading import Documents, Stored
 
@@ -73,7 +74,8 @@ def predict_campaign(
     ------
     InputError : the input is wrong, or a load is more than the robot holds.
     """
-    from stiffcal.compensation.prediction import predict_states
+    from stiffcal.compensation.link_parts import link_parts
+    from stiffcal.compensation.prediction import at_load_point, one_run, predict_states
     from stiffcal.model.equilibrium import NoBalanceError
 
     means = means or Means()
@@ -92,14 +94,17 @@ def predict_campaign(
     except NoBalanceError as error:
         place = load_path.corners if load_path is not None else str(poses)
         raise InputError.at(place, "", f"no balance: {error}", "give smaller loads") from error
-    document = _document(loads, found, valued)
+    order = one_run(valued.robot, len(loads.joints)) if load_path is not None else None
+    angles, setup = valued.robot.chain.model_angles(loads.joints), at_load_point(valued.setup)
+    parts = link_parts(valued.robot, angles, loads.wrench, setup, order, valued.link_compliances)
+    document = _document(loads, found, valued, parts)
     if load_path is not None:
         document["load_path"] = _load_path_document(campaign, load_path, loads, found, corners)
         _keep(campaign, means, document["load_path"])
     if output is not None:
         from stiffcal.workflow.export import write_table
 
-        write_table(_table(campaign, loads, found), output)
+        write_table(_table(campaign, loads, found, parts), output)
         document["file"] = str(output)
     return document
 
@@ -140,7 +145,7 @@ def _corners(text: str) -> Floats:
     return np.array(rows)
 
 
-def _document(loads: LoadTable, found: Prediction, valued: ValuedCampaign) -> Document:
+def _document(loads: LoadTable, found: Prediction, valued: ValuedCampaign, parts: tuple[LinkPart, ...]) -> Document:
     states = []
     for place in range(len(loads.joints)):
         stiffness, linear = found.cartesian_stiffness[place], found.linear_stiffness[place]
@@ -154,14 +159,34 @@ def _document(loads: LoadTable, found: Prediction, valued: ValuedCampaign) -> Do
                 "cartesian_stiffness": None if stiffness is None else stiffness.tolist(),
                 "linear_compliance": found.linear_compliance[place].tolist(),
                 "linear_stiffness": None if linear is None else linear.tolist(),
+                "links": [_link_document(one, place) for one in parts],
             }
         )
+    twists = []
+    for part in parts:
+        if part.link in valued.link_compliances and not np.isfinite(valued.link_compliances[part.link][3, 3]):
+            has = "without it" if part.end is None else "with the fit's"
+            twists.append(f"the rods on {part.link} do not tell its twist: its part by the rods' 6×6 is {has}")
     return {
         "schema": "stiffcal/predict/1",
-        "warnings": list(valued.warnings),
+        "warnings": [*valued.warnings, *twists],
         "values_from": valued.source,
         "target": valued.setup.target_names[0],
         "states": states,
+    }
+
+
+def _link_document(part: LinkPart, place: int) -> Document:
+    def of(values: Floats | None) -> list[float] | None:
+        return None if values is None else [float(value) for value in values[place]]
+
+    return {
+        "link": part.link,
+        "carried": of(part.carried),
+        "end": of(part.end),
+        "at_target": of(part.at_target),
+        "end_by_compliance": of(part.end_by_compliance),
+        "at_target_by_compliance": of(part.at_target_by_compliance),
     }
 
 
@@ -191,7 +216,7 @@ def _keep(campaign: Campaign, means: Means, path: Document) -> None:
     open_store(campaign.folder, means).commit(documents=with_path, command="predict")
 
 
-def _table(campaign: Campaign, loads: LoadTable, found: Prediction) -> dict[str, Floats]:
+def _table(campaign: Campaign, loads: LoadTable, found: Prediction, parts: tuple[LinkPart, ...]) -> dict[str, Floats]:
     """Return the prediction as columns: degrees, N, N·m, mm, mrad, each with its unit."""
     columns = {f"{name} [deg]": np.degrees(loads.joints[:, k]) for k, name in enumerate(campaign.chain.joint_names)}
     columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": loads.wrench[:, k] for k, axis in enumerate(AXES)}
@@ -200,4 +225,8 @@ def _table(campaign: Campaign, loads: LoadTable, found: Prediction) -> dict[str,
         unit = "mm" if k < 3 else "mrad"
         columns[f"{name} [{unit}]"] = 1e3 * found.deflection[:, k]
         columns[f"{name} standard uncertainty [{unit}]"] = 1e3 * std[:, k]
+    for part in parts:
+        for values, by in ((part.at_target, ""), (part.at_target_by_compliance, " by its 6x6")):
+            if values is not None:
+                columns |= {f"d{axis} of {part.link}{by} [mm]": 1e3 * values[:, k] for k, axis in enumerate("xyz")}
     return columns

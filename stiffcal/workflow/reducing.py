@@ -26,6 +26,7 @@ from stiffcal.reduction.logs import is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
+from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
 from stiffcal.reduction.screening import set_bumped_aside
 from stiffcal.reduction.states import Gathered, load_states, no_states, of_run, stacked, tabled_states
 from stiffcal.reduction.sweeps import clamped_readings, moved_joint
@@ -137,6 +138,9 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     raise_faults(watches.causes() + faults if faults else [])
     states = set_bumped_aside(states)
     document = _document(states, runs)
+    grown = float(np.abs(grown_lengths(states)).max(initial=0.0))
+    if grown > 0.0:
+        document["rods_grew_m"] = grown
     listed = {entry["id"]: entry for entry in document["runs"]}
     for entry in beside.entries:
         # a clamped run that is fitted with the others has both readings and states
@@ -262,10 +266,10 @@ def placed_states(campaign: Campaign, gathered: Gathered) -> tuple[LoadStates, R
     states = load_states(gathered, manifest, chain, holding(setup) if held else setup)
     names = frames_to_estimate(manifest)
     if not names:
-        return states, None
+        return without_growth(states), None
     found = register_frames(in_instrument_axes(states), manifest, chain, names)
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain, found.frames))
-    return load_states(gathered, manifest, chain, holding(setup) if held else setup), found
+    return without_growth(load_states(gathered, manifest, chain, holding(setup) if held else setup)), found
 
 
 def _document(states: LoadStates, runs: Sequence[ReducedRun]) -> dict[str, Any]:

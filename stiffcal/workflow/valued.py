@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.errors import InputError
@@ -31,6 +34,7 @@ class ValuedCampaign:
     covariance : of the parameters that were fitted, by full names; empty where the values are the model file's.
     source : where the values are from, in words.
     cautions : what the fit cannot promise, in words.
+    link_compliances : (6, 6) by link, as the link's rods gave it, beam axes, NaN where not known; empty without rods.
     """
 
     campaign: Campaign
@@ -39,6 +43,7 @@ class ValuedCampaign:
     covariance: dict[str, dict[str, float]]
     source: str
     cautions: tuple[str, ...] = ()
+    link_compliances: dict[str, NDArray[np.float64]] = field(default_factory=dict)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -115,8 +120,10 @@ def valued_campaign(campaign: Campaign, means: Means) -> ValuedCampaign:
     covariance = {a: {b: float(matrix[i][j]) for j, b in kept} for i, a in kept}
     valued = robot.with_values(values_of(identified))
     setup = _aimed(data.states.setup, campaign.chain.n_joints)
+    # null where the rods do not tell becomes NaN
+    of_links = {one["link"]: np.array(one["compliance"], dtype=np.float64) for one in identified.get("links", [])}
     cautions = tuple(_cautions(identified, here))
-    return ValuedCampaign(campaign, valued, setup, covariance, f"fit {identified['fit_id']}", cautions)
+    return ValuedCampaign(campaign, valued, setup, covariance, f"fit {identified['fit_id']}", cautions, of_links)
 
 
 def _cautions(identified: Document, names: set[str]) -> Iterator[str]:
@@ -139,8 +146,6 @@ def _cautions(identified: Document, names: set[str]) -> Iterator[str]:
 
 def _aimed(setup: MeasurementSetup, n_joints: int) -> MeasurementSetup:
     """Return the set-up with the flange as its target where no target was measured, as on a clamped robot."""
-    import numpy as np
-
     from stiffcal.measurements.load_states import Attachment
 
     if setup.targets:

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stiffcal.identification.coupling import Coupling, Way, coupling_document, identify_both_ways, without_links
+from stiffcal.identification.coupling import (
+    Coupling,
+    Way,
+    coupling_document,
+    identify_both_ways,
+    without_links,
+    without_what_rods_see,
+)
+from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.link_noise import spread_by_rods
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates, Sigma
@@ -85,3 +95,24 @@ def test_springs_half_way_are_taken_out_likewise(robot: CompliantRobot, states: 
     coupling = identify_both_ways(states, with_effect(joint_springs(robot.chain), springs))
     assert "link-springs.swing.k1" in coupling.values("links-taken-out")
     assert "link-springs.swing.k2" not in coupling.values("links-taken-out")
+
+
+def test_the_rods_noise_goes_into_the_joints_uncertainty(robot: CompliantRobot) -> None:
+    """A tool read without noise, rods with 5 µm: what is wrong with the joints is the rods' doing, and is stated."""
+    exact = played(robot, runs=6)
+    exact = replace(exact, setup=replace(exact.setup, sigma=Sigma(translation=1e-6, rotation=2e-6)))
+    rigid = CompliantRobot(robot.chain, ())
+    off = []
+    for seed in range(6):
+        states = with_rods(exact, robot, five_rods(robot.chain, sigma=5e-6), seed=seed)
+        seen = observe(states, robot.chain)
+        links = measure_links(seen, rigid)
+        rest, held = without_what_rods_see(with_effect(joint_springs(robot.chain), bending_swing()), links)
+        fit = identify_parameters(without_links(states, robot.chain, links), rest, Settings(fixed=held))
+        spread = spread_by_rods(fit, links, seen)
+        for joint, stiffness in enumerate(SIX_STIFFNESS, start=1):
+            one = fit.parameter(f"joint-compliance.j{joint}.c")
+            assert one.value is not None
+            off.append((one.value - 1.0 / stiffness) / spread[one.name])
+    # five numbers of the swing, six times: 30 degrees of freedom, within three standard deviations
+    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1.0, abs=3.0 / np.sqrt(60.0))

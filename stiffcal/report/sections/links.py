@@ -110,7 +110,8 @@ def _compliance(picture: LinkPicture, told: Document) -> Table:
             continue
         rows.append((words, wording.digits(factor * value), wording.digits(half, 2), unit))
     share = told.get("share_of_tool")
-    of_tool = "" if share is None else f" {wording.percent(share)} of the tool’s deflection is this link’s."
+    apart = "" if told["torsion"]["identifiable"] else ", its twist left out"
+    of_tool = "" if share is None else f" {wording.percent(share)} of the tool’s deflection is this link’s{apart}."
     return Table(
         (Column("of the link’s end", align="left"), Column("value"), Column("± 95 %"), Column("unit", align="left")),
         tuple(rows),

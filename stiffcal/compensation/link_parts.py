@@ -1,0 +1,95 @@
+"""What the links themselves do to a predicted deflection: the tool with them and without them (000, Fig. 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.link_compliance import carried_to_target
+from stiffcal.measurements.load_states import MeasurementSetup
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Inputs, StateOrder, link_node
+from stiffcal.model.equilibrium import find_rest, rest_under_weight, solve_balance
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LinkPart:
+    """A link's part in n predicted states.
+
+    Attributes
+    ----------
+    link : its name.
+    carried : (n, 6) what its outboard end carries of the load, beam axes, N and N·m.
+    end : (n, 6) how far that moves its outboard end by the model's effects on the link, beam axes, m and rad.
+    at_target : (n, 6) what the first target's deflection loses where the link is rigid, base axes, m and rad. None,
+        like ``end``, where the model holds nothing on the link.
+    end_by_compliance, at_target_by_compliance : the same by the 6×6 compliance that the link's rods gave, in place of
+        the model; None where no rods are on it. A twist that the rods do not tell is the model's, else none.
+    """
+
+    link: str
+    carried: Floats
+    end: Floats | None
+    at_target: Floats | None
+    end_by_compliance: Floats | None
+    at_target_by_compliance: Floats | None
+
+
+def links_rigid(
+    robot: CompliantRobot,
+    angles: Floats,
+    wrench: Floats,
+    setup: MeasurementSetup,
+    order: StateOrder | None,
+    *links: str,
+) -> Floats:
+    """Return (n, 6) the first target's deflection with these links rigid and all else the same, base axes, m, rad."""
+    rest = replace(robot, placed=tuple(one for one in robot.placed if one.place.link not in links))
+    return solve_balance(rest, angles, wrench, setup, order).displacement[:, 0]
+
+
+def link_parts(
+    robot: CompliantRobot,
+    angles: Floats,
+    wrench: Floats,
+    setup: MeasurementSetup,
+    order: StateOrder | None,
+    compliances: Mapping[str, Floats],
+) -> tuple[LinkPart, ...]:
+    """Return the part of every link that the model lets give, or that rods have measured.
+
+    Parameters
+    ----------
+    robot : valued. angles : (n, J) model angles, rad. wrench : (n, 6) as the set-up says.
+    order : of the states, for laws with a memory; None where each stands alone.
+    compliances : (6, 6) by link: its end's displacement per wrench there, beam axes; NaN where not known.
+    """
+    modelled = {one.place.link for one in robot.placed if one.place.kind == "links"}
+    names = [name for name in robot.chain.beams if name in modelled or name in compliances]
+    if not names:
+        return ()
+    inputs = Inputs(np.ascontiguousarray(angles.T), np.ascontiguousarray(wrench.T), setup)
+    unloaded = rest_under_weight(robot, inputs)
+    loaded = find_rest(robot, inputs, order, unloaded.wrench, unloaded.displacement)
+    whole = solve_balance(robot, angles, wrench, setup, order).displacement[:, 0]
+    standing = np.moveaxis(loaded.displacement, -1, 0)
+    parts = []
+    for name in names:
+        node = link_node(robot.chain.beams[name].joint)
+        carried = (loaded.wrench[node] - unloaded.wrench[node]).T
+        end = at_target = end_by = at_by = None
+        if name in modelled:
+            end = (loaded.displacement[node] - unloaded.displacement[node]).T
+            at_target = whole - links_rigid(robot, angles, wrench, setup, order, name)
+        if name in compliances:
+            end_by = carried @ np.nan_to_num(compliances[name]).T
+            if end is not None and not np.isfinite(compliances[name][3, 3]):
+                end_by[:, 3] = end[:, 3]
+            at_by = carried_to_target(robot.chain, angles, name, end_by, setup.targets[0], standing)
+        parts.append(LinkPart(name, carried, end, at_target, end_by, at_by))
+    return tuple(parts)

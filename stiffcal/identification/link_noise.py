@@ -1,0 +1,74 @@
+"""How well joints are known where their links' part was taken out of the tool's motion: the rods' noise goes into them.
+
+What the rods say of a link is a compliance with a covariance. An error of it is taken out of the tool's motion with it,
+in all states alike, and the fit of what remains lays it at the joints' door: δθ = (Aᵀ W A)⁻¹ Aᵀ W δy. It does not show
+in the fit's residuals, so that it is added to what the fit itself states.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.link_compliance import LinkCompliance, carried_to_target
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.measured_links import MeasuredLink
+from stiffcal.identification.noise import whiten
+from stiffcal.identification.observation import evaluate, free_columns
+from stiffcal.identification.projection import Projection
+from stiffcal.identification.readings import Observations
+from stiffcal.identification.weighing import raw_whitening
+
+Floats = NDArray[np.float64]
+
+
+def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], seen: Observations) -> dict[str, float]:
+    """Return each amplitude's standard uncertainty by the rods' noise, by full parameter name, SI.
+
+    Parameters
+    ----------
+    fit : of the motion without the links' part. links : as they were taken out. seen : what they were measured in.
+    """
+    data = fit.data
+    fixed = fit.held | {one.name for one in fit.parameters if one.fixed}
+    columns = free_columns(fit.robot, fixed)
+    pieces = list(evaluate(fit.robot, data, columns, with_sensitivity=fit.noise is not None))
+    own = np.concatenate([piece.columns for piece in pieces], axis=2)
+    if fit.noise is None:
+        whitening = raw_whitening(data, None)
+    else:
+        sensitivity = [piece.sensitivity for piece in pieces if piece.sensitivity is not None]
+        whitening = whiten(fit.noise, data, np.concatenate(sensitivity, axis=2))
+    space = Projection.of(data, whitening)
+    rows = space.rows(own)
+    size = np.linalg.norm(rows, axis=1)
+    scaled = (rows / np.where(size > 0.0, size, 1.0)[:, None]).T
+    variance = np.zeros(len(columns))
+    for link in links:
+        errors = np.stack([_taken_out(error, link, fit, seen) for error in _directions(link.compliance)])
+        moved = np.linalg.lstsq(scaled, space.rows(errors).T, rcond=1e-12)[0] / np.where(size > 0.0, size, 1.0)[:, None]
+        variance += np.sum(moved**2, axis=1)
+    names = [fit.robot.placed[column.placed].parameter_name(column.symbol) for column in columns]
+    return dict(zip(names, np.sqrt(variance).tolist(), strict=True))
+
+
+def _directions(compliance: LinkCompliance) -> Floats:
+    """Return (p, 6, 6) independent errors of the matrix, one standard uncertainty each; none where it is not known."""
+    value, vector = np.linalg.eigh(compliance.covariance)
+    roots = vector * np.sqrt(np.maximum(value, 0.0))
+    errors = (compliance.slopes @ roots).T.reshape(-1, 6, 6)
+    return np.asarray(np.where(np.isfinite(compliance.matrix), errors, 0.0))
+
+
+def _taken_out(error: Floats, link: MeasuredLink, fit: Fit, seen: Observations) -> Floats:
+    """Return (m, n) what an error of a link's compliance adds to the rows of the fit."""
+    data = fit.data
+    states = seen.index[link.index]
+    place = np.searchsorted(data.index, states)
+    there = (place < len(data.index)) & (data.index[np.minimum(place, len(data.index) - 1)] == states)
+    angles = np.ascontiguousarray(seen.angles[:, link.index[there]].T)
+    moved = link.wrench[there] @ error.T
+    parts = np.zeros((len(data.setup.targets), 6, data.n_states))
+    for body, target in enumerate(data.setup.targets):
+        parts[body][:, place[there]] = carried_to_target(fit.robot.chain, angles, link.link, moved, target).T
+    return data.layout.of_targets(parts)
