@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.gauges import gauges_of, rods_of, stated_sigma
 from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.markers import markers_of
 from stiffcal.campaign.naming import body_number
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.transforms import placement_matrix
@@ -123,6 +124,7 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
         rods=tuple(rods for rods, _ in links),
         beams=tuple(beam for _, beam in links),
         gauges=gauges_of(manifest, frames, targets),
+        markers=markers_of(manifest, targets),
     )
 
 

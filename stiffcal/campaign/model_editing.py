@@ -64,6 +64,39 @@ def add_effect(
     return new
 
 
+def set_starts(folder: Path, effect: str, names: Sequence[str], n_joints: int) -> tuple[str, ...]:
+    """Name parameters of an effect that the model file holds, starting from zero; what is named already stays.
+
+    Parameters
+    ----------
+    folder : the campaign folder. effect : its name.
+    names : full names (effect.place.symbol) of places that the effect has there.
+    n_joints : J, for ``joints = "all"``.
+
+    Returns
+    -------
+    tuple of str
+        The names that are new.
+    """
+    document = _document(folder, n_joints)
+    new = []
+    for entry in document.get("effects", []):
+        if entry.get("type") != effect:
+            continue
+        places = _entry_places(entry, n_joints)
+        mine = [name for name in names if name.split(".")[1] in places and name not in entry.get("parameters", {})]
+        if mine and "parameters" not in entry:
+            entry["parameters"] = tomlkit.table()
+        for name in mine:
+            start = tomlkit.inline_table()
+            start["value"] = 0.0
+            entry["parameters"][name] = start
+        new += mine
+    if new:
+        _save(folder, document)
+    return tuple(new)
+
+
 def remove_effect(
     folder: Path,
     effect: str,
@@ -204,7 +237,8 @@ def _drop(document: tomlkit.TOMLDocument, index: int) -> None:
 
 
 def _thin(entry: Any, going: set[str], n_joints: int) -> None:
-    """Remove single places from an entry."""
+    """Remove single places from an entry, and what is set of their parameters."""
+    settings = entry.get("parameters", {})
     if entry.get("joints") == "all":
         entry["joints"] = list(range(1, n_joints + 1))
     for key in ("joints", "links", "pairs"):
@@ -217,6 +251,8 @@ def _thin(entry: Any, going: set[str], n_joints: int) -> None:
                 value = value.split("-")
             if _name(key, value) in going:
                 del values[index]
+                for name in [one for one in settings if one.split(".")[1] == _name(key, value)]:
+                    del settings[name]
         if len(values) == 0:
             del entry[key]
 

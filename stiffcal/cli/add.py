@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 Model = Annotated[Path, typer.Argument(metavar="DIR", help="The campaign folder.")]
 EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Its name, see `stiffcal effects`.")]
+Curved = Annotated[
+    bool, typer.Option("--curved", help="Springs with square and cube: bearing-tilt, joint-translation.")
+]
 Everywhere = Annotated[bool, typer.Option("--all", help="Every place the effect can have.")]
 
 
@@ -27,6 +30,7 @@ def add(
     links: Links = None,
     pairs: Pairs = None,
     everywhere: Everywhere = False,
+    curved: Curved = False,
     as_json: AsJson = False,
 ) -> int:
     """Add a physical effect to model.toml.
@@ -35,7 +39,8 @@ def add(
 
     Example: stiffcal add demo backlash --joints 4
     """
-    return edit(folder, "add", effect, {"joints": joints, "links": links, "pairs": pairs}, everywhere, as_json)
+    where = {"joints": joints, "links": links, "pairs": pairs}
+    return edit(folder, "add", effect, where, everywhere, as_json, curved=curved)
 
 
 def edit(
@@ -45,12 +50,14 @@ def edit(
     where: Mapping[str, str | None],
     everywhere: bool,
     as_json: bool,
+    *,
+    curved: bool = False,
 ) -> int:
     """Change model.toml and show what it holds now; of `add` and `remove`."""
     with answering(as_json) as answer:
         from stiffcal.workflow.edit_model import edit_model
 
-        document = edit_model(folder, action, effect, where=where, everywhere=everywhere)
+        document = edit_model(folder, action, effect, where=where, everywhere=everywhere, curved=curved)
         answer.give(document, show_edit, command_line("identify", folder))
     return OK
 

@@ -36,10 +36,11 @@ def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate
 
 
 def _next_step(folder: Folder, document: Document, store: str | None) -> str:
-    for one in document["superfluous"]:
-        return command_line("remove", folder, one["effect"], *place_words(one["where"]), store=None)
+    # What is missing comes first: with it, other effects may turn out to be needed, or not.
     for one in document["missing"]:
         return command_line("add", folder, one["effect"], *place_words(one["where"]), store=None)
+    for one in document["superfluous"]:
+        return command_line("remove", folder, one["effect"], *place_words(one["where"]), store=None)
     return command_line("report", folder, store=store)
 
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import ClassVar
 
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.curved import curve_specs, curve_symbols, curved_terms
 from stiffcal.model.effect import (
     RX,
     RY,
     DocumentedEffect,
     Driver,
+    Effect,
     Kind,
     NodeLoads,
     ParameterSpec,
@@ -22,6 +25,7 @@ from stiffcal.model.effect import (
 )
 
 _SOURCE = "Table 1 of paper 000 (KUKA KR240, after Rösch): 1/1.5e7 (joint 2) to 1/3.7e6 (joint 6)"
+_AXES = {"x": RX, "y": RY}
 
 
 class BearingTilt(DocumentedEffect):
@@ -29,7 +33,8 @@ class BearingTilt(DocumentedEffect):
 
     Law: δ_Rx = c_x M_x and δ_Ry = c_y M_y, about the x and y axes of the joint's frame, with M the moment that the
     bearing carries about its centre (the joint's node: the frame's origin, moved by bearing_m along the axis). Abele et
-    al. 2008; paper 000, Table 1 lists the stiffnesses, the inverses, as c_alpha and c_beta.
+    al. 2008; paper 000, Table 1 lists the stiffnesses, the inverses, as c_alpha and c_beta. A model that names x2, x3,
+    y2 or y3 (`stiffcal add … --curved`) takes both directions curved, δ = c M + c2 M² + c3 M³ (paper 001, III.C).
 
     Assumes a bearing that is pre-loaded, so that it tilts in proportion, and that its two directions do not couple. A
     bearing's tilt is of the same order as the give of its gear and cannot be seen from the motor.
@@ -42,7 +47,7 @@ class BearingTilt(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "rotation about the two axes across the joint axis"
-    parameters = (
+    parameters: ClassVar[tuple[ParameterSpec, ...]] = (
         ParameterSpec(
             "x", "rad/(N·m)", "tilt compliance about the joint frame's x axis", 0.0, 1e-3, 1.4e-7, _SOURCE,
             compliance=True,
@@ -52,6 +57,7 @@ class BearingTilt(DocumentedEffect):
             compliance=True,
         ),
     )  # fmt: skip
+    curve = curve_symbols(_AXES)
     looks_like = ("link-beam", "link-springs", "joint-compliance", "base-compliance")
     fingerprint = (
         "the tool gives across the plane in which the joint moves it, in proportion to the moment across the joint's "
@@ -72,3 +78,26 @@ class BearingTilt(DocumentedEffect):
         node = joint_node(place.joints[0])
         moment = np.hypot(loads.wrench[node, RX], loads.wrench[node, RY])
         return Driver(f"moment across joint {place.joints[0]}", "N·m", moment)
+
+    def form(self, symbols: Iterable[str]) -> Effect:
+        """Return the form that these symbols are of: straight lines, or curves."""
+        return self if set(self.curve).isdisjoint(symbols) else _CURVED
+
+
+class _Curved(BearingTilt):
+    __doc__ = BearingTilt.__doc__
+
+    parameters = tuple(
+        spec for one in BearingTilt.parameters for spec in (one, *curve_specs(one, load=1000.0, largest=1e-3))
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ = c M + c2 M² + c3 M³ about both axes."""
+        return curved_terms(place, loads, _AXES)
+
+    def form(self, symbols: Iterable[str]) -> Effect:
+        """Return this form: what was curved stays so."""
+        return self
+
+
+_CURVED = _Curved()

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.curved import curve_specs, curve_symbols, curved_terms
 from stiffcal.model.effect import (
     TX,
     TY,
     TZ,
     DocumentedEffect,
     Driver,
+    Effect,
     Kind,
     NodeLoads,
     ParameterSpec,
@@ -24,13 +26,15 @@ from stiffcal.model.effect import (
 
 _SOURCE = "paper 001, section III.C: within the noise of ±90 µm at loads up to 2.5 kN, so below 4e-8"
 _AXES = {"tx": (TX, "along the joint frame's x axis"), "ty": (TY, "along its y axis"), "tz": (TZ, "along the axis")}
+_COMPONENTS = {symbol: axis for symbol, (axis, _) in _AXES.items()}
 
 
 class JointTranslation(DocumentedEffect):
     """The bearing of a joint gives along the forces that it carries, radially and axially.
 
     Law: δ_tx = c_tx F_x, δ_ty = c_ty F_y, δ_tz = c_tz F_z in the joint's frame (the translational part of the joint
-    model of paper 001, eq. 1, taken diagonal).
+    model of paper 001, eq. 1, taken diagonal). A model that names tx2, tx3, ty2 … (`stiffcal add … --curved`) takes all
+    three curved, δ = c F + c2 F² + c3 F³ (paper 001, III.C).
 
     Assumes pre-loaded rolling bearings in stiff housings.
 
@@ -47,6 +51,7 @@ class JointTranslation(DocumentedEffect):
         ParameterSpec(symbol, "m/N", f"compliance {meaning}", 0.0, 1e-5, 5e-9, _SOURCE, compliance=True)
         for symbol, (_, meaning) in _AXES.items()
     )
+    curve = curve_symbols(_COMPONENTS)
     looks_like = ("base-compliance", "tool-compliance", "joint-translation")
     fingerprint = "the tool shifts along the force without turning, by the same amount whatever the lever"
     how_to_check = (
@@ -63,3 +68,26 @@ class JointTranslation(DocumentedEffect):
         """The force that the bearing carries."""
         force = np.linalg.norm(loads.wrench[joint_node(place.joints[0]), :3], axis=0)
         return Driver(f"force on bearing {place.joints[0]}", "N", force)
+
+    def form(self, symbols: Iterable[str]) -> Effect:
+        """Return the form that these symbols are of: straight lines, or curves."""
+        return self if set(self.curve).isdisjoint(symbols) else _CURVED
+
+
+class _Curved(JointTranslation):
+    __doc__ = JointTranslation.__doc__
+
+    parameters = tuple(
+        spec for one in JointTranslation.parameters for spec in (one, *curve_specs(one, load=1000.0, largest=1e-5))
+    )
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """δ = c F + c2 F² + c3 F³ along all three axes."""
+        return curved_terms(place, loads, _COMPONENTS)
+
+    def form(self, symbols: Iterable[str]) -> Effect:
+        """Return this form: what was curved stays so."""
+        return self
+
+
+_CURVED = _Curved()

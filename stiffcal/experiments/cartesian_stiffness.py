@@ -20,12 +20,14 @@ from stiffcal.reduction.load_cycles import run_members
 
 Floats = NDArray[np.float64]
 
-# Full: the smallest direction is not below this share of the largest. Of displacements it may be far below, as robots
-# give a thousandfold more in some directions than in others.
-FULL_WRENCH, FULL_DISPLACEMENT = 0.02, 1e-3
+# Full: even in its weakest direction the displacement follows the wrench by more than noise would let it seem so once
+# in a thousand poses.
+NOT_FULL_P = 1e-3
 # Lengths by which moments and turns are put beside forces and shifts, m.
 LENGTH_M = 0.5
-FEWEST = 12
+FEWEST = 14
+# Directions of the wrench below this share of the largest are rounding.
+NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,8 @@ class CartesianStiffness:
     from_compliance : (6, 6) inverse of the compliance fitted the other way round.
     compliance : (6, 6) m/N, rad/N, rad/(N·m).
     fullness : smallest direction over the largest, of the wrenches and of the displacements (lengths scaled by 0.5 m).
+    over_noise : r, variance of the displacement that follows the wrench over that of the rest, in the weakest
+        direction: eq. 15 draws that direction down to r/(1 + r).
     n : states.
     """
 
@@ -48,6 +52,7 @@ class CartesianStiffness:
     from_compliance: Floats
     compliance: Floats
     fullness: tuple[float, float]
+    over_noise: float
     n: int
 
 
@@ -82,9 +87,10 @@ def cartesian_stiffnesses(states: LoadStates, chain: Chain) -> tuple[CartesianSt
             continue
         moved, wrench = _at_target(states, chain, kept)
         full = _fullness(wrench, np.repeat([1.0, 1.0 / LENGTH_M], 3)), _fullness(moved, np.repeat([1.0, LENGTH_M], 3))
-        if full[0] < FULL_WRENCH or full[1] < FULL_DISPLACEMENT:
+        compliance: Floats = np.asarray(np.linalg.lstsq(wrench, moved, rcond=NOTHING)[0].T, dtype=np.float64)
+        over_noise = _over_noise(wrench @ compliance.T, moved)
+        if _chance_of_following(over_noise, len(kept)) > NOT_FULL_P:
             continue
-        compliance: Floats = np.asarray(np.linalg.lstsq(wrench, moved, rcond=None)[0].T, dtype=np.float64)
         name = states.runs[int(states.run[kept[0]])].name
         found.append(
             CartesianStiffness(
@@ -94,6 +100,7 @@ def cartesian_stiffnesses(states: LoadStates, chain: Chain) -> tuple[CartesianSt
                 np.asarray(np.linalg.inv(compliance), dtype=np.float64),
                 compliance,
                 full,
+                over_noise,
                 len(kept),
             )
         )
@@ -118,3 +125,33 @@ def _at_target(states: LoadStates, chain: Chain, kept: NDArray[np.int64]) -> tup
 def _fullness(values: Floats, scale: Floats) -> float:
     singular = np.linalg.svd(values * scale, compute_uv=False)
     return float(singular[-1] / singular[0]) if singular[0] > 0.0 else 0.0
+
+
+def _over_noise(follows: Floats, moved: Floats) -> float:
+    """Return the least ratio of variances, over all directions, of what follows the wrench and of what does not.
+
+    Parameters
+    ----------
+    follows, moved : (n, 6) displacements by the fitted compliance, and as measured, less their means.
+    """
+    scale = np.repeat([1.0, LENGTH_M], 3)
+    rest = (moved - follows) * scale
+    # a run's offset and six columns were fitted
+    noise = rest.T @ rest / (len(rest) - 7) + np.eye(6) * (1e-12 * float(np.max(np.abs(moved * scale)))) ** 2
+    whiten = np.linalg.inv(np.linalg.cholesky(noise))
+    return float(np.linalg.eigvalsh(whiten @ (follows * scale).T @ (follows * scale) @ whiten.T)[0] / (len(rest) - 1))
+
+
+def _chance_of_following(ratio: float, n: int) -> float:
+    """Return the chance of such a ratio where nothing follows the wrench: six columns fitted to noise.
+
+    The tail of F with 6 and n − 7 degrees of freedom, in closed form as 6 is even.
+
+    Examples
+    --------
+    >>> round(_chance_of_following(6.0 / 59.0 * 4.37, 60), 4)
+    0.0012
+    """
+    b = (n - 7) / 2.0
+    x = 1.0 / (1.0 + ratio * (n - 1) / (n - 7))
+    return float(x**b * (1.0 + b * (1.0 - x) + 0.5 * b * (b + 1.0) * (1.0 - x) ** 2))

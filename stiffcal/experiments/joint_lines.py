@@ -2,13 +2,15 @@
 
 Paper 001 fits eq. 1 to each joint by linear least squares, takes a curve where a straight line does not do, and finds
 a clear trend in the rotations and none in the translations. Each run has an offset of its own: the reference reading is
-as noisy as the others.
+as noisy as the others. A pose from fewer points counts less.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +24,11 @@ COMPONENTS = ("tx", "ty", "tz", "rx", "ry", "rz")
 # A compliance rises above the noise where it is more than this many standard uncertainties: of 36 that are nothing one
 # in twenty campaigns shows one.
 ABOVE_NOISE = 3.0
-# Couplings are thirty to a joint and looked for, not expected, and loads of one pose make many of them look alike: more
-# is asked of them.
-COUPLED = 5.0
-# A curve is believed where a straight line would be so bent by chance once in so many joints' components.
-CURVED_P = 1e-3
+# Couplings are thirty to a joint and looked for, not expected: a robot that has none shows one in so many campaigns.
+FALSE_COUPLINGS = 0.01
+# A curve is believed where a straight line would be so bent by chance: of 36 straight ones a curve is seen in one
+# campaign out of a hundred.
+CURVED_P = 0.01 / 36.0
 # A direction of the wrench below this share of the largest (lengths scaled by 0.5 m) is not loaded.
 UNLOADED = 1e-3
 LENGTH_M = 0.5
@@ -78,32 +80,42 @@ class JointCompliance:
     joint : from 1.
     lines : the six components.
     matrix, matrix_std : (6, 6) δ = C w, and standard uncertainties; None where the loads do not turn all directions.
+        The diagonal of a curved component is its slope at no load.
+    coupled : standard uncertainties beyond which an element beside the diagonal is no chance (`FALSE_COUPLINGS`).
     """
 
     joint: int
     lines: tuple[JointLine, ...]
     matrix: Floats | None
     matrix_std: Floats | None
+    coupled: float
 
     @property
     def couplings(self) -> tuple[tuple[str, str], ...]:
         """Displacements that follow another component of the wrench beyond the noise: (displacement, of which load)."""
         if self.matrix is None or self.matrix_std is None:
             return ()
-        told = np.abs(self.matrix) > COUPLED * self.matrix_std
+        told = np.abs(self.matrix) > self.coupled * self.matrix_std
         return tuple((COMPONENTS[a], COMPONENTS[b]) for a, b in np.argwhere(told & ~np.eye(6, dtype=np.bool_)))
 
 
-def joint_compliance(motion: JointMotion) -> JointCompliance:
-    """Fit one joint by itself."""
+def joint_compliance(motion: JointMotion, n_joints: int = 6) -> JointCompliance:
+    """Fit one joint by itself.
+
+    Parameters
+    ----------
+    n_joints : how many are looked at: couplings are told from chance among those of all.
+    """
     lines = tuple(_line(motion, axis) for axis in range(6))
-    matrix, std = _matrix(motion)
-    return JointCompliance(motion.joint, lines, matrix, std)
+    matrix, std = _matrix(motion, lines)
+    coupled = NormalDist().inv_cdf(1.0 - FALSE_COUPLINGS / (2.0 * 30.0 * n_joints))
+    return JointCompliance(motion.joint, lines, matrix, std, coupled)
 
 
 def _line(motion: JointMotion, axis: int) -> JointLine:
     seen = np.isfinite(motion.displacement[:, axis])
     load, moved, run = motion.wrench[seen, axis], motion.displacement[seen, axis], motion.run[seen]
+    weight = 1.0 / motion.std[seen, axis]
     size = float(np.max(np.abs(load), initial=0.0))
     runs = np.unique(run)
     dof = len(load) - len(runs) - 1
@@ -111,7 +123,7 @@ def _line(motion: JointMotion, axis: int) -> JointLine:
     if size == 0.0 or dof < 3:
         return JointLine(COMPONENTS[axis], math.nan, math.nan, nothing, 1.0, math.nan, 0.0, len(load), {})
     powers = np.stack([(load / size) ** k for k in (1, 2, 3)], axis=1)
-    own, left = _about_runs(powers, run), _about_runs(moved[:, None], run)[:, 0]
+    own, left = _about_runs(powers, run, weight), _about_runs(moved[:, None], run, weight)[:, 0]
     straight = float(own[:, 0] @ left / (own[:, 0] @ own[:, 0]))
     bent = np.linalg.lstsq(own, left, rcond=None)[0]
     squares = float(np.sum((left - straight * own[:, 0]) ** 2))
@@ -124,17 +136,19 @@ def _line(motion: JointMotion, axis: int) -> JointLine:
     scatter = math.sqrt((squares_bent if curved else squares) / (dof - 2 if curved else dof))
     std = math.sqrt(squares / dof) / math.sqrt(float(own[:, 0] @ own[:, 0]))
     curve = tuple((fitted / size ** np.arange(1, 4)).tolist())
+    offsets = {int(k): float(np.average(rest[run == k], weights=weight[run == k] ** 2)) for k in runs}
     return JointLine(
         COMPONENTS[axis], straight / size, std / size, (curve[0], curve[1], curve[2]), p_curved, scatter,
-        float(np.max(np.abs(whole))), len(load), {int(k): float(np.mean(rest[run == k])) for k in runs},
+        float(np.max(np.abs(whole))), len(load), offsets,
     )  # fmt: skip
 
 
-def _about_runs(values: Floats, run: Integers) -> Floats:
-    """Return the values less their runs' means."""
-    result = values.copy()
+def _about_runs(values: Floats, run: Integers, weight: Floats) -> Floats:
+    """Return weighted rows (n, k) of values less their runs' weighted means."""
+    result = np.empty_like(values)
     for k in np.unique(run):
-        result[run == k] -= values[run == k].mean(axis=0)
+        own = run == k
+        result[own] = (values[own] - np.average(values[own], axis=0, weights=weight[own] ** 2)) * weight[own, None]
     return result
 
 
@@ -149,20 +163,30 @@ def _chance_of_bend(straight: float, bent: float, dof: int) -> float:
     return float((1.0 + ratio) ** (-dof / 2.0))
 
 
-def _matrix(motion: JointMotion) -> tuple[Floats | None, Floats | None]:
-    """Return the 6×6 compliance and its standard uncertainties, all six wrench components at once."""
+def _matrix(motion: JointMotion, lines: Sequence[JointLine]) -> tuple[Floats | None, Floats | None]:
+    """Return the 6×6 compliance and its standard uncertainties, all six wrench components at once.
+
+    A curved component keeps its square and cube: what they leave would look like couplings.
+    """
     seen = np.isfinite(motion.displacement).all(axis=1)
-    run = motion.run[seen]
-    own = _about_runs(motion.wrench[seen], run)
-    left = _about_runs(motion.displacement[seen], run)
-    dof = len(own) - len(np.unique(run)) - 6
+    run, wrench = motion.run[seen], motion.wrench[seen]
+    dof = len(wrench) - len(np.unique(run)) - 8
     scale = np.repeat([1.0, 1.0 / LENGTH_M], 3)
     if dof < 6:
         return None, None
-    singular = np.linalg.svd(own * scale, compute_uv=False)
+    singular = np.linalg.svd(_about_runs(wrench, run, np.ones(len(run))) * scale, compute_uv=False)
     if singular[-1] < UNLOADED * singular[0]:
         return None, None
-    inverse = np.linalg.inv(own.T @ own)
-    matrix = left.T @ own @ inverse
-    variance = np.sum((left - own @ matrix.T) ** 2, axis=0) / dof
-    return matrix, np.sqrt(np.outer(variance, np.diag(inverse)))
+    matrix, variance = np.empty((6, 6)), np.empty((6, 6))
+    for axis, line in enumerate(lines):
+        size = float(np.max(np.abs(wrench[:, axis])))
+        bent = [(wrench[:, axis] / size) ** k for k in (2, 3)] if line.curved else []
+        weight = 1.0 / motion.std[seen, axis]
+        own = _about_runs(np.column_stack([wrench, *bent]), run, weight)
+        left = _about_runs(motion.displacement[seen, axis, None], run, weight)[:, 0]
+        length = np.sqrt(np.sum(own**2, axis=0))
+        found = np.linalg.lstsq(own / length, left, rcond=None)[0] / length
+        inverse = np.linalg.inv((own / length).T @ (own / length)) / np.outer(length, length)
+        matrix[axis] = found[:6]
+        variance[axis] = np.sum((left - own @ found) ** 2) / dof * np.diag(inverse)[:6]
+    return matrix, np.sqrt(variance)

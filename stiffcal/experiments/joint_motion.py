@@ -2,12 +2,14 @@
 
 With a target on every link the six-dimensional displacement of a joint is measured, not inferred: link k's motion since
 the run's reference, seen from link k−1. In the joint's own axes, about the joint's origin, it answers the load's
-wrench moved there (001, eq. 4): W_k = (R F, R (T + (p_load − p_k) × F)). Nothing of any model is in it but kinematics,
-on the undeformed chain.
+wrench moved there (001, eq. 4): W_k = (R F, R (T + (p_load − p_k) × F)). Where the loaded robot holds its links is
+measured too: sensor, load and joint go with the targets on their links, so that levers are those of the deformed robot.
+Nothing of any model is in it but kinematics.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +17,8 @@ from numpy.typing import NDArray
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.kinematics import body_poses
+from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.model.effect import Inputs, joint_node
-from stiffcal.model.shape import chain_shape, node_wrenches
 from stiffcal.reduction.load_cycles import run_members
 
 Floats = NDArray[np.float64]
@@ -34,8 +34,10 @@ class JointMotion:
     joint : from 1.
     inboard, outboard : the two targets' names; "" inboard of joint 1 where the base itself carries none.
     displacement : (n, 6) m and rad, joint axes, about the joint's origin, since the run's reference; NaN where one of
-        the two bodies was not seen.
+        the two bodies was not seen, or that which carries the force sensor.
     wrench : (n, 6) N and N·m that the load puts on the joint, joint axes, about its origin.
+    std : (n, 6) how far each displacement is known, over what is usual: 1 but where poses come from points of which
+        some were hidden.
     run : (n,) run numbers.
     index : (n,) index of the state in the campaign's load states.
     """
@@ -45,6 +47,7 @@ class JointMotion:
     outboard: str
     displacement: Floats
     wrench: Floats
+    std: Floats
     run: Integers
     index: Integers
 
@@ -78,19 +81,27 @@ def joint_motions(states: LoadStates, chain: Chain) -> tuple[JointMotion, ...]:
     kept = np.flatnonzero(states.used & np.isfinite(states.wrench).all(axis=1))
     angles = _run_means(chain.model_angles(states.joints), states.run)[kept]
     positions, rotations = body_poses(chain, angles)
-    wrench = _joint_wrenches(states, chain, kept, angles)
+    bodies = {pair[1]: _since_reference(states, kept, pair[1]) for pair in pairs.values()}
+    force, moment, point = _load(states, chain, kept, angles, bodies)
     found = []
     for joint, (inboard, outboard) in pairs.items():
-        place = positions[:, joint] + chain.bearing[joint - 1] * rotations[:, joint, :, 2]
-        moved = _relative(states, kept, inboard, outboard, place, rotations[:, joint])
+        axes = rotations[:, joint]
+        place = positions[:, joint] + chain.bearing[joint - 1] * axes[:, :, 2]
+        base = bodies[inboard] if inboard >= 0 else _Motion.none(len(kept))
+        moved = _relative(bodies[outboard], base, place, axes)
+        here, turned = base.carried(place), base.turn @ axes
+        wrench = np.stack([force, moment + np.cross(point - here, force)], axis=1)
+        wrench = np.einsum("nji,nkj->nki", turned, wrench).reshape(-1, 6)
+        told = np.isfinite(wrench).all(axis=1, keepdims=True)  # not where the sensor's link was hidden
         names = states.setup.target_names
         found.append(
             JointMotion(
                 joint,
                 "" if inboard < 0 else names[inboard],
                 names[outboard],
-                moved,
-                wrench[:, :, joint - 1],
+                np.where(told, moved, np.nan),
+                np.where(told, wrench, 0.0),
+                _spread(states, kept, (inboard, outboard), place, axes),
                 states.run[kept],
                 kept,
             )
@@ -105,46 +116,99 @@ def _run_means(values: Floats, run: Integers) -> Floats:
     return result
 
 
-def _joint_wrenches(states: LoadStates, chain: Chain, kept: Integers, angles: Floats) -> Floats:
-    """Return (n, 6, J) what the load alone puts on the joints, weight left out (001, eq. 4)."""
-    inputs = Inputs(np.ascontiguousarray(angles.T), np.ascontiguousarray(states.wrench[kept].T), states.setup)
-    shape = chain_shape(chain, inputs.angles, None)
-    nodes = node_wrenches(chain, shape, inputs, forces=inputs.wrench)
-    return np.stack([nodes[joint_node(k)].T for k in range(1, chain.n_joints + 1)], axis=2)
+@dataclass(frozen=True)
+class _Motion:
+    """A body's motion since its run's reference: x → turn (x − there) + here, base axes; NaN where it was not seen."""
+
+    turn: Floats  # (n, 3, 3)
+    here: Floats  # (n, 3)
+    there: Floats  # (n, 3)
+
+    @classmethod
+    def none(cls, n: int) -> _Motion:
+        return cls(np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3)), np.zeros((n, 3)))
+
+    def carried(self, points: Floats) -> Floats:
+        """Return where points (n, 3) that ride on the body are now."""
+        return np.asarray(np.einsum("nij,nj->ni", self.turn, points - self.there) + self.here)
+
+    def seen_from(self, points: Floats) -> Floats:
+        """Return where points (n, 3) of now were on the body in the reference."""
+        return np.asarray(np.einsum("nji,nj->ni", self.turn, points - self.here) + self.there)
 
 
-def _relative(states: LoadStates, kept: Integers, inboard: int, outboard: int, place: Floats, axes: Floats) -> Floats:
+def _since_reference(states: LoadStates, kept: Integers, body: int) -> _Motion:
+    """Return the motion of a target since its run's marked reference, or the least load where it was hidden in that."""
+    n = len(kept)
+    motion = _Motion(np.full((n, 3, 3), np.nan), np.full((n, 3), np.nan), np.full((n, 3), np.nan))
+    seen = np.isfinite(states.rotation[kept, body, 0, 0])
+    load = np.sqrt(np.sum(np.nan_to_num(states.wrench) ** 2, axis=1))
+    for members in run_members(states.run[kept]):
+        mine = members[seen[members]]
+        if not len(mine):
+            continue
+        start = kept[mine[np.argmin(np.where(states.reference[kept[mine]], -1.0, load[kept[mine]]))]]
+        motion.turn[mine] = states.rotation[kept[mine], body] @ states.rotation[start, body].T
+        motion.here[mine], motion.there[mine] = states.position[kept[mine], body], states.position[start, body]
+    return motion
+
+
+def _load(
+    states: LoadStates, chain: Chain, kept: Integers, angles: Floats, bodies: Mapping[int, _Motion]
+) -> tuple[Floats, Floats, Floats]:
+    """Return force, moment and the point that the moment is about, (n, 3) each, base axes, on the robot as it gives."""
+    carriers: dict[int, _Motion] = {}
+    for number, motion in bodies.items():
+        carriers.setdefault(states.setup.targets[number].body, motion)
+    last, flange = chain.n_joints, chain.n_joints + 1
+    for one, other in ((last, flange), (flange, last)):
+        if one in carriers:
+            carriers.setdefault(other, carriers[one])
+    still = _Motion.none(len(kept))
+    setup = states.setup
+    _, axes = attached_poses(chain, angles, setup.wrench_axes)
+    point, _ = attached_poses(chain, angles, setup.wrench_point)
+    axes = carriers.get(setup.wrench_axes.body, still).turn @ axes
+    point = carriers.get(setup.wrench_point.body, still).carried(point)
+    force, moment = (np.einsum("nij,nj->ni", axes, states.wrench[kept, part]) for part in (slice(3), slice(3, 6)))
+    return force, moment, point
+
+
+def _relative(outboard: _Motion, inboard: _Motion, place: Floats, axes: Floats) -> Floats:
     """Return (n, 6) how the outboard body has moved since the reference, seen from the inboard one.
 
     Parameters
     ----------
     place : (n, 3) the joint's origin, base axes, m. axes : (n, 3, 3) base_from_joint.
     """
-    result = np.full((len(kept), 6), np.nan)
-    both = np.isfinite(states.rotation[:, outboard, 0, 0])
-    if inboard >= 0:
-        both &= np.isfinite(states.rotation[:, inboard, 0, 0])
-    load = np.sqrt(np.sum(np.nan_to_num(states.wrench) ** 2, axis=1))
-    for members in run_members(states.run[kept]):
-        mine = members[both[kept[members]]]
-        if not len(mine):
+    moved = inboard.seen_from(outboard.carried(place)) - place
+    turn = np.swapaxes(inboard.turn, 1, 2) @ outboard.turn
+    shift = np.einsum("nji,nj->ni", axes, moved)
+    return np.concatenate([shift, np.einsum("nji,nj->ni", axes, vector_from_rotation(turn))], axis=1)
+
+
+def _spread(states: LoadStates, kept: Integers, pair: tuple[int, int], place: Floats, axes: Floats) -> Floats:
+    """Return (n, 6) how far displacements are known over what is usual; 1 where not both poses come from points.
+
+    Parameters
+    ----------
+    pair : targets inboard and outboard, −1 for the base. place, axes : as in `_relative`.
+    """
+    n = len(kept)
+    variance = np.zeros((n, 6))
+    for body in pair:
+        if body < 0:
             continue
-        # the marked reference, or the least load where a body was hidden in it
-        start = kept[mine[np.argmin(np.where(states.reference[kept[mine]], -1.0, load[kept[mine]]))]]
-        seen = kept[mine]
-        moved = place[mine]
-        turn = np.broadcast_to(np.eye(3), (len(mine), 3, 3))
-        for body, inverse in ((outboard, False), (inboard, True)):
-            if body < 0:
-                continue
-            rotation = states.rotation[seen, body] @ states.rotation[start, body].T
-            here, there = states.position[seen, body], states.position[start, body]
-            if inverse:
-                moved = np.einsum("nji,nj->ni", rotation, moved - here) + there
-                turn = np.swapaxes(rotation, 1, 2) @ turn
-            else:
-                moved = np.einsum("nij,nj->ni", rotation, moved - there) + here
-                turn = rotation @ turn
-        result[mine, :3] = np.einsum("nji,nj->ni", axes[mine], moved - place[mine])
-        result[mine, 3:] = np.einsum("nji,nj->ni", axes[mine], vector_from_rotation(turn))
-    return result
+        markers = states.setup.markers[body] if states.setup.markers else None
+        if markers is None:
+            return np.ones((n, 6))
+        seen = states.markers_seen[kept, body, : len(markers.names)]
+        pose = markers.covariance(seen, states.rotation[kept, body])
+        # the joint's origin goes with the body: its place errs with the turn too
+        lever = np.cross(np.eye(3)[None], (place - states.position[kept, body])[:, None, :])
+        rows = np.concatenate([np.eye(3) * np.ones((n, 1, 1)), np.swapaxes(lever, 1, 2)], axis=2)
+        turned = np.swapaxes(axes, 1, 2)
+        variance[:, :3] += np.einsum("nij,njk,nik->ni", turned @ rows, pose, turned @ rows)
+        variance[:, 3:] += np.einsum("nij,njk,nik->ni", turned, pose[:, 3:, 3:], turned)
+    middle = np.nanmedian(variance, axis=0)
+    return np.sqrt(np.where(np.isfinite(variance), variance, middle) / middle)

@@ -13,6 +13,8 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 
 SCHEMA = "stiffcal/identify/1"
+# So many springs of one effect in the noise are named in one line.
+LOST_TOGETHER = 4
 
 
 def finite(value: float | None) -> float | None:
@@ -147,7 +149,15 @@ def fit_warnings(fit: Fit) -> list[str]:
             f"{' or the noise is larger than stated' if stated else ''}, "
             "and the stated uncertainties cover the instruments only"
         )
+    lost = _lost_together(fit)
+    words += [
+        f"{effect} at {', '.join(places)}: within the noise, told from none at all by less than three standard "
+        "uncertainties"
+        for effect, places in lost.items()
+    ]
     for one in fit.parameters:
+        if one.effect in lost and one.above_noise is False:
+            continue
         if one.at_bound:
             words.append(f"{one.name} lies on the edge of what is possible")
         elif one.poorly_known:
@@ -155,6 +165,15 @@ def fit_warnings(fit: Fit) -> list[str]:
                 f"{one.name} is poorly known: ± {100.0 * 1.96 * (one.std or 0.0) / abs(one.value or 1.0):.0f} %"
             )
     return words
+
+
+def _lost_together(fit: Fit) -> dict[str, list[str]]:
+    """Return the effects of which several springs are lost in the noise, with the places where they are."""
+    lost: dict[str, list[str]] = {}
+    for one in fit.parameters:
+        if one.above_noise is False:
+            lost.setdefault(one.effect, []).append(one.place.label)
+    return {effect: list(dict.fromkeys(places)) for effect, places in lost.items() if len(places) >= LOST_TOGETHER}
 
 
 def values_of(document: Mapping[str, Any]) -> dict[str, float]:

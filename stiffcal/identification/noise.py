@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.identification.contrasts import LEAST_DOF, contrasts, some_groups, without_wild
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import (
     GAUGE,
@@ -39,12 +40,6 @@ Integers = NDArray[np.int64]
 # With fewer degrees of freedom the scatter of repeats is itself known to no better than 18 %, and the manifest's word
 # is taken instead where it gives one.
 ENOUGH_DOF = 30
-# Below this nothing is said from repeats at all: the noise would be known to no better than a third.
-LEAST_DOF = 6
-# Contrasts beyond this multiple of their median length come from bumped readings.
-WILD = 6.0
-# So many contrasts tell a standard deviation to one per cent.
-MOST_CONTRASTS = 2000
 
 
 @dataclass(frozen=True)
@@ -155,9 +150,12 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
     sensitivity : (m, 6, n) derivative of the prediction by the wrench, or None to leave wrench noise out.
     """
     m = len(data.measured)
-    own = noise.of_rows(data.kind) ** 2
     result = np.zeros((m, m, data.n_states))
-    result[range(m), range(m)] = own[:, None]
+    result[range(m), range(m)] = own_variance(noise, data)
+    if data.spread is not None:
+        turned = noise.rotation**2 * data.spread.rotation
+        turned[range(m), range(m)] = 0.0
+        result += turned
     if sensitivity is not None:
         variance = np.array([noise.force**2] * 3 + [noise.moment**2] * 3)
         weighted = sensitivity * variance[:, None]
@@ -170,11 +168,21 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
     return result
 
 
+def own_variance(noise: Noise, data: Observations) -> Floats:
+    """Return (m, n) the variances of the rows without the wrench's share."""
+    own: Floats = np.repeat(noise.of_rows(data.kind)[:, None] ** 2, data.n_states, axis=1)
+    if data.spread is not None:
+        rows = data.kind <= ROTATION
+        turned = np.einsum("aan->an", data.spread.rotation)[rows]
+        own[rows] = noise.translation**2 * data.spread.translation[rows] + noise.rotation**2 * turned
+    return own
+
+
 def whiten(noise: Noise, data: Observations, sensitivity: Floats | None) -> Whitening:
     """Return the whitening of the observations."""
-    own = noise.of_rows(data.kind)
-    scale = np.where(data.seen, 1.0 / own[:, None], 0.0)
-    if sensitivity is None or (noise.force == 0.0 and noise.moment == 0.0):
+    scale = np.where(data.seen, 1.0 / np.sqrt(own_variance(noise, data)), 0.0)
+    exact = sensitivity is None or (noise.force == 0.0 and noise.moment == 0.0)
+    if exact and data.spread is None:
         return Whitening(scale)
     full = covariance(noise, data, sensitivity)
     unseen = ~data.seen
@@ -208,7 +216,7 @@ def _inverse_cholesky(full: Floats) -> Floats:
 
 def rms_length(noise: Noise, data: Observations, sensitivity: Floats | None) -> dict[str, float | None]:
     """Return the noise as rms means it: root mean square length of the noise vector, m and rad."""
-    own = noise.of_rows(data.kind)[:, None] ** 2 * np.ones(data.n_states)
+    own = own_variance(noise, data)
     if sensitivity is not None:
         variance = np.array([noise.force**2] * 3 + [noise.moment**2] * 3)
         own = own + np.einsum("akn,akn,k->an", sensitivity, sensitivity, variance)
@@ -243,52 +251,6 @@ def reading_rows(data: Observations, rows: NDArray[np.bool_]) -> list[NDArray[np
     return [rows & (key == one[:, None]).all(axis=0) for one in np.unique(key[:, rows], axis=1).T]
 
 
-def contrasts(
-    data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers]
-) -> tuple[Floats, Floats, Integers]:
-    """Return orthonormal contrasts of repeats, the load's difference taken out.
-
-    Parameters
-    ----------
-    data : the observations.
-    predicted : (m, n) the present model's displacements.
-    sensitivity : (m, 6, n).
-    groups : positions (in ``data``) of states that repeat each other.
-
-    Returns
-    -------
-    differences : (c, m), zero mean under noise alone.
-    compliance : (c, m, 6) the sensitivity that goes with each.
-    run : (c,) the run that each is from.
-    """
-    differences, levers, runs = [], [], []
-    for group in groups:
-        group = group[data.seen[:, group].all(axis=0)]
-        if len(group) < 2:
-            continue
-        moved = (data.measured[:, group] - predicted[:, group]).T
-        count = np.arange(1, len(group))[:, None]
-        # Helmert: the k-th member against the mean of those before.
-        before = np.cumsum(moved[:-1], axis=0) / count
-        differences.append((moved[1:] - before) * np.sqrt(count / (count + 1.0)))
-        lever = np.cumsum(np.moveaxis(sensitivity[:, :, group], -1, 0), axis=0)[1:]
-        levers.append(lever / (count[:, :, None] + 1.0))
-        runs.append(np.full(len(count), data.run[group[0]], dtype=np.int64))
-    m = len(data.measured)
-    if not differences:
-        return np.zeros((0, m)), np.zeros((0, m, 6)), np.zeros(0, dtype=np.int64)
-    return np.concatenate(differences), np.concatenate(levers), np.concatenate(runs)
-
-
-def some_groups(groups: Sequence[Integers]) -> Sequence[Integers]:
-    """Return so many groups, drawn at random from a fixed seed, that they hold about `MOST_CONTRASTS` contrasts."""
-    n_contrasts = sum(len(group) - 1 for group in groups)
-    if n_contrasts <= MOST_CONTRASTS:
-        return groups
-    n_kept = max(1, len(groups) * MOST_CONTRASTS // n_contrasts)
-    return [groups[k] for k in sorted(np.random.default_rng(0).permutation(len(groups))[:n_kept])]
-
-
 def noise_from_repeats(
     data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers]
 ) -> Noise | None:
@@ -304,7 +266,8 @@ def noise_from_repeats(
     motors = data.kind == MOTOR
     if motors.any() and not motors.all():
         return _of_two_experiments(data, predicted, sensitivity, groups, motors)
-    differences, levers = _without_wild(*contrasts(data, predicted, sensitivity, some_groups(groups)), data.kind)
+    found = without_wild(contrasts(data, predicted, sensitivity, some_groups(groups)), data.kind)
+    differences, levers = found.differences, found.compliance
     n_lengths = int(np.count_nonzero(~data.rotational))
     if len(differences) * n_lengths < LEAST_DOF:
         return None
@@ -314,7 +277,8 @@ def noise_from_repeats(
     scales = raw[data.kind]
     if np.any(scales == 0.0):
         return None
-    variance = variance_components(differences / scales, levers / scales[:, None], data.kind)
+    basis = found.basis(data.kind, scales)
+    variance = variance_components(differences / scales, levers / scales[:, None], data.kind, basis)
     # The components are in units of the raw scatter; wrench components were scaled to their share of it.
     raw[kinds] *= np.sqrt(variance[: len(kinds)])
     wrench = float(np.sqrt(variance[-2])), float(np.sqrt(variance[-1]))
@@ -332,6 +296,7 @@ def _of_two_experiments(
             measured=data.measured[rows],
             seen=data.seen[rows],
             layout=layout_of(data.kind[rows].tolist(), data.body[rows].tolist(), data.component[rows].tolist()),
+            spread=None if data.spread is None else data.spread.rows(rows),
         )
         found.append(noise_from_repeats(own, predicted[rows], sensitivity[rows], groups))
     load, clamped = found
@@ -341,24 +306,6 @@ def _of_two_experiments(
     force, moment = max(load.force, clamped.force), max(load.moment, clamped.moment)
     dof = min(load.dof, clamped.dof)
     return replace(load, motor_angle=clamped.motor_angle, force=force, moment=moment, dof=dof)
-
-
-def _without_wild(differences: Floats, levers: Floats, runs: Integers, kinds: Integers) -> tuple[Floats, Floats]:
-    """Leave out contrasts of readings that were bumped: longer than six times the typical length of their kind.
-
-    Of a hundred thousand contrasts of Gaussian noise less than one is that long. In a run that scatters wider than the
-    others as a whole (a target far from the tracker, a shaky stand) its own typical length counts.
-    """
-    keep = np.ones(len(differences), dtype=np.bool_)
-    for kind in np.unique(kinds):
-        length = np.sqrt(np.sum(differences[:, kinds == kind] ** 2, axis=1))
-        typical = np.full(len(length), np.median(length) if length.any() else np.inf)
-        for run in np.unique(runs):
-            own = runs == run
-            if np.count_nonzero(own) >= LEAST_DOF:
-                typical[own] = np.maximum(typical[own], np.median(length[own]))
-        keep &= length <= WILD * typical
-    return differences[keep], levers[keep]
 
 
 def stated_noise(sigma: Sigma, data: Observations) -> Noise | None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.identification.pose_spread import PoseSpread, pose_spread
 from stiffcal.identification.rows import ROTATION, Layout, layout_of, with_gauges, with_motors, with_rods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
@@ -41,6 +42,7 @@ class Observations:
     run : (n,) run number.
     setup : where the instruments sit.
     index : (n,) index of the state in the campaign's load states.
+    spread : how far each pose is known where poses come from points, some of them hidden at times; else None.
     """
 
     angles: Floats
@@ -53,6 +55,7 @@ class Observations:
     run: Integers
     setup: MeasurementSetup
     index: Integers
+    spread: PoseSpread | None = None
 
     @property
     def n_states(self) -> int:
@@ -100,6 +103,7 @@ class Observations:
             layout=self.layout.part(pick),
             run=self.run[pick],
             index=self.index[pick],
+            spread=None if self.spread is None else self.spread.part(pick),
         )
 
 
@@ -140,6 +144,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
     measured = np.stack(pieces) if pieces else np.zeros((0, len(states)))
     # A bumped reading is no observation, but the robot went through its load, and laws with a memory must too.
     keep = np.flatnonzero(load_is_good(states) & np.isfinite(states.wrench[:, :3]).all(axis=1))
+    spread = pose_spread(states, layout)
     measured = measured[:, keep]
     seen = np.isfinite(measured) & states.used[keep]
     return Observations(
@@ -153,6 +158,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         run=states.run[keep],
         setup=states.setup,
         index=keep,
+        spread=None if spread is None else spread.part(keep),
     )
 
 

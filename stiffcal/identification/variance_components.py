@@ -12,11 +12,22 @@ Integers = NDArray[np.int64]
 SETTLED = 1e-4
 
 
-def variance_components(differences: Floats, levers: Floats, row_kinds: Integers) -> Floats:
-    """Return σ² of each kind of row (in units of the scaled differences), then σ_F², σ_M², none negative."""
+def variance_components(
+    differences: Floats, levers: Floats, row_kinds: Integers, basis: Floats | None = None
+) -> Floats:
+    """Return σ² of each kind of row (in units of the scaled differences), then σ_F², σ_M², none negative.
+
+    Parameters
+    ----------
+    differences : (c, m). levers : (c, m, 6). row_kinds : (m,).
+    basis : (kinds, c, m, m) what a unit of each kind's variance adds; None: its rows alike and apart.
+    """
     m = differences.shape[1]
     own = np.unique(row_kinds)
-    kinds = [np.diag((row_kinds == kind).astype(np.float64)) * np.ones((len(differences), 1, 1)) for kind in own]
+    if basis is None:
+        units = np.stack([np.diag((row_kinds == kind).astype(np.float64)) for kind in own])
+        basis = np.broadcast_to(units[:, None], (len(own), len(differences), m, m))
+    kinds = list(basis)
     kinds += [
         np.einsum("cak,cbk->cab", levers[:, :, :3], levers[:, :, :3]),
         np.einsum("cak,cbk->cab", levers[:, :, 3:], levers[:, :, 3:]),

@@ -97,7 +97,7 @@ def weighed_alike(
         return Weights(weights.noise, weights.assumed, False, whiten(weights.assumed, data, None), None), iter(blocks)
     m, n = data.measured.shape
     noise, sensitivity = weights.assumed, np.empty((m, 6, n))
-    correlated = noise.force != 0.0 or noise.moment != 0.0
+    correlated = noise.force != 0.0 or noise.moment != 0.0 or data.spread is not None
     whitening = Whitening(np.empty((m, n)), np.empty((m, m, n)) if correlated else None)
 
     def one_by_one() -> Iterator[Evaluation]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stiffcal.measurements.columns import table_of, values_of
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo, Sigma
+from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rods import BeamShape, Rods
 
 Floats = NDArray[np.float64]
@@ -31,7 +32,8 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     Columns: ``run`` (id), ``row`` (data row of the source, or the hold's number in the run, from 1), ``time_s``,
     ``hold_s``, ``<joint>_rad``, ``Fx_N … Mz_Nm`` (what the surroundings do to the robot, in the axes of
     ``setup.wrench_axes``), per target ``<target>_x_m …`` and ``<target>_qw … _qz`` (base axes), ``<target>_dx_m …``
-    and ``<target>_rx_rad …`` (deflection already taken), ``<rod>_length_m`` and ``<gauge>_displacement_m`` as read,
+    and ``<target>_rx_rad …`` (deflection already taken), ``<target>_markers`` (names of the points that were seen,
+    where its pose comes from points), ``<rod>_length_m`` and ``<gauge>_displacement_m`` as read,
     ``reference``, ``temperature<k>``, ``n_readings``,
     ``Fx_scatter_N …`` and ``<target>_x_scatter_m …`` (standard deviation of single readings within the hold), and
     ``set_aside`` (why a state is not used, "" where it is).
@@ -57,6 +59,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
         columns |= {f"{target}_d{axis}_m": states.deflection[:, b, k] for k, axis in enumerate("xyz")}
         columns |= {f"{target}_r{axis}_rad": states.deflection[:, b, 3 + k] for k, axis in enumerate("xyz")}
         columns |= {f"{target}_{axis}_scatter_m": states.position_scatter[:, b, k] for k, axis in enumerate("xyz")}
+    columns |= _markers_columns(states)
     columns |= {f"{rod}_length_m": states.lengths[:, k] for k, rod in enumerate(states.setup.rod_names)}
     columns |= {f"{one.name}_displacement_m": states.displacement[:, k] for k, one in enumerate(states.setup.gauges)}
     columns["reference"] = states.reference
@@ -127,7 +130,34 @@ def states_from_table(table: pa.Table) -> LoadStates:
         setup=setup,
         lengths=block([f"{rod}_length_m" for rod in setup.rod_names]),
         displacement=block([f"{gauge.name}_displacement_m" for gauge in setup.gauges]),
+        markers_seen=_markers_seen(table, setup),
     )
+
+
+def _markers_columns(states: LoadStates) -> dict[str, list[str]]:
+    """Return, by target whose poses come from points, the points that were seen: their names with commas between."""
+    found = {}
+    for b, markers in enumerate(states.setup.markers):
+        if markers is not None:
+            seen = states.markers_seen[:, b, : len(markers.names)]
+            patterns, number = np.unique(seen, axis=0, return_inverse=True)
+            words = [
+                ",".join(name for name, shown in zip(markers.names, row, strict=True) if shown) for row in patterns
+            ]
+            found[f"{states.setup.target_names[b]}_markers"] = [words[k] for k in number.reshape(-1)]
+    return found
+
+
+def _markers_seen(table: pa.Table, setup: MeasurementSetup) -> NDArray[np.bool_]:
+    """Return (n, B, K) which points were seen, back from the table's words."""
+    most = max((len(markers.names) for markers in setup.markers if markers is not None), default=0)
+    result = np.zeros((table.num_rows, len(setup.targets), most), dtype=np.bool_)
+    for b, markers in enumerate(setup.markers):
+        if markers is not None:
+            words, number = np.unique(values_of(table.column(f"{setup.target_names[b]}_markers")), return_inverse=True)
+            rows = np.array([[name in str(word).split(",") for name in markers.names] for word in words])
+            result[:, b, : len(markers.names)] = rows[number]
+    return result
 
 
 def _fixture(run: dict[str, Any]) -> tuple[tuple[float, ...], ...] | None:
@@ -209,6 +239,10 @@ def _setup_document(states: LoadStates) -> dict[str, Any]:
                 "motor_angle_rad": setup.sigma.motor_angle,
             },
             "tared": setup.tared,
+            "markers": [
+                None if one is None else {"names": list(one.names), "places_m": one.places.tolist()}
+                for one in setup.markers
+            ],
             "rods": [_rods_document(rods, beam) for rods, beam in zip(setup.rods, setup.beams, strict=True)],
             "gauges": [
                 {
@@ -252,6 +286,10 @@ def _setup(document: dict[str, Any]) -> MeasurementSetup:
         gauges=tuple(
             Gauge(one["name"], int(one["target"]), _attachment(one["axes"]), np.array(one["direction"]))
             for one in document.get("gauges", ())
+        ),
+        markers=tuple(
+            None if one is None else Markers(tuple(one["names"]), np.array(one["places_m"], dtype=np.float64))
+            for one in document.get("markers", ())
         ),
     )  # fmt: skip
 

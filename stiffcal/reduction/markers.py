@@ -2,58 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.campaign.manifest import Manifest
-from stiffcal.campaign.signals import Pose
-from stiffcal.campaign.transforms import placement_matrix
-from stiffcal.errors import InputError
+from stiffcal.measurements.markers import Markers
 
 Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
 
 
-def poses_of_markers(body: str, pose: Pose, signals: Mapping[str, Floats], manifest: Manifest) -> tuple[Floats, Floats]:
-    """Return position (n, 3) m and rotation (n, 3, 3) of a body in the instrument's frame.
+def fitted_poses(markers: Markers, seen: Floats) -> tuple[Floats, Floats, Booleans]:
+    """Fit rigid poses: seen (n, k, 3), NaN where hidden (Arun 1987; Umeyama 1991).
 
-    A state in which fewer than three markers are seen is NaN.
-
-    Raises
-    ------
-    InputError
-        A marker's place on the body is not written.
-    """
-    places, seen = [], []
-    for name, marker in pose.markers.items():
-        if marker.at_m is not None:
-            places.append(np.array(marker.at_m))
-        elif name in manifest.frames and manifest.frames[name].parent == body:
-            places.append(placement_matrix(manifest.frames[name])[:3, 3])
-        else:
-            raise InputError.at(
-                "campaign.toml", f"markers.{name}", f"its place on {body} is not written",
-                'write at_m = [x, y, z] in metres, or a frame of that name with parent = "' + body + '"',
-            )  # fmt: skip
-        seen.append(signals[f"marker.{body}.{name}"])
-    return fitted_poses(np.array(places), np.stack(seen, axis=1))
-
-
-def fitted_poses(places: Floats, seen: Floats) -> tuple[Floats, Floats]:
-    """Fit rigid poses: places (m, 3) on the body, seen (n, m, 3), NaN where hidden (Arun 1987; Umeyama 1991).
+    Returns
+    -------
+    Position (n, 3) and rotation (n, 3, 3) of the body in the instrument's frame, NaN where fewer than three points are
+    seen or all on one line; and (n, k) which points were seen.
 
     Examples
     --------
     >>> import numpy as np
-    >>> places = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> position, rotation = fitted_poses(places, places[None] + [5.0, 0, 0])
+    >>> three = Markers(("a", "b", "c"), np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]))
+    >>> position, rotation, _ = fitted_poses(three, three.places[None] + [5.0, 0, 0])
     >>> position.round(9).tolist(), bool(np.allclose(rotation[0], np.eye(3)))
     ([[5.0, 0.0, 0.0]], True)
     """
-    n = len(seen)
-    weight: Floats = np.asarray(np.isfinite(seen).all(axis=2), dtype=np.float64)
-    enough: NDArray[np.bool_] = np.asarray(np.sum(weight, axis=1) >= 3, dtype=np.bool_)
+    n, places = len(seen), markers.places
+    shows: Booleans = np.asarray(np.isfinite(seen).all(axis=2), dtype=np.bool_)
+    weight: Floats = shows.astype(np.float64)
+    enough = markers.enough(shows)
     shown = np.where(weight[:, :, None] > 0, seen, 0.0)
     total: Floats = np.asarray(np.maximum(np.sum(weight, axis=1), 1.0))
     centre_body = np.einsum("nm,mk->nk", weight, places) / total[:, None]
@@ -66,4 +43,4 @@ def fitted_poses(places: Floats, seen: Floats) -> tuple[Floats, Floats]:
     rotation: Floats = np.asarray((left * sign[:, None, :]) @ right)
     position: Floats = np.asarray(centre_seen - np.einsum("nij,nj->ni", rotation, centre_body))
     position[~enough], rotation[~enough] = np.nan, np.nan
-    return position, rotation
+    return position, rotation, shows

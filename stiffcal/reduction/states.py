@@ -18,7 +18,7 @@ from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunI
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_quaternion
 from stiffcal.reduction.logs import Rows, place_of_row, read_rows
-from stiffcal.reduction.markers import poses_of_markers
+from stiffcal.reduction.markers import fitted_poses
 from stiffcal.reduction.references import reference_states
 
 Floats = NDArray[np.float64]
@@ -254,7 +254,7 @@ def load_states(gathered: Gathered, manifest: Manifest, chain: Chain, setup: Mea
             "add it to [[runs]], or leave [[runs]] out where a table names the runs",
         )  # fmt: skip
     run = np.array([names.index(name) for name in gathered.run], dtype=np.int64)
-    position, rotation = _poses(gathered, manifest, setup)
+    position, rotation, markers_seen = _poses(gathered, manifest, setup)
     deflection = _deflections(gathered, manifest, setup)
     states = LoadStates(
         runs=tuple(_run_info(name, written.get(name)) for name in names),
@@ -276,6 +276,7 @@ def load_states(gathered: Gathered, manifest: Manifest, chain: Chain, setup: Mea
         setup=setup,
         lengths=_side_by_side(gathered, [f"lengths.{rod}" for rod in setup.rod_names]),
         displacement=_side_by_side(gathered, [f"displacement.{gauge.name}" for gauge in setup.gauges]),
+        markers_seen=markers_seen,
     )
     if states.deflection_given:
         return states
@@ -317,11 +318,13 @@ def _wrench(gathered: Gathered, chain: Chain) -> Floats:
     return np.zeros((n, 6))
 
 
-def _poses(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> tuple[Floats, Floats]:
-    """Return positions (n, B, 3) and rotations (n, B, 3, 3) in base axes."""
+def _poses(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> tuple[Floats, Floats, Booleans]:
+    """Return positions (n, B, 3) and rotations (n, B, 3, 3) in base axes, and (n, B, K) which points were seen."""
     n, n_targets = len(gathered.run), len(setup.targets)
     position = np.full((n, n_targets, 3), np.nan)
     rotation = np.full((n, n_targets, 3, 3), np.nan)
+    most = max((len(markers.names) for markers in setup.markers if markers is not None), default=0)
+    markers_seen = np.zeros((n, n_targets, most), dtype=np.bool_)
     turn, shift = setup.base_from_tracker[:3, :3], setup.base_from_tracker[:3, 3]
     poses: dict[str, Pose] = {}
     for source in manifest.sources.values():
@@ -330,8 +333,11 @@ def _poses(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> t
         pose = poses.get(body)
         if pose is None:
             continue
-        if pose.markers:
-            seen, turned = poses_of_markers(body, pose, gathered.signals, manifest)
+        markers = setup.markers[b] if b < len(setup.markers) else None
+        if markers is not None:
+            shown = np.stack([gathered.signals[f"marker.{body}.{name}"] for name in markers.names], axis=1)
+            seen, turned, shows = fitted_poses(markers, shown)
+            markers_seen[:, b, : shows.shape[1]] = shows
         else:
             missing = np.full((n, 3), np.nan)
             seen = gathered.signals.get(f"position.{body}", missing)
@@ -339,7 +345,7 @@ def _poses(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> t
             turned = np.full((n, 3, 3), np.nan) if quaternion is None else rotation_from_quaternion(quaternion)
         position[:, b] = seen @ turn.T + shift
         rotation[:, b] = turn @ turned
-    return position, rotation
+    return position, rotation, markers_seen
 
 
 def _deflections(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> Floats:

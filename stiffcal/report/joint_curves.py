@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,7 @@ class JointPicture:
     curves : six, translations first.
     together : component to (compliance, standard uncertainty, above the noise) by the fit of all joints at once, as far
         as its model holds such a spring.
+    laws : component to loads and displacements, (k,) each, by the laws of that fit: straight, curved, with play.
     couplings : (displacement, load) beside the diagonal of the whole 6×6 that rise above the noise; None where the
         loads do not turn all six directions.
     """
@@ -55,3 +57,4 @@ class JointPicture:
     curves: tuple[JointCurve, ...]
     together: dict[str, tuple[float, float, bool]]
     couplings: tuple[tuple[str, str], ...] | None = None
+    laws: Mapping[str, tuple[Floats, Floats]] = field(default_factory=dict)

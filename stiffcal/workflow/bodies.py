@@ -27,7 +27,7 @@ def bodies_document(data: Ingested) -> Document:
     chain = data.campaign.chain
     motions = joint_motions(data.states, chain)
     if motions:
-        found["joints_by_themselves"] = [_joint(motion, joint_compliance(motion)) for motion in motions]
+        found["joints_by_themselves"] = [_joint(motion, joint_compliance(motion, len(motions))) for motion in motions]
     # With one body and its forces alone the wrench is never full, and nothing is lost by not asking.
     full = cartesian_stiffnesses(data.states, chain)
     if full:
@@ -39,6 +39,7 @@ def bodies_document(data: Ingested) -> Document:
                 "equation_15": one.stiffness.tolist(),
                 "from_compliance": one.from_compliance.tolist(),
                 "fullness": {"wrench": one.fullness[0], "displacement": one.fullness[1]},
+                "over_noise": one.over_noise,
             }
             for one in full
         ]

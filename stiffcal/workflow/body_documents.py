@@ -49,7 +49,11 @@ class Fullness(TypedDict):
 
 
 class CartesianStiffness(TypedDict):
-    """At one pose, about the target, base axes: by eq. 15 of paper 001, and from the compliance the other way round."""
+    """At one pose, about the target, base axes: by eq. 15 of paper 001, and from the compliance the other way round.
+
+    ``over_noise``: r, variance of the displacement that follows the wrench over that of the rest, in the weakest
+    direction; eq. 15 draws that direction down to r/(1 + r).
+    """
 
     run: str
     target: str
@@ -57,3 +61,4 @@ class CartesianStiffness(TypedDict):
     equation_15: Matrix
     from_compliance: Matrix
     fullness: Fullness
+    over_noise: float

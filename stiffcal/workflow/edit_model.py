@@ -5,12 +5,15 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import InputError
 from stiffcal.workflow.history import model_of
 from stiffcal.workflow.steps import Document, plugin_files
+
+if TYPE_CHECKING:
+    from stiffcal.model.effect import Effect
 
 
 def edit_model(
@@ -20,6 +23,7 @@ def edit_model(
     *,
     where: Mapping[str, str | None] | None = None,
     everywhere: bool = False,
+    curved: bool = False,
 ) -> Document:
     """Add an effect to model.toml, or remove it; the user's comments stay.
 
@@ -30,6 +34,7 @@ def edit_model(
     effect : its name.
     where : ``joints``, ``links`` and ``pairs`` as words: "2,3", "swing,arm", "5-6".
     everywhere : at every place the effect can have (or, removing, has).
+    curved : in the law's curved form, also where the model holds the straight one.
 
     Returns
     -------
@@ -49,6 +54,8 @@ def edit_model(
         near = difflib.get_close_matches(effect, catalogue, n=1)
         mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
         raise InputError.at("command line", "EFFECT", f"no effect is called {effect}", mend)
+    if curved and not catalogue[effect].curve:
+        _no_curve(effect, catalogue)
     kind = catalogue[effect].place_kind
     possible = [place.label for place in catalogue[effect].places(campaign.chain)]
     given = _places(where or {}, kind, campaign)
@@ -64,12 +71,35 @@ def edit_model(
     if action == "add":
         changes += _replaced(campaign, catalogue[effect], given)
         new = add_effect(campaign.folder, effect, **given, n_joints=n_joints)
-        changes.append(f"added {effect}: {', '.join(new)}" if new else f"{effect} was there already: nothing changed")
+        if new or not curved:
+            changes.append(
+                f"added {effect}: {', '.join(new)}" if new else f"{effect} was there already: nothing changed"
+            )
+        if curved:
+            changes.append(_bend(campaign, catalogue[effect], given))
     else:
         gone = remove_effect(campaign.folder, effect, **given, n_joints=n_joints)
         changes.append(f"removed {effect}: {', '.join(gone)}")
     model = load_campaign(campaign.folder, check_files=False).model
     return {"schema": "stiffcal/edit/1", "warnings": [], "changes": changes, "model": model_of(model)}
+
+
+def _bend(campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]) -> str:
+    """Name the amplitudes of the effect's curved form at these places, and say so."""
+    from stiffcal.campaign.model_editing import set_starts
+    from stiffcal.campaign.model_file import place_names
+
+    labels = place_names(given["joints"], given["links"], given["pairs"])
+    names = [f"{effect.name}.{label}.{symbol}" for label in labels for symbol in effect.curve]
+    new = set_starts(campaign.folder, effect.name, names, campaign.chain.n_joints)
+    bent = [label for label in labels if any(name.split(".")[1] == label for name in new)]
+    return f"curved: {', '.join(bent)}" if bent else f"{effect.name} was curved there already: nothing changed"
+
+
+def _no_curve(effect: str, catalogue: Mapping[str, Effect]) -> NoReturn:
+    curves = ", ".join(name for name, one in sorted(catalogue.items()) if one.curve)
+    mend = f"those that have: {curves}; a drive's curve is cubic-stiffness"
+    raise InputError.at("command line", "--curved", f"{effect} has no curved form", mend)
 
 
 def _places(where: Mapping[str, str | None], kind: str, campaign: Campaign) -> dict[str, Sequence[Any]]:

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiffcal.experiments.joint_motion import JointMotion, joint_motions
+from stiffcal.identification.document import values_of
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Kind, NodeLoads, joint_node, tool_node
+from stiffcal.model.equilibrium import law_terms, node_displacements
 from stiffcal.report.joint_curves import JointCurve, JointPicture
-from stiffcal.workflow.steps import Document, Ingested
+from stiffcal.workflow.steps import Document, Ingested, placed_robot
+
+Floats = NDArray[np.float64]
+LAW_POINTS = 241
 
 # Component to the springs that give there, by effect and symbol.
 SPRINGS = {
@@ -27,14 +36,19 @@ def joint_pictures(data: Ingested, identified: Document) -> tuple[JointPicture, 
     if not told:
         return ()
     names = data.joint_names
+    robot = placed_robot(data.campaign).with_values(values_of(identified))
     return tuple(
-        _picture(data, motion, told[motion.joint], identified, f"joint {motion.joint} ({names[motion.joint - 1]})")
+        _picture(
+            data, motion, told[motion.joint], identified, robot, f"joint {motion.joint} ({names[motion.joint - 1]})"
+        )
         for motion in joint_motions(data.states, data.campaign.chain)
         if motion.joint in told
     )
 
 
-def _picture(data: Ingested, motion: JointMotion, told: Document, identified: Document, name: str) -> JointPicture:
+def _picture(
+    data: Ingested, motion: JointMotion, told: Document, identified: Document, robot: CompliantRobot, name: str
+) -> JointPicture:
     numbers, run = np.unique(motion.run, return_inverse=True)
     curves = []
     for axis, line in enumerate(told["lines"]):
@@ -44,7 +58,8 @@ def _picture(data: Ingested, motion: JointMotion, told: Document, identified: Do
         for number in range(len(numbers)):
             own = (run == number) & np.isfinite(moved)
             if own.any():
-                moved[own] -= np.mean((moved - fitted)[own])
+                weight = motion.std[own, axis] ** -2
+                moved[own] -= np.average((moved - fitted)[own], weights=weight)
         curves.append(
             JointCurve(
                 component=line["component"],
@@ -61,7 +76,33 @@ def _picture(data: Ingested, motion: JointMotion, told: Document, identified: Do
     runs = tuple(data.states.runs[int(number)].name for number in numbers)
     between = (str(told["between"][0]), str(told["between"][1]))
     pairs = None if told["matrix"] is None else tuple((str(a), str(b)) for a, b in told["couplings"])
-    return JointPicture(name, between, runs, tuple(curves), _together(identified, motion.joint), pairs)
+    laws = {
+        line["component"]: law
+        for axis, line in enumerate(told["lines"])
+        if (law := _law(robot, motion.joint, axis, motion.wrench[:, axis])) is not None
+    }
+    return JointPicture(name, between, runs, tuple(curves), _together(identified, motion.joint), pairs, laws)
+
+
+def _law(robot: CompliantRobot, joint: int, axis: int, load: Floats) -> tuple[Floats, Floats] | None:
+    """Return loads and what the model's laws at the joint answer along the same axis, from no load on; None: nothing.
+
+    Laws with a memory have no one line, nor has one that follows the joint's angle: these are left out.
+    """
+    node = joint_node(joint)
+    at = np.linspace(min(float(load.min()), 0.0), max(float(load.max()), 0.0), LAW_POINTS)
+    wrench = np.zeros((tool_node(robot.chain) + 1, 6, LAW_POINTS))
+    wrench[node, axis] = at
+    here = tuple(one for one in robot.placed if one.effect.kind is Kind.NODE_LAW and not one.effect.has_memory)
+    alone = replace(robot, placed=tuple(one for one in here if one.place.joints == (joint,)))
+    nothing = np.zeros_like(wrench)
+    lines = []
+    for angle in (0.0, 1.0):
+        angles = np.full((robot.chain.n_joints, LAW_POINTS), angle)
+        terms = law_terms(alone, NodeLoads(wrench, angles, None, nothing))
+        moved = node_displacements(alone, terms, LAW_POINTS)[node, axis]
+        lines.append(moved - np.interp(0.0, at, moved))
+    return (at, lines[0]) if lines[0].any() and np.allclose(*lines) else None
 
 
 def _together(identified: Document, joint: int) -> dict[str, tuple[float, float, bool]]:

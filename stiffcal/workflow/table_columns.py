@@ -88,6 +88,7 @@ STATES: Mapping[str, Meaning] = {
         "xyz",
         Meaning("standard deviation of single readings of the position within the hold", "m", missing=True),
     ),
+    "<target>_markers": Meaning("names of the points that were seen, where the target's pose comes from points"),
     "<rod>_length_m": Meaning("reading of a rod on a link; its changes count", "m", missing=True),
     "<gauge>_displacement_m": Meaning(
         "reading of a gauge along its direction, called as its source; its changes count", "m", missing=True

@@ -27,6 +27,7 @@ from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, Layout
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
+from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rods import BeamShape, rods_between
 from stiffcal.measurements.tables import states_table
 from stiffcal.model.catalogue import built_in_effects
@@ -146,14 +147,23 @@ def _states() -> LoadStates:
     rods = rods_between("", np.zeros((1, 3)), np.ones((1, 3)), names=("<rod>",))
     gauge = Gauge("<gauge>", 0, frame, np.zeros(3))
     setup = MeasurementSetup(
-        frame, frame, (frame,), ("<target>",), True, np.eye(4), rods=(rods,), beams=(BeamShape(1.0),), gauges=(gauge,)
+        frame,
+        frame,
+        (frame,),
+        ("<target>",),
+        True,
+        np.eye(4),
+        rods=(rods,),
+        beams=(BeamShape(1.0),),
+        gauges=(gauge,),
+        markers=(Markers(("a",), np.zeros((1, 3))),),
     )
     return LoadStates(
         runs=(RunInfo("run"),), run=_FIRST, time=_ONE, hold=_ONE, joints=np.zeros((1, 1)), wrench=np.zeros((1, 6)),
         position=np.zeros((1, 1, 3)), rotation=np.eye(3)[None, None], deflection=np.zeros((1, 1, 6)),
         reference=np.ones(1, dtype=np.bool_), temperature=np.zeros((1, 1)), row=_FIRST, n_readings=_FIRST,
         wrench_scatter=np.zeros((1, 6)), position_scatter=np.zeros((1, 1, 3)), set_aside=np.array([""]), setup=setup,
-        lengths=np.zeros((1, 1)), displacement=np.zeros((1, 1)),
+        lengths=np.zeros((1, 1)), displacement=np.zeros((1, 1)), markers_seen=np.ones((1, 1, 1), dtype=np.bool_),
     )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -103,12 +104,12 @@ def settled(
 
 
 def bare_states(
-    run: Sequence[int], joints: Floats | None = None, setup: MeasurementSetup | None = None, **known: Floats
+    run: Sequence[int], joints: Floats | None = None, setup: MeasurementSetup | None = None, **known: Any
 ) -> LoadStates:
     """Return load states of which nothing is known but runs, joint angles and what is given by keyword."""
     n = len(run)
     nan = np.full
-    fields: dict[str, Floats] = {
+    fields: dict[str, Any] = {
         "time": nan(n, np.nan),
         "hold": nan(n, np.nan),
         "wrench": np.zeros((n, 6)),

@@ -45,3 +45,14 @@ def test_tilt_of_joint_1_lowers_the_target_under_weight_of_the_load() -> None:
     height = place[2] - 0.68  # joint 1's frame lies 0.68 m above the base
     np.testing.assert_allclose(found[4], turn, rtol=2e-3)
     np.testing.assert_allclose(found[[0, 2]], [turn * height, -turn * place[0]], rtol=2e-3, atol=1e-7)
+
+
+def test_curved_form() -> None:
+    node = joint_node(2)
+    curved = EFFECT.form(["x", "x3"])
+    carried = loads({(node, RX): [1000.0, -500.0], (node, RY): [200.0, 200.0]})
+    moved = displacement(curved, Place("joints", (2,)), {"x": 1e-7, "x2": 2e-11, "x3": -4e-14, "y": 1e-7}, carried)
+    np.testing.assert_allclose(moved[node, RX], [1e-4 + 2e-5 - 4e-5, -5e-5 + 5e-6 + 5e-6])
+    np.testing.assert_allclose(moved[node, RY], [2e-5, 2e-5])
+    assert EFFECT.form(["x", "y"]) is EFFECT
+    assert curved.form(["x"]) is curved

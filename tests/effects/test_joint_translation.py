@@ -34,3 +34,13 @@ def test_equal_compliance_moves_the_target_along_the_force_without_turning() -> 
     np.testing.assert_allclose(
         np.linalg.norm(found.displacement[:, 0, :3], axis=1), 1e-7 * np.linalg.norm(force[:, :3], axis=1), rtol=1e-9
     )
+
+
+def test_curved_form() -> None:
+    node = joint_node(5)
+    curved = EFFECT.form(["tz2"])
+    carried = loads({(node, TZ): [1000.0, -1000.0], (node, TX): [100.0, 100.0]})
+    values = {"tx": 1e-8, "tz": 2e-9, "tz2": 1e-12, "tz3": 3e-15}
+    moved = displacement(curved, Place("joints", (5,)), values, carried)
+    np.testing.assert_allclose(moved[node, TZ], [2e-6 + 1e-6 + 3e-6, -2e-6 + 1e-6 - 3e-6])
+    np.testing.assert_allclose(moved[node, TX], [1e-6, 1e-6])

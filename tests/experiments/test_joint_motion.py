@@ -179,8 +179,13 @@ def test_cartesian_stiffness_where_all_is_full() -> None:
         moved = solve_balance(robot(), joints, np.eye(6), setup).displacement[:, 0]
         assert np.allclose(one.compliance, moved.T, atol=0.01 * np.sqrt(np.outer(np.diag(moved), np.diag(moved))).max())
         assert np.allclose(np.diag(one.compliance), np.diag(moved), rtol=0.01)
-    noisy = cartesian_stiffnesses(tracked(noise=30e-6), chain)
-    for exact, one in zip(found, noisy, strict=True):
+    # in this noise (120 µrad) the stiffest directions of all four are lost: no pose is full
+    assert cartesian_stiffnesses(tracked(noise=30e-6), chain) == ()
+    noisy = cartesian_stiffnesses(tracked(noise=3e-6), chain)
+    assert {"pose1", "pose4"} <= {one.run for one in noisy}
+    by_run = {one.run: one for one in found}
+    for one in noisy:
+        exact = by_run[one.run]
         true = np.diag(exact.stiffness)
         # noise in the displacement draws eq. 15 down, and leaves the compliance's way as it is
         assert np.min(np.diag(one.stiffness) / true) < 0.9

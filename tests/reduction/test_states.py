@@ -11,8 +11,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tables import states_from_table, states_table
-from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
-from stiffcal.reduction.markers import fitted_poses
+from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.references import reference_states
 from stiffcal.workflow.reducing import reduce_campaign
 from tests.reduction.practice import needs_practice, reduced
@@ -174,14 +173,3 @@ def test_states_survive_the_table(name: str) -> None:
     np.testing.assert_allclose(again.rotation, states.rotation, atol=1e-14)
     assert (again.set_aside == states.set_aside).all()
     np.testing.assert_array_equal(again.setup.wrench_axes.transform, states.setup.wrench_axes.transform)
-
-
-def test_markers_give_the_pose_while_three_are_seen() -> None:
-    places = np.array([[0.0, 0, 0], [0.2, 0, 0], [0, 0.3, 0], [0.1, 0.1, 0.2]])
-    turn = rotation_from_vector(np.array([0.3, -0.2, 1.4]))
-    seen = np.stack([places @ turn.T + [1.0, 2.0, 3.0]] * 3)
-    seen[1, 0], seen[2, :2] = np.nan, np.nan
-    position, rotation = fitted_poses(places, seen)
-    np.testing.assert_allclose(position[:2], [[1.0, 2.0, 3.0]] * 2, atol=1e-12)
-    np.testing.assert_allclose(rotation[1], turn, atol=1e-12)
-    assert np.isnan(position[2]).all()

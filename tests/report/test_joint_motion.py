@@ -98,6 +98,7 @@ def test_cartesian_stiffness() -> None:
     full = {
         "run": "one", "target": "leds6", "n_states": 90, "equation_15": matrix, "from_compliance": matrix,
         "fullness": {"wrench": 0.1, "displacement": 0.1},
+        "over_noise": 0.9,
     }  # fmt: skip
     found = section(content(cartesian_stiffness=[full]))
     table = [block for block in found.blocks if isinstance(block, Table)][-1]

@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
+from stiffcal.model.assembly import compliant_robot
+from stiffcal.model.catalogue import find_effects
 from stiffcal.workflow.edit_model import edit_model
 
 
@@ -53,3 +56,21 @@ def test_removing_what_is_not_there(campaign: Path) -> None:
     edit_model(campaign, "remove", "joint-compliance", where={"joints": "4"})
     with pytest.raises(InputError, match="holds no joint-compliance at j4"):
         edit_model(campaign, "remove", "joint-compliance", where={"joints": "4"})
+
+
+def test_springs_made_curved(campaign: Path) -> None:
+    edit_model(campaign, "add", "bearing-tilt", where={"joints": "2,3"})
+    document = edit_model(campaign, "add", "bearing-tilt", where={"joints": "3,4"}, curved=True)
+    assert document["changes"] == ["added bearing-tilt: j4", "curved: j3, j4"]
+    loaded = load_campaign(campaign, check_files=False)
+    robot = compliant_robot(loaded.chain, loaded.model, find_effects())
+    symbols = {one.place.label: [spec.symbol for spec in one.effect.parameters] for one in robot.placed[6:]}
+    assert symbols == {"j2": ["x", "y"], "j3": ["x", "x2", "x3", "y", "y2", "y3"], "j4": symbols["j3"]}
+    assert (
+        "nothing changed"
+        in edit_model(campaign, "add", "bearing-tilt", where={"joints": "3"}, curved=True)["changes"][0]
+    )
+    edit_model(campaign, "remove", "bearing-tilt", where={"joints": "3"})
+    assert "bearing-tilt.j3" not in (campaign / "model.toml").read_text()
+    with pytest.raises(InputError, match="joint-compliance has no curved form"):
+        edit_model(campaign, "add", "joint-compliance", everywhere=True, curved=True)

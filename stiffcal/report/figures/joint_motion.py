@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiffcal.report.figures import canvas
 from stiffcal.report.joint_curves import JointCurve, JointPicture
@@ -29,7 +30,7 @@ def draw_joint(joint: JointPicture) -> Figure:
     for row in range(2):
         part = joint.curves[3 * row : 3 * row + 3]
         for panel, curve in zip(panels[row], part, strict=True):
-            _draw(panel, curve, joint.runs)
+            _draw(panel, curve, joint.runs, joint.laws.get(curve.component))
             _label(panel, curve)
         _same_heights(panels[row], part)
     canvas.share_legend(figure, _handles(joint.runs))
@@ -44,7 +45,7 @@ def draw_about_axes(joints: Sequence[JointPicture]) -> Figure:
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 44 * rows + 8)
     panels = figure.subplots(rows, columns, squeeze=False)
     for panel, joint in zip(panels.flat, joints, strict=False):
-        _draw(panel, joint.curves[5], joint.runs)
+        _draw(panel, joint.curves[5], joint.runs, joint.laws.get("rz"))
         _label(panel, joint.curves[5])
         panel.set_title(f"{joint.name}: {_words(joint.curves[5])}")
         _same_heights([panel], [joint.curves[5]])
@@ -54,7 +55,9 @@ def draw_about_axes(joints: Sequence[JointPicture]) -> Figure:
     return figure
 
 
-def _draw(panel: Axes, curve: JointCurve, runs: tuple[str, ...]) -> None:
+def _draw(
+    panel: Axes, curve: JointCurve, runs: tuple[str, ...], law: tuple[NDArray[np.float64], NDArray[np.float64]] | None
+) -> None:
     load_scale, moved_scale = _scales(curve)
     canvas.zero_lines(panel)
     for number in range(len(runs)):
@@ -72,6 +75,8 @@ def _draw(panel: Axes, curve: JointCurve, runs: tuple[str, ...]) -> None:
             at * load_scale, fitted * moved_scale, color=canvas.MODEL, linewidth=1.2,
             linestyle="-" if curve.above_noise else (0, (2.0, 1.6)), zorder=4,
         )  # fmt: skip
+    if law is not None:
+        panel.plot(law[0] * load_scale, law[1] * moved_scale, color=canvas.ACCENT, linewidth=0.9, zorder=5)
     panel.locator_params(nbins=5)
 
 
@@ -122,6 +127,9 @@ def _handles(runs: tuple[str, ...]) -> list[object]:
     ]
     return [
         *marks,
-        Line2D([], [], color=canvas.MODEL, linewidth=1.2, label="above the noise"),
-        Line2D([], [], color=canvas.MODEL, linewidth=1.2, linestyle=(0, (2.0, 1.6)), label="within the noise"),
+        Line2D([], [], color=canvas.MODEL, linewidth=1.2, label="by itself, above the noise"),
+        Line2D(
+            [], [], color=canvas.MODEL, linewidth=1.2, linestyle=(0, (2.0, 1.6)), label="by itself, within the noise"
+        ),
+        Line2D([], [], color=canvas.ACCENT, linewidth=0.9, label="all together"),
     ]

@@ -88,13 +88,13 @@ def _couplings(joints: tuple[JointPicture, ...]) -> str:
     text = f"The whole 6×6 compliance can be told of {wording.listing(joint.name for joint in full)}. "
     coupled = [joint for joint in full if joint.couplings]
     if not coupled:
-        return text + "Beside the diagonal nothing rises above the noise (five standard uncertainties)."
+        return text + "Beside the diagonal nothing rises above the noise."
     told = "; ".join(
         f"{joint.name}: "
         + ", ".join(f"{_NAMES[moved]} with the {_LOADS[load]}" for moved, load in joint.couplings or ())
         for joint in coupled
     )
-    text += f"Beside the diagonal rise above the noise (five standard uncertainties): {told}."
+    text += f"Beside the diagonal rise above the noise (a false one in a hundred campaigns): {told}."
     bent = [joint.name for joint in coupled if any(curve.curved for curve in joint.curves)]
     if bent:
         text += f" A line that is not straight ({wording.listing(bent)}) leaves remainders that look like couplings."
@@ -125,6 +125,10 @@ def _caption_about_axes(joints: tuple[JointPicture, ...]) -> str:
         words += (
             f" A straight line does not do for {wording.listing(bent)}: play, or a spring that stiffens or softens."
         )
+    if any(joint.laws for joint in joints):
+        words += (
+            " “All together”: what the laws of this report’s model, fitted to all bodies at once, say of the joint."
+        )
     return words
 
 
@@ -133,7 +137,7 @@ def _caption(joint: JointPicture) -> str:
     shown = sum(curve.moved.size for curve in joint.curves[:1])
     return (
         f"{joint.name}, {outboard} against {inboard}: six displacements of the joint’s origin over the same components "
-        f"of its wrench, {shown} loads; each row to one scale, each run’s offset taken off. Full line: above the noise."
+        f"of its wrench, {shown} loads; each row to one scale, each run’s offset taken off."
     )
 
 
@@ -148,10 +152,12 @@ def _cartesian(found: list[Document]) -> list[Block]:
         for words, key in (("001, eq. 15", "equation_15"), ("from the compliance", "from_compliance")):
             diagonal = [one[key][k][k] * (1e-6 if k < 3 else 1e-3) for k in range(6)]
             rows.append((str(one["run"]), words, *(wording.digits(value) for value in diagonal)))
+    left = wording.listing(f"{100.0 * one['over_noise'] / (1.0 + one['over_noise']):.0f} %" for one in found)
     text = (
         "Where loads at one pose fill all six directions, the Cartesian stiffness at the target follows from wrenches "
         "and displacements alone. Eq. 15 of paper 001 takes the displacements for exact; what they err by draws the "
-        "stiffness down. The compliance, fitted the other way round and inverted, does not suffer from it."
+        f"stiffness down, in the weakest direction to {left}. The compliance, fitted the other way round and inverted, "
+        "does not suffer from it."
     )
     caption = f"Diagonal of the Cartesian stiffness at {found[0]['target']}, base axes, the other directions held."
     return [Subheading("Cartesian stiffness"), Paragraph(text), Table(columns, tuple(rows), caption)]

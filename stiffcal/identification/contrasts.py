@@ -1,0 +1,148 @@
+"""Contrasts of repeats: what readings of like loads differ by, the load's own difference taken out by the model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.identification.readings import Observations
+from stiffcal.identification.rows import ROTATION, TRANSLATION
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Below this nothing is said from repeats at all: the noise would be known to no better than a third.
+LEAST_DOF = 6
+# Contrasts beyond this multiple of their median length come from bumped readings.
+WILD = 6.0
+# So many contrasts tell a standard deviation to one per cent.
+MOST_CONTRASTS = 2000
+
+
+@dataclass(frozen=True)
+class Contrasts:
+    """Orthonormal contrasts of repeats, the load's difference taken out.
+
+    Attributes
+    ----------
+    differences : (c, m), zero mean under noise alone.
+    compliance : (c, m, 6) the sensitivity that goes with each.
+    run : (c,) the run that each is from.
+    translation, rotation : (c, m) and (c, m, m), as in `PoseSpread`; None where poses are read.
+    """
+
+    differences: Floats
+    compliance: Floats
+    run: Integers
+    translation: Floats | None = None
+    rotation: Floats | None = None
+
+    def part(self, keep: NDArray[np.bool_]) -> Contrasts:
+        """Return some of them."""
+        found = Contrasts(self.differences[keep], self.compliance[keep], self.run[keep])
+        if self.translation is None or self.rotation is None:
+            return found
+        return replace(found, translation=self.translation[keep], rotation=self.rotation[keep])
+
+    def basis(self, kinds: Integers, scales: Floats) -> Floats | None:
+        """Return (kinds, c, m, m) what a unit of each kind's variance makes of scaled contrasts; None: what is usual.
+
+        Parameters
+        ----------
+        kinds : (m,) of rows. scales : (m,) one of each kind, by which its rows were divided.
+        """
+        if self.translation is None or self.rotation is None:
+            return None
+        m, found = len(kinds), []
+        for kind in np.unique(kinds):
+            unit = np.zeros((len(self.differences), m, m))
+            if kind == TRANSLATION:
+                unit[:, range(m), range(m)] = self.translation
+            elif kind == ROTATION:
+                unit = self.rotation
+            else:
+                unit[:, range(m), range(m)] = kinds == kind
+            size = float(scales[kinds == kind][0])
+            found.append(unit * size**2 / scales[:, None] / scales)
+        return np.stack(found)
+
+
+def contrasts(data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers]) -> Contrasts:
+    """Return contrasts of repeats.
+
+    Parameters
+    ----------
+    data : the observations.
+    predicted : (m, n) the present model's displacements.
+    sensitivity : (m, 6, n).
+    groups : positions (in ``data``) of states that repeat each other.
+    """
+    differences, levers, runs = [], [], []
+    spreads: list[tuple[Floats, Floats]] = []
+    for group in groups:
+        group = group[data.seen[:, group].all(axis=0)]
+        if len(group) < 2:
+            continue
+        moved = (data.measured[:, group] - predicted[:, group]).T
+        count = np.arange(1, len(group))[:, None]
+        # Helmert: the k-th member against the mean of those before.
+        before = np.cumsum(moved[:-1], axis=0) / count
+        differences.append((moved[1:] - before) * np.sqrt(count / (count + 1.0)))
+        lever = np.cumsum(np.moveaxis(sensitivity[:, :, group], -1, 0), axis=0)[1:]
+        levers.append(lever / (count[:, :, None] + 1.0))
+        runs.append(np.full(len(count), data.run[group[0]], dtype=np.int64))
+        if data.spread is not None:
+            own = (
+                np.moveaxis(data.spread.translation[:, group], -1, 0),
+                np.moveaxis(data.spread.rotation[:, :, group], -1, 0),
+            )
+            spreads.append((_of_contrasts(own[0]), _of_contrasts(own[1])))
+    m = len(data.measured)
+    if not differences:
+        return Contrasts(np.zeros((0, m)), np.zeros((0, m, 6)), np.zeros(0, dtype=np.int64))
+    found = Contrasts(np.concatenate(differences), np.concatenate(levers), np.concatenate(runs))
+    if not spreads:
+        return found
+    translation, rotation = (np.concatenate([one[k] for one in spreads]) for k in (0, 1))
+    return replace(found, translation=translation, rotation=rotation)
+
+
+def _of_contrasts(variance: Floats) -> Floats:
+    """Return (g − 1, …) the variances of a group's contrasts from those of its g members."""
+    count = np.arange(1, len(variance)).reshape(-1, *[1] * (variance.ndim - 1))
+    before = np.cumsum(variance[:-1], axis=0) / count**2
+    return np.asarray((variance[1:] + before) * count / (count + 1.0))
+
+
+def some_groups(groups: Sequence[Integers]) -> Sequence[Integers]:
+    """Return so many groups, drawn at random from a fixed seed, that they hold about `MOST_CONTRASTS` contrasts."""
+    n_contrasts = sum(len(group) - 1 for group in groups)
+    if n_contrasts <= MOST_CONTRASTS:
+        return groups
+    n_kept = max(1, len(groups) * MOST_CONTRASTS // n_contrasts)
+    return [groups[k] for k in sorted(np.random.default_rng(0).permutation(len(groups))[:n_kept])]
+
+
+def without_wild(found: Contrasts, kinds: Integers) -> Contrasts:
+    """Leave out contrasts of readings that were bumped: longer than six times the typical length of their kind.
+
+    Of a hundred thousand contrasts of Gaussian noise less than one is that long. In a run that scatters wider than the
+    others as a whole (a target far from the tracker, a shaky stand) its own typical length counts.
+
+    Parameters
+    ----------
+    kinds : (m,) of rows.
+    """
+    keep = np.ones(len(found.differences), dtype=np.bool_)
+    for kind in np.unique(kinds):
+        length = np.sqrt(np.sum(found.differences[:, kinds == kind] ** 2, axis=1))
+        typical = np.full(len(length), np.median(length) if length.any() else np.inf)
+        for run in np.unique(found.run):
+            own = found.run == run
+            if np.count_nonzero(own) >= LEAST_DOF:
+                typical[own] = np.maximum(typical[own], np.median(length[own]))
+        keep &= length <= WILD * typical
+    return found.part(keep)
