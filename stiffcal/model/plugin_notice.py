@@ -9,11 +9,26 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
 _told: set[tuple[str, str]] = set()
+_tellers: list[Callable[[str], None]] = []
+
+
+def tell_by(teller: Callable[[str], None]) -> None:
+    """Have the lines go to a function instead of standard error: of a process whose standard error nobody sees."""
+    _tellers[:] = [teller]
+
+
+def _tell(line: str) -> None:
+    if _tellers:
+        _tellers[0](line)
+        return
+    sys.stderr.write(line + "\n")
+    sys.stderr.flush()
 
 
 def memory_file() -> Path:
@@ -45,8 +60,7 @@ def announce(file: Path, content: bytes) -> str:
         return ""
     change = "has changed since it last ran: it is" if place in known else "is"
     line = f"plugin {file} {change} code and runs now, with your rights (SHA-256 {digest[:12]}…)"
-    sys.stderr.write(line + "\n")
-    sys.stderr.flush()
+    _tell(line)
     _remember(known | {place: digest})
     return line
 

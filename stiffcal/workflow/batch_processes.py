@@ -21,6 +21,7 @@ from stiffcal.workflow.batch_outcome import LOST, Document, outcome_of
 ATTEMPTS = 2
 LARGE_BYTES = 1 << 30
 STOP_S = 5.0
+SAID = b'{"said":'
 _NEW_GROUP = 0x200  # CREATE_NEW_PROCESS_GROUP of Windows
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
@@ -58,7 +59,7 @@ class WorkerProcess:
         return self._process.pid
 
     def do(self, task: Document) -> Document:
-        """Have a task done.
+        """Have a task done; what the process says meanwhile goes to standard error.
 
         Raises
         ------
@@ -70,7 +71,9 @@ class WorkerProcess:
         with suppress(OSError, ValueError):
             self._process.stdin.write(json.dumps(task).encode() + b"\n")
             self._process.stdin.flush()
-            line = self._process.stdout.readline()
+            while (line := self._process.stdout.readline()).startswith(SAID):
+                sys.stderr.write(json.loads(line)["said"] + "\n")
+                sys.stderr.flush()
         if not line.endswith(b"\n"):
             raise WorkerLostError(self._last_words())
         outcome: Document = json.loads(line)

@@ -1,5 +1,7 @@
 """A process that works through tasks: a line of JSON on standard input is a task, one on standard output its outcome.
 
+Between them stand lines of what is to be said at once, ``{"said": …}``: nobody sees this process's standard error.
+
 Why not multiprocessing: its children import the caller's main script again, a killed one breaks the whole pool, and
 tasks travel as pickles. A line of text is the same to a process beside this one and to one that a cluster started.
 """
@@ -12,7 +14,7 @@ import queue
 import signal
 import sys
 import threading
-from typing import IO
+from typing import IO, Any
 
 
 def main() -> None:
@@ -23,13 +25,18 @@ def main() -> None:
     os.dup2(2, 1)
     tasks: queue.SimpleQueue[str] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin, tasks), daemon=True).start()
+    from stiffcal.model.plugin_notice import tell_by
     from stiffcal.workflow.batch_task import run_task
 
+    def answer(document: dict[str, Any]) -> None:
+        answers.write(json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
+        answers.flush()
+
+    # Nobody sees this process's standard error: who started it says that a plugin runs, before it does.
+    tell_by(lambda line: answer({"said": line}))
     try:
         while True:
-            outcome = run_task(json.loads(tasks.get()))
-            answers.write(json.dumps(outcome, ensure_ascii=False, allow_nan=False) + "\n")
-            answers.flush()
+            answer(run_task(json.loads(tasks.get())))
     except (KeyboardInterrupt, BrokenPipeError):
         # Told to stop: what was being written has been taken away by now.
         os._exit(130)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import random
 import shutil
 import subprocess
@@ -173,7 +174,9 @@ class Bench:
     def _run(self, command: Command, work: Path, fault: dict[str, Any]) -> dict[str, Any]:
         words = [word.replace("{}", str(work)) for word in command.words]
         files = {name: str(self._place / name) for name in ("out", "err", "events")}
-        return self._forker.run(words=words, fault=fault, patience=PATIENCE_S, **files)
+        # On a machine that others use too a command takes longer without hanging.
+        crowd = max(os.getloadavg()[0] / (os.cpu_count() or 1), 1.0)
+        return self._forker.run(words=words, fault=fault, patience=crowd * PATIENCE_S, **files)
 
     def _said(self) -> str:
         return "".join((self._place / name).read_text(encoding="utf-8", errors="replace") for name in ("err", "out"))

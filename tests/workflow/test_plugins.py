@@ -57,6 +57,17 @@ def test_it_is_said_once_and_after_a_change(folder: Path, tmp_path: Path) -> Non
     assert json.loads(changed.stdout)["changes"]
 
 
+def test_a_batch_says_it_too(folder: Path, tmp_path: Path) -> None:
+    environment = {name: str(tmp_path / "state") for name in ("XDG_STATE_HOME", "LOCALAPPDATA")}
+    command = [sys.executable, "-m", "stiffcal", "batch", str(folder), "--no-report", "--json"]
+    environment["PYTHONPATH"] = str(README.parent)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 0, done.stderr
+    (line,) = (line for line in done.stderr.splitlines() if NOTICE in line)
+    assert "cross_stiffness.py" in line
+    assert json.loads(done.stdout)["counts"]["held"] == 1
+
+
 def test_what_cannot_be_remembered_is_said_each_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
