@@ -177,17 +177,18 @@ def _next_fault(rods: Rods, readings: _Readings) -> tuple[RodFault | None, _Read
     trials = [trial for trial in _trials(readings) if _is_large(trial, readings)]
     count, sigma = max(_count(readings), 2), readings.sigma
     ranked = sorted(trials, key=lambda trial: trial.score(count, sigma))
-    plain, best = trials[0], ranked[0]
+    plain, best = trials[0], _closest(ranked, count, sigma)
     before, after = float(np.sqrt(plain.squares / count)), float(np.sqrt(best.squares / count))
     gain = plain.score(count, sigma) - best.score(count, sigma)
     avoidable = plain.squares - count * sigma**2
     explained = 1.0 - (best.squares - count * sigma**2) / avoidable if avoidable > 0.0 else 0.0
     enough = EXPLAINED if sigma > 0.0 else EXPLAINED_BLINDLY
-    # What grows slowly counts as noise between repeats a cycle apart: of that noise is no proof against it.
+    # What grows slowly counts as noise between repeats a cycle apart: that noise is no proof against it.
     floor, bare = sigma, min(trials, key=lambda trial: trial.score(count, 0.0))
-    if bare.kind == "warming" and plain.score(count, 0.0) - bare.score(count, 0.0) >= DECISIVE:
-        best, gain, explained, floor = bare, np.inf, 1.0, 0.0
-        after = float(np.sqrt(bare.squares / count))
+    left = float(np.sqrt(bare.squares / count))
+    slow = bare.kind == "warming" or (bare.kind == "drifting" and bare.size > left)
+    if slow and plain.score(count, 0.0) - bare.score(count, 0.0) >= DECISIVE:
+        best, gain, explained, floor, after = bare, np.inf, 1.0, 0.0, left
     if best.kind is None or gain < DECISIVE or explained < enough:
         read = readings.lengths[:, readings.used]
         tolerated = (TOLERATED if sigma > 0.0 else TOLERATED_BLINDLY) * float(np.sqrt(np.mean(read**2)))
@@ -206,6 +207,15 @@ def _next_fault(rods: Rods, readings: _Readings) -> tuple[RodFault | None, _Read
         best.kind, names, _size(best, readings), before, after, others, _sentence(best, names, before, after, others)
     )  # fmt: skip
     return fault, best.mended
+
+
+def _closest(ranked: list[_Trial], count: int, sigma: float) -> _Trial:
+    """Return the first; of faults that a stated noise cannot tell from it, the one that leaves least."""
+    first = ranked[0]
+    if first.kind is None:
+        return first
+    near = [one for one in ranked if one.kind and one.score(count, sigma) - first.score(count, sigma) < DECISIVE]
+    return min(near, key=lambda one: one.score(count, 0.0))
 
 
 def _size(trial: _Trial, readings: _Readings) -> float:

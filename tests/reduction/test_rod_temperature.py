@@ -103,3 +103,14 @@ def test_a_slow_curve_is_kept_and_its_noise_is_not() -> None:
     noisy = curve + 0.05 * np.random.default_rng(1).standard_normal(81)
     assert np.sqrt(np.mean((smooth_in_time(time, noisy) - curve) ** 2)) < 0.05 * np.sqrt(2.0 * 3.0 / 81.0)
     assert np.array_equal(smooth_in_time(time[:8], noisy[:8]), noisy[:8])
+
+
+def test_a_drift_that_repeats_take_for_noise_is_named(robot: CompliantRobot, cold: LoadStates) -> None:
+    """Cycles apart the same load reads otherwise: held against the scatter of repeats a drift would be no fault."""
+    (rods,) = cold.setup.rods
+    drift = np.outer(cold.time - cold.time[np.searchsorted(cold.run, cold.run)], [0.0, 0.0, 0.0, 1.0, 0.0]) * 2e-8
+    (link,) = measure_links(observe(cold, robot.chain), CompliantRobot(robot.chain, ()))
+    lengths = cold.lengths - cold.lengths[np.searchsorted(cold.run, cold.run)] + drift
+    wide = replace(rods, sigma=np.full(5, 2e-6))
+    faults = find_rod_faults(wide, cold.setup.beams[0], lengths[link.index], link.wrench, cold.time, cold.run)
+    assert [(one.kind, one.rods) for one in faults] == [("drifting", ("ids4",))]
