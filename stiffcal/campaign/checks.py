@@ -153,6 +153,8 @@ def links_outside(folder: Path, file: str) -> list[tuple[str, Path]]:
     goal = leads_outside(folder, file)
     if goal is not None:
         return [(file, goal)]
+    if "\0" in file:  # no file's name; whoever opens it says so
+        return []
     found = []
     for place, folders, files in os.walk(folder / file):
         inside = (Path(place, name) for name in (*folders, *files))

@@ -52,6 +52,8 @@ def read_toml(path: Path, file: str) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise InputError.at(file, f"line {line}", "the text is not UTF-8", "save the file as UTF-8") from None
+    except ValueError:
+        raise InputError.at(repr(file), "", "no such file: its name holds a NUL", "correct the name") from None
     for number, row in enumerate(text.splitlines(), start=1):  # the parser's time grows with the square of these
         key = row.partition("=")[0] if "=" in row else row if row.startswith("[") and "," not in row else ""
         if key.count(".") > MOST_DOTS:

@@ -8,6 +8,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import pytest
 import tomlkit
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -15,7 +16,7 @@ from hypothesis import strategies as st
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
-from tests.campaign.folders import DATA, ROBOT
+from tests.campaign.folders import DATA, ROBOT, write_campaign
 
 MANIFEST: dict[str, Any] = tomllib.loads((DATA / "everything.toml").read_text(encoding="utf-8"))
 ROBOT_FILE: dict[str, Any] = tomllib.loads(ROBOT)
@@ -86,3 +87,11 @@ def test_a_campaign_or_faults(manifest: dict[str, Any], robot: dict[str, Any], m
                 assert fault.mend, fault
                 assert "\n" not in str(fault)
                 assert "pydantic" not in str(fault)
+
+
+def test_a_file_whose_name_holds_a_nul_is_one_line(tmp_path: Path) -> None:
+    folder = write_campaign(tmp_path / "c")
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    (folder / "campaign.toml").write_text(text.replace('"robot.toml"', '"raw/\\u0000"'), encoding="utf-8")
+    with pytest.raises(InputError, match="its name holds a NUL"):
+        load_campaign(folder)

@@ -6,6 +6,7 @@ import copy
 import random
 import string
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 NASTY_WORDS = (
@@ -168,7 +169,8 @@ def spoilt_document(chance: random.Random, document: dict[str, Any]) -> dict[str
                 except (KeyError, IndexError, TypeError):
                     pass
             case 4 if isinstance(here[last], int | float):
-                here[last] = here[last] * chance.choice((-1, 0, 1e3, 1e-9, 1e300))
+                with suppress(OverflowError):  # a whole number of 400 digits
+                    here[last] = here[last] * chance.choice((-1, 0, 1e3, 1e-9, 1e300))
             case _:
                 here[last] = _nasty_value(chance)
     return changed

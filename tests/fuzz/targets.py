@@ -113,7 +113,7 @@ def feed_packed(chance: random.Random, folder: Path) -> None:
     data = path.read_bytes()
     if chance.random() < 0.2:
         data = spoilt_lines(chance, data.decode())
-    ending, data = packed(chance, data * chance.choice((1, 1, 200)))
+    ending, data = packed(chance, data * (chance.choice((1, 1, 200)) if len(data) < 10_000 else 1))
     path = folder / f"log.csv{ending}"
     path.write_bytes(spoilt_bytes(chance, data) if chance.random() < 0.8 else data)
     read_log(path, None, dict(chance.choice(TEXT_OPTIONS[:8])), chance.choice(WANTED))

@@ -6,6 +6,7 @@ import bz2
 import gzip
 import lzma
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import csv as csv_module
+from stiffcal.readers.csv.lines import LogText
 
 READER = find_reader(Path("x.csv"))
 COLUMNS = ("t", "Fx", "Fy")
@@ -393,3 +395,26 @@ def test_a_scope_export_with_a_time_column_per_channel(tmp_path: Path) -> None:
     path.write_text("\n".join([*rows[:-1], "EOF", ""]), encoding="utf-8")
     with pytest.raises(InputError, match="line 10: the export marks its end; export without the EOF tag"):
         list(READER.read_batches(path, options, wanted))
+
+
+def test_no_reading_goes_on_after_a_log_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The parser reads ahead in a thread; Python ending in the middle of that would abort the process."""
+    path = tmp_path / "log.csv.gz"
+    path.write_bytes(gzip.compress(("t,Fx\n" + "0.001,1\n" * 20_000).encode()))
+    under_way: list[int] = []
+    read = LogText._read
+
+    def slow(text: LogText, size: int) -> bytes:
+        under_way.append(1)
+        time.sleep(0.05)
+        under_way.pop()
+        return read(text, size)
+
+    monkeypatch.setattr(LogText, "_read", slow)
+    monkeypatch.setattr(csv_module, "BLOCK", 1 << 12)
+    batches = iter(READER.read_batches(path, {}, Wanted(("t", "Fx"))))
+    next(batches)
+    batches.close()  # type: ignore[attr-defined]
+    assert not under_way
+    time.sleep(0.12)
+    assert not under_way

@@ -16,6 +16,7 @@ and no cell is guessed at. Faults are found again in a second, slow pass that kn
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pyarrow as pa
@@ -139,6 +140,10 @@ def _parse(text: LogText, layout: Layout, wanted: Wanted) -> Iterator[pa.RecordB
     try:
         yield from stream
     finally:
+        text.abandon()
+        with suppress(pa.ArrowInvalid, InputError):
+            for _ in stream:  # what was read ahead; then its thread has ended
+                pass
         stream.close()
 
 

@@ -15,6 +15,7 @@ import re
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Lock
 from typing import IO, cast
 
 from stiffcal.errors import InputError
@@ -63,6 +64,8 @@ class LogText(io.RawIOBase):
         self, path: Path, encoding: str, shown: str, keep_empty_lines: bool = False, decode: bool = True
     ) -> None:
         super().__init__()
+        self._reading = Lock()
+        self._abandoned = False
         self.encoding = find_codec(encoding, shown)
         self.shown = shown
         self.keep_empty_lines = keep_empty_lines
@@ -124,7 +127,17 @@ class LogText(io.RawIOBase):
             yield rest
 
     def read(self, size: int = -1) -> bytes:
-        """Return at most `size` bytes of data lines; b"" at the end."""
+        """Return at most `size` bytes of data lines; b"" at the end, or where the reader has been abandoned."""
+        with self._reading:
+            return b"" if self._abandoned else self._read(size)
+
+    def abandon(self) -> None:
+        """Let no `read` go on: the parser reads ahead in a thread, in which Python must not be when it ends."""
+        self._abandoned = True
+        with self._reading:
+            pass
+
+    def _read(self, size: int) -> bytes:
         size = CHUNK if size < 0 else max(size, 8)
         pieces: list[bytes] = []
         room = size
