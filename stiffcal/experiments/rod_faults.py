@@ -39,6 +39,8 @@ EXPLAINED, EXPLAINED_BLINDLY = 0.75, 0.5
 # best than this are named beside it.
 DECISIVE = 10.0
 MOST_FAULTS = 3
+# A swapped or exchanged rod may leave this much more, squared, than the same rod called loose.
+PLAINER = 1.2
 
 
 @dataclass(frozen=True)
@@ -215,7 +217,11 @@ def _closest(ranked: list[_Trial], count: int, sigma: float) -> _Trial:
     if first.kind is None:
         return first
     near = [one for one in ranked if one.kind and one.score(count, sigma) - first.score(count, sigma) < DECISIVE]
-    return min(near, key=lambda one: one.score(count, 0.0))
+    best = min(near, key=lambda one: one.score(count, 0.0))
+    # One that reads just what it should, turned round or in another's place, is not loose.
+    exact = [one for one in ranked if one.kind in ("swapped-sign", "exchanged") and len(one.rods) <= 2]
+    plain = [one for one in exact if best.rods[0] in one.rods]
+    return plain[0] if best.kind == "loose" and plain and plain[0].squares <= PLAINER * best.squares else best
 
 
 def _size(trial: _Trial, readings: _Readings) -> float:
