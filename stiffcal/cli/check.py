@@ -23,6 +23,8 @@ READ_AS = {
     **dict.fromkeys(("N", "kN", "mN", "daN", "kgf", "lbf"), (1.0, "N")),
     **dict.fromkeys(("N*m", "N*mm", "kN*m"), (1.0, "N·m")),
     **dict.fromkeys(("degC", "degF"), (1.0, "°C")),
+    **dict.fromkeys(("deg/s", "rad/s", "mrad/s", "rev/s", "rpm"), (1.0, "rad/s")),
+    **dict.fromkeys(("A", "mA"), (1.0, "A")),
 }
 """Unit in the log to (factor from SI, unit) in which ranges are read; rotations as angles."""
 

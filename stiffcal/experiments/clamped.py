@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stiffcal.experiments.branches import Branches, average_branches, reversal_error
 from stiffcal.experiments.clamped_chain import ClampedChain
+from stiffcal.experiments.clamped_faults import why_no_sweep
 from stiffcal.experiments.saturation import Saturation, find_saturation
 from stiffcal.experiments.torque_angle import Law, PlaySegment, SeriesFit, fit_series, play_segment
 from stiffcal.measurements.clamped_readings import ClampedReadings
@@ -118,12 +119,13 @@ def widest(runs: Sequence[ClampedRun], joint: int) -> ClampedRun:
 def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int, Law]) -> ClampedRun:
     angle, torque = chain.angle(laws), chain.torque[:, chain.joint - 1]
     sweeps = cut_sweeps(angle, torque)
-    saturation = find_saturation(readings, angle, torque, chain.source)
+    saturation = find_saturation(readings, angle, torque, chain)
     used = np.where(saturation.beyond, -1, sweeps.number) if saturation is not None else sweeps.number
     name = readings.runs[int(readings.run[0])].name
     holdout = readings.runs[int(readings.run[0])].holdout
     if sweeps.count == 0 or not (used >= 0).any():
-        return replace(_unseen(readings, chain), left_out="no whole sweep: the joint was not driven from end to end")
+        why = why_no_sweep(angle, torque, saturation)
+        return replace(_unseen(readings, chain), left_out=why, saturation=saturation)
     branches = average_branches(angle, torque, used, sweeps.up, N_BINS)
     apart = bool(readings.two_clocks[int(readings.run[0])])
     fit = fit_series(branches, with_lag=apart)
@@ -203,6 +205,8 @@ def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
         why = run.left_out
         if not why and not run.both_ways:
             why = "driven one way only: friction and play cannot be told from the spring; drive it to and fro"
+        if not why and run.play > 0.0 and (side := run.fit.law.flank_not_reached):
+            why = f"its motion ends within the play, the {side} flank is never reached: drive it to and fro beyond both"
         if not why and reference > 0.0 and run.motion < LEAST_MOTION * reference:
             why = (
                 f"the motion, {np.rad2deg(run.motion):.3f}°, hardly exceeds the play, {np.rad2deg(reference):.3f}°: "

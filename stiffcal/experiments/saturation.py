@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.experiments.clamped_chain import ClampedChain
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.reduction.blocks import noise_of
 
@@ -14,8 +15,10 @@ Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 
 _AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
-# A sensor's reading that stays at the very same extreme for so many readings is cut off.
-SAME = 12
+# A reading that stays at the very same extreme for so many readings while the joint turns is cut off.
+SAME = 3
+# A channel is read finely where its smallest step is below this share of its noise: at rest it never repeats by chance.
+FINE = 0.2
 # A motor's torque is at a limit where it stays at the same extreme both ways (within this share) for this share of the
 # time, the joint standing still.
 ALIKE = 0.03
@@ -49,44 +52,67 @@ class Saturation:
         )
 
 
-def find_saturation(readings: ClampedReadings, angle: Floats, torque: Floats, source: str) -> Saturation | None:
+def find_saturation(readings: ClampedReadings, angle: Floats, torque: Floats, chain: ClampedChain) -> Saturation | None:
     """Find the limit that one run's torque ran into, or None.
 
     Parameters
     ----------
-    readings : of one run. angle, torque : (n,) of the moved joint. source : what tells the torque.
+    readings : of one run. angle, torque : (n,) of the moved joint. chain : the run in drive coordinates.
     """
-    if source == "force sensor":
-        return _of_sensor(readings.wrench, torque)
-    return _of_motor(angle, torque)
+    if chain.source == "force sensor":
+        found = _cut_off(readings.wrench, angle)
+        if found is None:
+            return None
+        axis, limit, beyond = found
+        unit = "N" if axis < 3 else "N·m"
+        what = f"the force sensor's {_AXES[axis]}"
+    else:
+        own = readings.torque[:, chain.joint - 1][:, None]
+        found = _cut_off(own, angle)
+        if found is None:
+            return _of_motor(angle, torque)
+        _, limit, beyond = found
+        unit, what = "N·m", "the motor's torque, as logged,"
+    return Saturation(what, limit, unit, beyond, float(np.abs(torque[~beyond]).max(initial=0.0)))
 
 
-def _of_sensor(wrench: Floats, torque: Floats) -> Saturation | None:
-    beyond = np.zeros(len(wrench), dtype=np.bool_)
+def _cut_off(channels: Floats, angle: Floats) -> tuple[int, float, Booleans] | None:
+    """Return the worst channel that is cut off, its limit and where; None where none is.
+
+    A reading that is coarser than its noise repeats too, and at rest for long. Cut off is what repeats at the extreme
+    while the joint turns on, longer than it ever does between; at rest, what repeats there alone, read finely.
+    """
+    beyond = np.zeros(len(channels), dtype=np.bool_)
     worst = None
-    for axis in range(6):
-        values = wrench[:, axis]
+    turn = np.abs(np.gradient(angle))
+    moving = turn > 0.2 * float(np.percentile(turn, 80.0))
+    for axis, values in enumerate(channels.T):
         if np.ptp(values) <= 0.0:
             continue
+        same = np.concatenate([[False], np.diff(values) == 0.0])
+        between = same & (values != values.max()) & (values != values.min())
+        usual, turning = (1 + int(np.ptp(_longest(part))) for part in (between, between & moving))
+        fine = np.diff(np.unique(values)).min() < FINE * float(noise_of(values[:, None])[0])
         for extreme in (values.max(), values.min()):
             at = values == extreme
-            if extreme != 0.0 and _longest(at) >= SAME:
+            start, end = _longest(at)
+            if extreme == 0.0 or end - start < SAME:
+                continue
+            turns_on = bool(moving[start:end].mean() > 0.5)
+            if end - start >= 3 * turning if turns_on else usual == 1 and fine:
                 beyond |= at
-                if worst is None or abs(extreme) > abs(worst[1]):
-                    worst = axis, float(extreme)
-    if worst is None:
-        return None
-    axis, limit = worst
-    return Saturation(
-        f"the force sensor's {_AXES[axis]}", abs(limit), "N" if axis < 3 else "N·m", beyond,
-        float(np.abs(torque[~beyond]).max(initial=0.0)),
-    )  # fmt: skip
+                if worst is None or abs(extreme) > worst[1]:
+                    worst = axis, abs(float(extreme))
+    return None if worst is None else (*worst, beyond)
 
 
-def _longest(at: Booleans) -> int:
-    """Return the length of the longest stretch of True."""
+def _longest(at: Booleans) -> tuple[int, int]:
+    """Return where the longest stretch of True starts and ends; (0, 0) where there is none."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(np.int8)))
-    return int((edges[1::2] - edges[::2]).max(initial=0))
+    if not edges.size:
+        return 0, 0
+    k = int(np.argmax(edges[1::2] - edges[::2]))
+    return int(edges[2 * k]), int(edges[2 * k + 1])
 
 
 def _of_motor(angle: Floats, torque: Floats) -> Saturation | None:

@@ -25,6 +25,8 @@ Floats = NDArray[np.float64]
 
 # The play is the segment about the crossing whose slope stays below this share of the outer slope.
 SLOPE_SHARE = 0.25
+# A flank is reached where the spring carries this many times the torque in which the play is crossed.
+FLANK_BANDS = 2.0
 # Points of the law between its ends; they stand denser towards the crossing.
 _LAW_POINTS = 201
 _CROWDING = 7.0
@@ -68,6 +70,15 @@ class Law:
         """Return dP/dx, N·m/rad."""
         p1, p2, p3 = self.curve
         return np.asarray(p1 + x * (2.0 * p2 + x * 3.0 * p3))
+
+    @property
+    def flank_not_reached(self) -> str:
+        """The flank of the play, "upper" or "lower", that the motion did not reach; "" where both were."""
+        ends = self.spring(np.array(self.reach))
+        for side, end in (("lower", -float(ends[0])), ("upper", float(ends[1]))):
+            if end < FLANK_BANDS * self.band:
+                return side
+        return ""
 
     def grid(self) -> tuple[Floats, Floats]:
         """Return angle (k,) and torque (k,) of the law without friction, both rising, over what was reached."""

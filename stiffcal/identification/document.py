@@ -102,7 +102,8 @@ def fit_document(fit: Fit, states: LoadStates) -> dict[str, Any]:
         }
         | ({"gauge": noise.gauge} if fit.data.layout.gauges is not None else {})
         | ({"length": noise.length} if fit.data.layout.rods else {})
-        | ({"motor_angle": noise.motor_angle} if fit.data.layout.motors is not None else {}),
+        | ({"motor_angle": noise.motor_angle} if fit.data.layout.motors is not None else {})
+        | ({} if noise.held is None else {"force_clamped": noise.held[0], "moment_clamped": noise.held[1]}),
         "reduced_chi2": finite(fit.reduced_chi2),
         "dof": fit.dof,
         "std_scaled_by_reduced_chi2": fit.scaled,

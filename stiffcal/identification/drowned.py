@@ -40,11 +40,10 @@ def drowned_parameters(
     noise : of the readings; without any of the wrench nothing drowns.
     """
     columns = [column for column in free_columns(robot, fixed) if column.sort is Sort.AMPLITUDE]
-    if not columns or (noise.force == 0.0 and noise.moment == 0.0):
+    if not columns or not noise.of_wrench:
         return frozenset()
     # One draw for all states: some hundred readings tell the mean square to a few per cent.
-    size = np.repeat([noise.force, noise.moment], 3)[: len(data.wrench)]
-    drawn = size[:, None] * np.random.default_rng(0).standard_normal(data.wrench.shape)
+    drawn = noise.of_wrenches(data)[: len(data.wrench)] * np.random.default_rng(0).standard_normal(data.wrench.shape)
     if not data.setup.moments_measured:
         drawn[3:] = 0.0
     whitening = raw_whitening(data, noise)

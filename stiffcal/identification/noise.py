@@ -53,6 +53,8 @@ class Noise:
     source : "repeats", "manifest" or "none".
     dof : degrees of freedom behind it; infinite for the manifest's word.
     gauge, length : of gauges and rods, m. motor_angle : of clamped motors' angles, rad.
+    held : of force and moment in clamped states, N and N·m, where it is not that of the others: a sweep averages fewer
+        readings than a hold. None: alike.
     """
 
     translation: float
@@ -64,6 +66,7 @@ class Noise:
     gauge: float = 0.0
     length: float = 0.0
     motor_angle: float = 0.0
+    held: tuple[float, float] | None = None
 
     @classmethod
     def of_kinds(cls, sizes: Floats, wrench: tuple[float, float], source: str, dof: float) -> Noise:
@@ -76,6 +79,19 @@ class Noise:
     def of_rows(self, kind: Integers) -> Floats:
         """Return (m,) the standard uncertainty of rows by their kind."""
         return np.array([self.translation, self.rotation, self.gauge, self.length, self.motor_angle])[kind]
+
+    @property
+    def of_wrench(self) -> bool:
+        """True where the wrench has a noise of its own."""
+        return any((self.force, self.moment, *(self.held or ())))
+
+    def of_wrenches(self, data: Observations) -> Floats:
+        """Return (6, n) the standard uncertainty of the wrenches, N and N·m."""
+        size = np.repeat([[self.force], [self.moment]], 3, axis=0) * np.ones(data.n_states)
+        if self.held is not None:
+            clamped = data.seen[data.kind == MOTOR].any(axis=0)
+            size[:, clamped] = np.repeat([[self.held[0]], [self.held[1]]], 3, axis=0)
+        return np.asarray(size)
 
 
 @dataclass(frozen=True)
@@ -157,8 +173,7 @@ def covariance(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
         turned[range(m), range(m)] = 0.0
         result += turned
     if sensitivity is not None:
-        variance = np.array([noise.force**2] * 3 + [noise.moment**2] * 3)
-        weighted = sensitivity * variance[:, None]
+        weighted = sensitivity * noise.of_wrenches(data) ** 2
         for a in range(m):
             for b in range(a + 1):
                 shared = np.einsum("kn,kn->n", weighted[a], sensitivity[b])
@@ -181,7 +196,7 @@ def own_variance(noise: Noise, data: Observations) -> Floats:
 def whiten(noise: Noise, data: Observations, sensitivity: Floats | None) -> Whitening:
     """Return the whitening of the observations."""
     scale = np.where(data.seen, 1.0 / np.sqrt(own_variance(noise, data)), 0.0)
-    exact = sensitivity is None or (noise.force == 0.0 and noise.moment == 0.0)
+    exact = sensitivity is None or not noise.of_wrench
     if exact and data.spread is None:
         return Whitening(scale)
     full = covariance(noise, data, sensitivity)
@@ -218,8 +233,7 @@ def rms_length(noise: Noise, data: Observations, sensitivity: Floats | None) -> 
     """Return the noise as rms means it: root mean square length of the noise vector, m and rad."""
     own = own_variance(noise, data)
     if sensitivity is not None:
-        variance = np.array([noise.force**2] * 3 + [noise.moment**2] * 3)
-        own = own + np.einsum("akn,akn,k->an", sensitivity, sensitivity, variance)
+        own = own + np.einsum("akn,akn,kn->an", sensitivity, sensitivity, noise.of_wrenches(data) ** 2)
     return rms_by_measure(own, data)
 
 
@@ -302,10 +316,8 @@ def _of_two_experiments(
     load, clamped = found
     if load is None or clamped is None:
         return None
-    # One force sensor, averaged over fewer readings in sweeps than in holds: the larger noise stands for both.
-    force, moment = max(load.force, clamped.force), max(load.moment, clamped.moment)
     dof = min(load.dof, clamped.dof)
-    return replace(load, motor_angle=clamped.motor_angle, force=force, moment=moment, dof=dof)
+    return replace(load, motor_angle=clamped.motor_angle, held=(clamped.force, clamped.moment), dof=dof)
 
 
 def stated_noise(sigma: Sigma, data: Observations) -> Noise | None:

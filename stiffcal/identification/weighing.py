@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.identification.least_squares import take_out_offsets
 from stiffcal.identification.noise import ENOUGH_DOF, Noise, Whitening, noise_from_repeats, whiten
 from stiffcal.identification.observation import Evaluation, Observations, evaluate
-from stiffcal.identification.rows import N_KINDS
+from stiffcal.identification.rows import MOTOR, N_KINDS
 from stiffcal.model.composite import CompliantRobot
 
 Floats = NDArray[np.float64]
@@ -19,6 +19,8 @@ Integers = NDArray[np.int64]
 
 # Huber's k: beyond this multiple of the typical length a reading counts less.
 HUBER_LIMIT = 2.5
+# Clamped states next to each other in angle over which a sensitivity is averaged: those of a few cycles, both ways.
+NEIGHBOURS = 9
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class Weights:
 
 def wrench_matters(given: Noise | None) -> bool:
     """Return whether the weights, or the noise to be told, depend on how the wrench moves the model."""
-    return given is None or given.force != 0.0 or given.moment != 0.0
+    return given is None or given.of_wrench
 
 
 def tell_weights(
@@ -69,6 +71,7 @@ def tell_weights(
         return Weights(given, given, False, whiten(given, data, None), None)
     predicted = np.concatenate([block.predicted for block in blocks], axis=1)
     sensitivity = np.concatenate([block.sensitivity for block in blocks if block.sensitivity is not None], axis=2)
+    sensitivity = along_the_sweep(sensitivity, data)
     noise = given
     if noise is None:
         repeats = noise_from_repeats(data, predicted, sensitivity, groups)
@@ -97,19 +100,50 @@ def weighed_alike(
         return Weights(weights.noise, weights.assumed, False, whiten(weights.assumed, data, None), None), iter(blocks)
     m, n = data.measured.shape
     noise, sensitivity = weights.assumed, np.empty((m, 6, n))
-    correlated = noise.force != 0.0 or noise.moment != 0.0 or data.spread is not None
+    correlated = noise.of_wrench or data.spread is not None
     whitening = Whitening(np.empty((m, n)), np.empty((m, m, n)) if correlated else None)
 
     def one_by_one() -> Iterator[Evaluation]:
         for block in blocks:
-            local = whiten(noise, data.part(block.part), block.sensitivity)
+            own = data.part(block.part)
+            carried = None if block.sensitivity is None else along_the_sweep(block.sensitivity, own)
+            local = whiten(noise, own, carried)
             whitening.scale[:, block.part] = local.scale
             if whitening.lower is not None and local.lower is not None:
                 whitening.lower[:, :, block.part] = local.lower
-            sensitivity[:, :, block.part] = block.sensitivity
+            sensitivity[:, :, block.part] = carried
             yield block
 
     return Weights(weights.noise, noise, True, whitening, sensitivity), one_by_one()
+
+
+def along_the_sweep(sensitivity: Floats, data: Observations) -> Floats:
+    """Return a clamped robot's sensitivity to the wrench, averaged over states at like motor angles.
+
+    In a play it falls from steep to nothing within a few N·m. Taken at the wrench as read, a reading that noise drove
+    out of the play would count more than one that noise drove in, and the crossing would come out too broad. The
+    motor's angle, not the force, is what is well known there.
+
+    Parameters
+    ----------
+    sensitivity : (m, 6, n). data : the observations, whole runs.
+    """
+    motors = data.rows_of(MOTOR)
+    clamped = data.seen[motors].any(axis=0)
+    if not clamped.any():
+        return sensitivity
+    smooth = sensitivity.copy()
+    for run in np.unique(data.run[clamped]):
+        own = np.flatnonzero(clamped & (data.run == run))
+        turned = data.measured[np.ix_(motors, own)]
+        order = own[np.argsort(turned[np.argmax(np.ptp(turned, axis=1))])]
+        weights = np.ones(min(NEIGHBOURS, order.size))
+        edges = np.convolve(np.ones(order.size), weights, mode="same")
+        for row in motors:
+            for axis in range(6):
+                summed = np.convolve(sensitivity[row, axis, order], weights, mode="same")
+                smooth[row, axis, order] = summed / edges
+    return smooth
 
 
 def raw_noise(data: Observations, noise: Noise | None) -> Noise:

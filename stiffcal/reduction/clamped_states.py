@@ -17,9 +17,10 @@ from stiffcal.reduction.sweeps import cut_sweeps, leading_component
 Floats = NDArray[np.float64]
 
 # Stretches of one half sweep: enough to tell a play and a curve, few enough to average encoder steps away.
-STEPS = 24
-# Only the middle of a stretch is averaged: over a whole one the corner of a play would be rounded off.
-WINDOW = 0.5
+STEPS = 48
+# With fewer readings a stretch is averaged; with more a parabola is laid through them, and its middle is read: a mean
+# would round off the corner between a play and its flank.
+ENOUGH = 5
 
 
 def clamped_states(readings: ClampedReadings, joint: int) -> Gathered | None:
@@ -43,22 +44,24 @@ def clamped_states(readings: ClampedReadings, joint: int) -> Gathered | None:
     place = np.full(len(readings), -1.0)
     for number in range(sweeps.count):
         own = np.flatnonzero(sweeps.number == number)
-        place[own] = (np.arange(own.size) + 0.5) / own.size * STEPS
-    step = np.minimum(place.astype(np.int64), STEPS - 1)
-    used = np.flatnonzero((sweeps.number >= 0) & (np.abs(place - step - 0.5) < 0.5 * WINDOW))
+        # half a stretch at either end stays out: which reading is the corner of the loop, its own noise has chosen
+        place[own] = (np.arange(own.size) + 0.5) / own.size * (STEPS + 1) - 0.5
+    step = np.floor(place).astype(np.int64)
+    used = np.flatnonzero((sweeps.number >= 0) & (step >= 0) & (step < STEPS))
     if not used.size:
         return None
     key = sweeps.number[used] * STEPS + step[used]
     found, member = np.unique(key, return_inverse=True)
+    middle = _middle_weights(place[used] - step[used] - 0.5, member)
+    count = np.bincount(member)
     rest = np.arange(max(3, len(readings) // 200))
-    count = np.bincount(member).astype(np.float64)
 
-    def means(values: Floats) -> Floats:
-        columns = [np.bincount(member, weights=column[used]) / count for column in values.T]
+    def middles(values: Floats) -> Floats:
+        columns = [np.bincount(member, weights=middle * column[used]) for column in values.T]
         first = np.median(values[rest], axis=0)
         return np.concatenate([first[None], np.stack(columns, axis=1)])
 
-    time = means(readings.time[:, None])[:, 0]
+    time = middles(readings.time[:, None])[:, 0]
     n = len(found) + 1
     name = readings.runs[int(readings.run[0])].name
     return Gathered(
@@ -66,8 +69,28 @@ def clamped_states(readings: ClampedReadings, joint: int) -> Gathered | None:
         number=np.arange(1, n + 1),
         time=time,
         hold=np.full(n, np.nan),
-        signals={"joints": means(readings.joints), "wrench": means(readings.wrench)},
+        signals={"joints": middles(readings.joints), "wrench": middles(readings.wrench)},
         scatter={},
-        n_readings=np.concatenate([[rest.size], count.astype(np.int64)]),
+        n_readings=np.concatenate([[rest.size], count]),
         set_aside=[""] * n,
     )
+
+
+def _middle_weights(place: Floats, member: NDArray[np.int64]) -> Floats:
+    """Return (n,) weights with which readings make the middle of their stretch: of a parabola through them.
+
+    Parameters
+    ----------
+    place : (n,) where in its stretch a reading lies, −½ … ½. member : (n,) which stretch.
+    """
+    sums = [np.bincount(member, weights=place**power) for power in range(5)]
+    count = sums[0]
+    moments = np.stack([np.stack([sums[a + b] for b in range(3)], axis=-1) for a in range(3)], axis=-2)
+    few = count < ENOUGH
+    moments[few] = np.eye(3)
+    first = np.zeros((len(count), 3, 1))
+    first[:, 0] = 1.0
+    answer = np.linalg.solve(moments, first)[:, :, 0]
+    answer[few] = 0.0
+    answer[few, 0] = 1.0 / count[few]
+    return np.asarray(np.einsum("nk,nk->n", answer[member], place[:, None] ** np.arange(3)))

@@ -65,7 +65,8 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
     two_clocks = False
     if sources["wrench"]:
         name = sources["wrench"][0]
-        two_clocks = logs[name] is not angles
+        # where the manifest tells the clock, nothing is left that a lag could be mistaken for
+        two_clocks = logs[name] is not angles and name not in run.clock_ahead_s
         clocks |= {name: _clock(run, name, angles, logs[name])}
         wrench = _at(logs[name], "wrench", angles.time + float(clocks[name].value or 0.0))
     elif "joints.torque" not in angles.mean:

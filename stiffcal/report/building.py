@@ -38,6 +38,7 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
         with tempfile.TemporaryDirectory(prefix="stiffcal-report-") as folder:
             pages = {
                 "title": _title(content),
+                "kind": _kind(content),
                 "campaign": content.provenance.campaign,
                 "date": content.provenance.date,
                 "maker": " ".join(content.provenance.versions[0]) if content.provenance.versions else "stiffcal",
@@ -56,6 +57,16 @@ def _title(content: ReportContent) -> str:
     robot = content.provenance.robot
     friction_alone = content.states is None and bool(content.extra.get("friction")) and not content.extra.get("clamped")
     return f"Friction of the drives of {robot}" if friction_alone else f"Stiffness of {robot}"
+
+
+def _kind(content: ReportContent) -> str:
+    """Return what was done, for the line under the title."""
+    if content.states is not None:
+        return "Load-deflection calibration"
+    done = [name for name in ("clamped", "friction") if content.extra.get(name)]
+    return {"clamped": "Clamped robot", "friction": "Friction in free motion"}.get(
+        "".join(done), "Clamped robot, and friction in free motion"
+    )
 
 
 def lay_out(content: ReportContent) -> list[Section]:

@@ -92,7 +92,7 @@ class ReportRun:
     stick : (K, 3) m in base axes: base origin, joint origins from base to wrist, flange (K = J + 2).
     target : (3,) m in base axes: the measured point, where residual arrows start; None where not known.
     holdout : never used to fit.
-    tags : the manifest's words.
+    tags : the manifest's words. kind : of experiment: "load", "clamped", "friction", "free".
     """
 
     name: str
@@ -101,6 +101,7 @@ class ReportRun:
     target: Floats | None = None
     holdout: bool = False
     tags: tuple[str, ...] = ()
+    kind: str = "load"
 
 
 @dataclass(frozen=True)

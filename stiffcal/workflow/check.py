@@ -116,7 +116,13 @@ def _beside(campaign: Campaign, beside: Beside, document: dict[str, Any]) -> lis
             }
         )
     document["warnings"] += beside.warnings
-    return _without_friction(campaign, beside)
+    unusable: list[str] = []
+    if beside.clamped:
+        from stiffcal.workflow.clamped import contradictions_of
+
+        unusable, remarks = contradictions_of(campaign, beside.clamped)
+        document["warnings"] += remarks
+    return unusable + _without_friction(campaign, beside)
 
 
 def _without_friction(campaign: Campaign, beside: Beside) -> list[str]:

@@ -12,11 +12,13 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped import ClampedRun, analyse_runs
 from stiffcal.experiments.clamped_chain import ClampedChain, clamped_chain
+from stiffcal.experiments.clamped_faults import loaded_words, why_no_sweep
 from stiffcal.experiments.clamped_joints import ClampedJoint, joints_of
+from stiffcal.experiments.saturation import find_saturation
 from stiffcal.identification.document import model_document
 from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
 from stiffcal.model.assembly import fixed_parameters
-from stiffcal.reduction.sweeps import moved_joint
+from stiffcal.reduction.sweeps import cut_sweeps, moved_joint
 from stiffcal.validation.clamped import angle_residual
 from stiffcal.workflow.clamped_documents import (
     DEFINITION,
@@ -93,6 +95,8 @@ def clamped_part(data: Ingested) -> Part | None:
             "motor_angle": float(np.sqrt(np.mean(told**2))) if told.size else None,
             "torque": float(np.sqrt(np.mean(squares))) if squares else None,
         },
+        noise=_noise_of(result.runs),
+        noise_source="repeats" if _noise_of(result.runs) else "none",
         n_runs=len(used),
         n_readings=int(sum(np.count_nonzero(run.sweeps.number >= 0) for run in used)),
         expected=_expected(result),
@@ -118,7 +122,6 @@ def clamped_judged(data: Ingested) -> Judged | None:
     torque = np.concatenate([one.torque for one in unseen]) if unseen else np.zeros(0)
     angle = np.concatenate([one.angle for one in unseen]) if unseen else np.zeros(0)
     whole = np.concatenate([one.measured for one in unseen]) if unseen else np.zeros(0)
-    noise = [run.branches.noise**2 for run in result.runs if not run.left_out]
     zero = _rms(whole)
     by_joint = [
         _slice(names[j - 1], [one for one in unseen if one.joint == j]) for j in sorted({o.joint for o in unseen})
@@ -128,7 +131,7 @@ def clamped_judged(data: Ingested) -> Judged | None:
         scheme="leave one pose out, its own middle and zero free" if unseen else "none",
         rms={"torque": _rms(torque), "motor_angle": _rms(angle)},
         largest={"torque": _largest(torque), "motor_angle": _largest(angle)},
-        noise={"torque": float(np.sqrt(np.mean(noise)))} if noise else {},
+        noise=_noise_of(result.runs),
         relative={"torque": None if not zero else (_rms(torque) or 0.0) / zero},
         zero_model={"torque": zero},
         by={"run": [_slice(one.run, [one]) for one in unseen], "joint": by_joint},
@@ -136,6 +139,12 @@ def clamped_judged(data: Ingested) -> Judged | None:
         n_readings=int(torque.size),
         warnings=warnings,
     )
+
+
+def _noise_of(runs: Sequence[ClampedRun]) -> dict[str, float | None]:
+    """Return what repeats scatter, N·m of one bin of angle; empty where no branch was gone through twice."""
+    squares = [run.branches.noise**2 for run in runs if not run.left_out and run.branches.noise > 0.0]
+    return {"torque": float(np.sqrt(np.mean(squares)))} if squares else {}
 
 
 def _slice(label: str, parts: Sequence[UnseenRun]) -> Document:
@@ -190,13 +199,48 @@ def clamped_result(campaign: Campaign, readings: ClampedReadings | None) -> Clam
     written = {run.id: run for run in campaign.manifest.runs}
     parts = [readings.of_run(number) for number in range(len(readings.runs))]
     chains = [
-        _chain_of(campaign, part, written.get(info.name)) for part, info in zip(parts, readings.runs, strict=True)
+        chain_of_run(campaign, part, written.get(info.name)) for part, info in zip(parts, readings.runs, strict=True)
     ]
     runs = analyse_runs(parts, chains)
     return ClampedResult(tuple(runs), tuple(joints_of(runs)))
 
 
-def _chain_of(campaign: Campaign, readings: ClampedReadings, run: Run | None) -> ClampedChain:
+def contradictions_of(campaign: Campaign, parts: Sequence[ClampedReadings]) -> tuple[list[str], list[str]]:
+    """Return why runs cannot be used, and what contradicts itself in the others, in words, before anything is fitted.
+
+    Parameters
+    ----------
+    parts : readings, a run each.
+
+    Raises
+    ------
+    InputError
+        A run's moved joint cannot be told, or its pose is not known.
+    """
+    unusable, remarks = [], []
+    written = {run.id: run for run in campaign.manifest.runs}
+    for part in parts:
+        name = part.runs[int(part.run[0])].name
+        chain = chain_of_run(campaign, part, written.get(name))
+        angle, torque = chain.angle({}), chain.torque[:, chain.joint - 1]
+        saturation = find_saturation(part, angle, torque, chain)
+        if chain.is_seen and cut_sweeps(angle, torque).count == 0:
+            unusable.append(f"run {name}: {why_no_sweep(angle, torque, saturation)}")
+        elif saturation is not None:
+            remarks.append(f"run {name}: {saturation.sentence}")
+        elif words := loaded_words(name, chain, campaign.chain.joint_names):
+            remarks.append(words)
+    return unusable, remarks
+
+
+def chain_of_run(campaign: Campaign, readings: ClampedReadings, run: Run | None) -> ClampedChain:
+    """Return a run in drive coordinates, in the pose that the manifest or the log tells.
+
+    Raises
+    ------
+    InputError
+        The moved joint cannot be told, or the pose is not known.
+    """
     chain = campaign.chain
     info = readings.runs[int(readings.run[0])]
     joint = moved_joint(info.name, readings.joints, run.moved_joint if run else None, chain.joint_names)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.experiments.clamped import LEAST_MOTION
+from stiffcal.experiments.clamped_faults import loaded_words
 from stiffcal.experiments.torque_angle import SLOPE_SHARE
 from stiffcal.workflow.steps import Document, Ingested
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.clamped import ClampedRun
     from stiffcal.experiments.clamped_joints import ClampedJoint
     from stiffcal.model.composite import PlacedEffect
-    from stiffcal.model.effect import TorqueAngle
+    from stiffcal.model.effect import Effect, TorqueAngle
 
 NORMAL_95 = 1.96
 
@@ -154,11 +155,18 @@ def parameters_of(
 
     by_joint = {joint.joint: joint for joint in joints}
     found, untold = [], []
+    forms: dict[str, Effect] = {}
+    rows = []
     for one in placed:
         joint = by_joint.get(one.place.joints[0]) if one.place.kind == "joints" else None
         beside = [other.effect.name for other in placed if other is not one and other.place == one.place]
         values = {} if joint is None else one.effect.from_torque_angle(torque_angle(joint), beside)
-        effect = one.effect.form(values) if values else one.effect
+        if values:
+            forms.setdefault(one.effect.name, one.effect.form(values))
+        rows.append((one, joint, beside, values))
+    for one, joint, beside, values in rows:
+        # joints that were not driven are written as those that were
+        effect = one.effect.form(values) if values else forms.get(one.effect.name, one.effect)
         names = []
         for spec in effect.parameters:
             name = one.parameter_name(spec.symbol)
@@ -221,8 +229,10 @@ def clamped_warnings(data: Ingested, runs: tuple[ClampedRun, ...], joints: tuple
     for run in runs:
         if run.left_out and not run.holdout:
             words.append(f"run {run.name} is left out for joint {names[run.joint - 1]}: {run.left_out}")
-        if run.saturation is not None:
+        if run.saturation is not None and run.branches.angle.size:
             words.append(f"run {run.name}: {run.saturation.sentence}")
+        elif contradiction := loaded_words(run.name, run.chain, names):
+            words.append(contradiction)
         if run.others > 0.05:
             words.append(
                 f"run {run.name}: other joints take up {100.0 * run.others:.0f} % of joint {names[run.joint - 1]}'s "

@@ -126,3 +126,6 @@ class ClampedJudged(TypedDict):
 
     scheme: str
     n_readings: int
+    rms: dict[str, Number]
+    noise: dict[str, Number]
+    zero_model: dict[str, Number]

@@ -69,21 +69,22 @@ def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
 def without_states(data: Ingested, identified: Document, means: Means) -> Document:
     """Return the document of a campaign without load states: nothing to search, but whether each law fits its data.
 
-    Friction is adequate where the error at unseen speeds stays within 1.05 times the scatter of repeats, or the fit's
-    own lack is no more than chance (p above 0.01).
+    A law is adequate where the error in unseen poses or at unseen speeds stays within 1.05 times the scatter of
+    repeats, or above it by no more than chance (p above 0.01).
     """
     from stiffcal.diagnosis.document import SCHEMA
-    from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO, LACK_OF_FIT_P
     from stiffcal.workflow.validate import validated
 
     validation = validated(data, identified, means)
     lack = (identified.get("friction") or {}).get("lack_of_fit")
-    left, noise = validation["rms"].get("torque"), (validation["noise"] or {}).get("torque")
-    adequate = None
-    if left is not None and noise is not None:
-        adequate = bool(left <= ADEQUATE_RATIO * noise or (lack is not None and lack["p_value"] > LACK_OF_FIT_P))
     held = [("clamped", "Torque over angle", "in poses left out"), ("friction", "Friction", "at unseen speeds")]
-    words = [_held_words(name, where, adequate) for key, name, where in held if key in identified]
+    fits, words = [], []
+    for key, name, where in held:
+        if key in identified:
+            judged = validation.get(key) or {}
+            fits.append(_law_fits(judged, lack if key == "friction" else None))
+            words.append(_held_words(name, where, fits[-1], judged))
+    adequate = None if not fits or None in fits else all(fits)
     nothing = {"translation": None, "rotation": None}
     return {
         "schema": SCHEMA,
@@ -107,14 +108,40 @@ def without_states(data: Ingested, identified: Document, means: Means) -> Docume
     }
 
 
-def _held_words(name: str, where: str, adequate: bool | None) -> str:
-    """Return whether the laws of an experiment without load states hold, in words."""
-    words = {
-        True: f"the law fits: what it leaves {where} is no more than repeats scatter",
-        False: f"the law does not fit: it leaves more {where} than repeats scatter; look at the curves",
-        None: "whether the law is good enough cannot be judged: too few repeats to know the noise",
-    }[adequate]
-    return f"{name}: {words}."
+def _law_fits(judged: Document, lack: Document | None) -> bool | None:
+    """Return whether what a law leaves unseen is no more than noise; None where that cannot be judged.
+
+    Parameters
+    ----------
+    judged : the experiment's section of ``validate``. lack : the fit's own lack, where repeats tell it.
+    """
+    from scipy.special import chdtrc
+
+    from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO, LACK_OF_FIT_P
+
+    left, noise = (judged.get(key, {}).get("torque") for key in ("rms", "noise"))
+    if left is None or not noise:
+        return None
+    count = int(judged.get("n_readings", 0))
+    by_chance = bool(chdtrc(count, count * (left / noise) ** 2) > LACK_OF_FIT_P) if count else False
+    return bool(left <= ADEQUATE_RATIO * noise or by_chance or (lack is not None and lack["p_value"] > LACK_OF_FIT_P))
+
+
+def _held_words(name: str, where: str, fits: bool | None, judged: Document) -> str:
+    """Return whether the law of an experiment without load states holds, in words."""
+    if fits is None:
+        if judged.get("rms", {}).get("torque") is None:
+            return f"{name}: whether the law holds {where} cannot be judged: too few of them."
+        return f"{name}: whether the law is good enough cannot be judged: too few repeats to know the noise."
+    if fits:
+        return f"{name}: the law fits: what it leaves {where} is no more than repeats scatter."
+    left, noise = judged["rms"]["torque"], judged["noise"]["torque"]
+    whole = judged.get("zero_model", {}).get("torque")
+    share = f", {100.0 * left / whole:.2g} % of the torque" if whole else ""
+    return (
+        f"{name}: the law does not hold all: it leaves {left:.3g} N·m {where}{share}, where repeats scatter "
+        f"{noise:.3g} N·m; look at the curves."
+    )
 
 
 def current_diagnosis(data: Ingested, identified: Document) -> tuple[Document | None, str]:

@@ -162,7 +162,10 @@ def judged_with(document: Document, parts: Sequence[Judged]) -> Document:
     for part in parts:
         for key, slices in part.by.items():
             merged[f"by_{key}"] = [*merged.get(f"by_{key}", []), *slices]
-    return merged | {part.name: part.section for part in parts}
+    return merged | {
+        part.name: part.section | {"rms": part.rms, "noise": part.noise, "zero_model": part.zero_model}
+        for part in parts
+    }
 
 
 def judgement_of_parts(parts: Sequence[Judged]) -> Document:

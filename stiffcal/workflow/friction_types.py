@@ -90,3 +90,6 @@ class FrictionJudged(TypedDict):
 
     scheme: str
     n_readings: int
+    rms: dict[str, Number]
+    noise: dict[str, Number]
+    zero_model: dict[str, Number]

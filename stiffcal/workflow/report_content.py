@@ -85,7 +85,9 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
     report_states = report_states_of(data) if len(states) else None
     paths = stored_document(data.store, LOAD_PATHS) or {"paths": []}
     beside = tuple(
-        ReportRun(run.id, np.full(len(data.joint_names), np.nan), holdout=run.holdout, tags=run.tags)
+        ReportRun(
+            run.id, np.full(len(data.joint_names), np.nan), holdout=run.holdout, tags=run.tags, kind=run.experiment
+        )
         for run in data.campaign.manifest.runs
         if run.id not in {info.name for info in states.runs}
     )

@@ -369,15 +369,23 @@ def test_clamped_and_tracker_runs_are_fitted_together(tmp_path: Path) -> None:
         )
 
     runs = ("b-joint3", "b-joint6")
-    out = simulated(tmp_path, runs, manifest=watched, settings=loads, model=stiff)
+
+    def fine(text: str) -> str:
+        # the robot that is played turns its corners on straight lines between so many points
+        return loads(text).replace("points = 60", "points = 240")
+
+    out = simulated(tmp_path, runs, manifest=watched, settings=fine, model=stiff)
     document = identify_campaign(out)
     known = values(document)
     for joint, compliance in COMPLIANCE.items():
         told = known[f"joint-compliance.j{joint}.c"]
-        assert told["value"] == pytest.approx(compliance, abs=max(4.0 * told["std"], 0.004 * compliance)), joint
+        assert told["value"] == pytest.approx(compliance, abs=3.5 * told["std"]), joint
     assert known["backlash.j3.width"]["value"] == pytest.approx(6e-4, rel=0.02)
     assert document["rms"]["translation"] < 3e-5
     assert document["rms"]["motor_angle"] < 3e-5
     assert document["noise_source"] == "repeats"
     assert document["reduced_chi2"] < 1.3
+    # the force sensor's noise in sweeps, which average few readings, is not that of the tracker's loads
+    assert document["noise"]["translation"] < 1.3 * document["rms"]["translation"]
+    assert document["noise_per_axis"]["moment_clamped"] > 2.0 * document["noise_per_axis"]["moment"]
     assert {joint["joint"] for joint in document["clamped"]["joints"]} == {3, 6}

@@ -77,6 +77,7 @@ def draw_curves(curves: tuple[ClampedCurve, ...]) -> Figure:
         panel.plot(angle, curve.torque, color=canvas.MODEL, linestyle="--", linewidth=1.1, zorder=4)
         canvas.zero_lines(panel)
         panel.set_title(curve.joint)
+        panel.locator_params(axis="x", nbins=5)
         panel.set_xlabel("angle from the flank [°]")
         panel.set_ylabel("torque [N·m]")
         if used:

@@ -91,8 +91,8 @@ def _runs(content: ReportContent) -> Table:
         rows.append(tuple(cells[: len(columns)]))
     caption = "Runs: joint angles as logged (mean over the run), loads and deflections."
     if not known:
-        columns.append(Column("tags", align="left", width=1.0))
-        rows = [(*row, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]
+        columns += [Column("experiment", align="left"), Column("tags", align="left", width=1.0)]
+        rows = [(*row, run.kind, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]
         caption = "Runs; joints move in them, and no load state is taken."
     return Table(tuple(columns), tuple(rows), caption)
 

@@ -1,0 +1,74 @@
+"""What contradicts itself in a clamped run: torque against motion, and torque where a held flange puts none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.experiments.clamped_chain import ClampedChain
+from stiffcal.experiments.saturation import Saturation
+
+Floats = NDArray[np.float64]
+
+# A held flange lets the moved drive alone give, and no other then carries a torque that follows the motion. Links and
+# fixtures give too, some hundredths of a drive's as a rule; beyond this the numbers do not belong together.
+LOADED_TOO = 0.5
+# Torque and angle that agree less than this are noise, whichever way they go.
+FOLLOWS = 0.5
+
+
+def other_loaded(chain: ClampedChain) -> tuple[int, float] | None:
+    """Return which other drive follows the moved one's motion, and with which share of its torque; None where none.
+
+    The wrench that a held flange answers with turns about the moved joint alone (J Δd = 0 has no other solution where
+    joints are told apart). A wrong pose, a wrong sensor frame or unit, or the log of another run spoil that.
+
+    Parameters
+    ----------
+    chain : one run.
+    """
+    k = chain.joint - 1
+    if chain.source != "force sensor" or not chain.moments_measured:
+        return None
+    motion = chain.motion[:, k] - chain.motion[:, k].mean()
+    follows = np.abs(motion @ (chain.torque - chain.torque.mean(axis=0)))
+    alike = np.abs(chain.seen) > 1e-3
+    share = np.where(alike, 0.0, follows) / max(float(follows[k]), 1e-300)
+    worst = int(np.argmax(share))
+    return (worst + 1, float(share[worst])) if share[worst] > LOADED_TOO else None
+
+
+def loaded_words(run: str, chain: ClampedChain, names: Sequence[str]) -> str:
+    """Return what `other_loaded` means, in words; "" where nothing is wrong."""
+    found = other_loaded(chain)
+    if found is None:
+        return ""
+    other, share = found
+    own, with_it = names[chain.joint - 1], names[other - 1]
+    size = f"{100.0 * share:.0f} % of that on {own}" if share < 10.0 else f"{share:.0f} times that on {own}"
+    return (
+        f"run {run}: as {own} turns, a torque on {with_it} follows, {size}; a held flange loads the moved joint alone: "
+        "check the pose (joints_deg, units of the angles), the sensor's frame and the units of force and moment, and "
+        "that these files belong together"
+    )
+
+
+def why_no_sweep(angle: Floats, torque: Floats, saturation: Saturation | None) -> str:
+    """Return why a run has no whole sweep, in words.
+
+    Parameters
+    ----------
+    angle, torque : (n,) of the moved joint, rad, N·m. saturation : the limit that the torque ran into, or None.
+    """
+    if saturation is not None:
+        limit = f"{saturation.limit:.4g} {saturation.unit}"
+        return f"{saturation.what} stays at its limit of {limit}, and no whole sweep is left"
+    together = float(np.corrcoef(angle, torque)[0, 1]) if np.ptp(angle) > 0.0 and np.ptp(torque) > 0.0 else 0.0
+    if together < -FOLLOWS:
+        return (
+            "the torque runs against the angle, as if the spring pushed the joint away: check acts_on, the sensor's "
+            "axes, units of force and moment, the sign of the current or of gear_ratio, and clock_ahead_s"
+        )
+    return "no whole sweep: the joint was not driven from end to end"
