@@ -38,8 +38,11 @@ def show_run(console: Console, document: Document) -> None:
     told, of = f"unseen poses: {deviation(validation['rms'])} rms", "the deflection"
     if left is None and isinstance(relative, dict):
         left, of = relative.get("torque"), "the torque"
-    told += f", {share(left)} of {of} is left" if left is not None else ""
-    console.print(f"{told} (no model: {deviation(validation['zero_model'])})")
+    if any(value is not None for value in validation["rms"].values()):
+        told += f", {share(left)} of {of} is left" if left is not None else ""
+        console.print(f"{told} (no model: {deviation(validation['zero_model'])})")
+    else:
+        console.print("unseen poses: none, so nothing is judged there")
     if validation["passed"] is False:
         console.print("thresholds NOT held")
     console.print(document["diagnose"]["summary"], soft_wrap=True)

@@ -64,6 +64,8 @@ def _unseen_readings(validation: Document) -> list[str]:
     rms, zero = validation.get("rms"), validation.get("zero_model")
     left = wording.part(validation.get("relative"), "torque")
     seen = str(validation.get("scheme", ""))
+    if wording.part(rms, "torque") is None:
+        return ["There is nothing unseen to judge it by: each joint was driven in one usable pose alone."]
     sentences = [f"In what the fit had not seen ({seen}) it leaves {wording.both(rms)} rms"]
     sentences[0] += f", without a model {wording.both(zero)}"
     sentences[0] += f": {wording.percent(1.0 - left)} of the torque is predicted." if left is not None else "."
