@@ -16,8 +16,8 @@ from unittest import mock
 
 import numpy as np
 
-import stiffcal.simulation.simulate
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.simulation.clamped import play_clamped
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.identify import identify_campaign
@@ -47,11 +47,10 @@ def main() -> None:
     wanted = parser.parse_args()
     runs = tuple(f"{pose}-joint{joint}" for pose in "abc" for joint in TABLE_2)
     played: dict[str, Any] = {}
-    play = stiffcal.simulation.simulate.play_clamped
 
     def once(robot: Any, act: Any, *rest: Any) -> Any:
         if act.name not in played:
-            played[act.name] = play(robot, act, *rest)
+            played[act.name] = play_clamped(robot, act, *rest)
         return played[act.name]
 
     errors, widths, plays, poor = [], [], [], []
