@@ -17,6 +17,7 @@ from stiffcal.diagnosis.thresholds import (
     LINGERING,
     LOOK_ALIKE_ERRORS,
     LOOK_ALIKE_SHARE,
+    SPECIAL_CASE,
     STANDARD_ERRORS,
 )
 from stiffcal.identification.fit import Fit
@@ -270,10 +271,27 @@ def foretold(scan: Scan, trial: Trial) -> Floats:
 
 
 def leaders(scan: Scan) -> list[Trial]:
-    """Return those that cannot be told from the best, fewest parameters first, then least unseen error."""
+    """Return those that cannot be told from the best, fewest parameters first, then least unseen error.
+
+    One that holds the first of them as a special case (a joint's whole compliance its tilt) is no rival of it: it would
+    have to be better.
+    """
     best = next((trial for trial in scan.trials if possible_values(scan, trial)), None)
     if best is None:
         return []
     # Of those that can be, only candidates that help at all by themselves.
     near = [trial for trial in scan.trials if judge(scan, trial).supported and alike(scan, trial, best)] or [best]
-    return sorted(near, key=lambda trial: (trial.candidate.n_parameters, float(trial.score.unseen.sum())))
+    near.sort(key=lambda trial: (trial.candidate.n_parameters, float(trial.score.unseen.sum())))
+    return near[:1] + [trial for trial in near[1:] if not _holds(scan, trial, near[0])]
+
+
+def _holds(scan: Scan, trial: Trial, simpler: Trial) -> bool:
+    """Return whether a candidate with more parameters moves, with the model's own, all that a simpler one moves."""
+    own, other = trial.signature.columns, simpler.signature.columns
+    if not 0 < len(other) < len(own):
+        return False
+    rows = scan.space.rows(np.concatenate([scan.columns, own, other]))
+    rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
+    known, asked = rows[: -len(other)].T, rows[-len(other) :].T
+    left = asked - known @ np.linalg.lstsq(known, asked, rcond=1e-10)[0]
+    return bool(np.linalg.norm(left) < SPECIAL_CASE)
