@@ -40,6 +40,6 @@ LINGERING = 8
 TOLD_LINGERING = 0.2
 # For so many look-alikes of the first missing effect a measurement is looked for that separates them.
 PAIRS_PLANNED = 3
-# What of a simpler effect's unit columns may be left beside those of one that holds it as a special case: one percent, which
-# is what the deformed robot's levers differ by. (A joint's whole compliance and the bending of the link behind it: 0.4 %.)
+# What of a simpler effect's unit columns may be left beside those of one that holds it as a special case: one percent.
+# The deformed robot's levers differ by less (a joint's whole compliance and the bending of the link behind it: 0.4 %).
 SPECIAL_CASE = 0.01

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.bounded import column_scale
 from stiffcal.identification.fit import Ambiguity
-from stiffcal.identification.least_squares import column_scale
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]

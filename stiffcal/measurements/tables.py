@@ -278,7 +278,7 @@ def _setup(document: dict[str, Any]) -> MeasurementSetup:
         tool_com=np.array(document["tool_com_m"], dtype=np.float64),
         sigma=Sigma(
             sigma["translation_m"], sigma["rotation_rad"], sigma["force_N"], sigma["moment_Nm"],
-            sigma.get("length_m"), sigma.get("gauge_m"),
+            sigma.get("length_m"), sigma.get("gauge_m"), sigma.get("motor_angle_rad"),
         ),
         tared=str(document["tared"]),
         rods=tuple(_rods(one) for one in document.get("rods", ())),

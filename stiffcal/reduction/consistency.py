@@ -13,6 +13,7 @@ from itertools import combinations, permutations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.bounded import least_squares_within
 from stiffcal.errors import Fault
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
@@ -20,7 +21,6 @@ from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import inverse_transform, quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
 from stiffcal.reduction.motion import mean_seen, motion_of
-from stiffcal.reduction.non_negative import non_negative_least_squares
 
 Floats = NDArray[np.float64]
 
@@ -103,7 +103,9 @@ def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = 
     design, wanted = columns.reshape(-1, columns.shape[2])[rows], seen.ravel()[rows]
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
     gram, right = np.linalg.qr(design / scale)
-    _, left = non_negative_least_squares(right, gram.T @ wanted)
+    zero = np.zeros(right.shape[1])
+    value, _ = least_squares_within(right, gram.T @ wanted, zero, zero + np.inf)
+    left = float(np.linalg.norm(right @ value - gram.T @ wanted))
     total = float(wanted @ wanted)
     outside = total - float(np.sum((gram.T @ wanted) ** 2))
     return 1.0 - (left**2 + outside) / total if total > 0.0 else 1.0

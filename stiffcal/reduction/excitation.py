@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.bounded import least_squares_within
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.reduction.motion import mean_seen, motion_of
-from stiffcal.reduction.non_negative import non_negative_least_squares
 
 Floats = NDArray[np.float64]
 
@@ -85,7 +85,8 @@ def _relative_std(design: Floats, seen: Floats) -> Floats:
     """Return standard uncertainty over value of non-negative compliances, errors scaled by what is left."""
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
     gram, right = np.linalg.qr(design / scale)
-    value, _ = non_negative_least_squares(right, gram.T @ seen)
+    zero = np.zeros(right.shape[1])
+    value, _ = least_squares_within(right, gram.T @ seen, zero, zero + np.inf)
     free = design.shape[0] - design.shape[1]
     if free <= 0:
         return np.full(design.shape[1], np.inf)

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.bounded import column_scale
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, fit_problem, offset_free_residual, raw_whitening
-from stiffcal.identification.least_squares import Reduced, column_scale, run_edges, take_out_offsets, triangular
+from stiffcal.identification.least_squares import Reduced, run_edges, take_out_offsets, triangular
 from stiffcal.identification.noise import Whitening, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns
 from stiffcal.measurements.load_states import LoadStates
