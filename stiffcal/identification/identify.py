@@ -296,11 +296,16 @@ def _solve(
     if not told.held.any():
         return result, told
     every, at_bound = whole.solve_bounded(lower, upper)
-    if whole.cost(result) <= WORSE_WITHOUT * whole.cost(every):
-        return result, told
-    other = _tell_apart(reduced, robot, columns, drowned, ~at_bound)
-    better = _solve_free(whole, other, shapes, start, lower, upper)
-    return (better, other) if whole.cost(better) < whole.cost(result) else (result, told)
+    # Who is pressed against a bound stands back: of all free at once, else of what was left free.
+    pressed = ~told.held & ((result <= lower) | (result >= upper))
+    for useless in (at_bound, pressed):
+        if whole.cost(result) <= WORSE_WITHOUT * whole.cost(every):
+            break
+        other = _tell_apart(reduced, robot, columns, drowned, ~useless)
+        better = _solve_free(whole, other, shapes, start, lower, upper)
+        if whole.cost(better) < whole.cost(result):
+            result, told = better, other
+    return result, told
 
 
 def _solve_free(

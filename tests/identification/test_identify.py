@@ -10,6 +10,9 @@ import pytest
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem, identify_parameters
 from stiffcal.measurements.load_states import Sigma
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Place
 from tests.identification.played import cycles_of, joint_springs, medium_robot, played
 from tests.independent.robots import SIX_STIFFNESS, six_axes
 
@@ -177,3 +180,33 @@ def test_overlapping_sets_leave_what_explains_the_data() -> None:
     assert fit.noise.rotation == pytest.approx(30e-6, rel=0.1)
     assert fit.reduced_chi2 == pytest.approx(1.0, abs=0.1)
     assert 10 <= len(fit.held) <= 16
+
+
+def test_what_stands_back_leaves_the_others_within_their_bounds() -> None:
+    """Forces through one point of the flange see fifteen of a whole compliance's twenty-one numbers.
+
+    Without those of rotation by rotation the rest would need negative ones on the diagonal: others have to stand back.
+    """
+    upper = np.array(
+        [
+            [0.32, -0.16, -0.20, 0.40, 0.47, 0.01],
+            [0.00, 0.49, 0.29, -1.07, 0.15, -0.15],
+            [0.00, 0.00, 0.50, -0.67, -0.02, 0.20],
+            [0.00, 0.00, 0.00, 6.70, -1.27, 1.62],
+            [0.00, 0.00, 0.00, 0.00, 4.20, -0.51],
+            [0.00, 0.00, 0.00, 0.00, 0.00, 0.98],
+        ]
+    )
+    compliance = 6e-7 * (upper + upper.T - np.diag(np.diag(upper)))
+    effect, place = find_effects()["joint-full"], Place("joints", (6,))
+    values = {f"c{i + 1}{j + 1}": float(compliance[i, j]) for i in range(6) for j in range(i, 6)}
+    robot, unknown = medium_robot(), joint_springs(six_axes())
+    whole = PlacedEffect(effect, place, values)
+    states = played(replace(robot, placed=(*robot.placed, whole)), 12, seed=2, noise=TRACKER)
+    fit = identify_parameters(states, replace(unknown, placed=(*unknown.placed, PlacedEffect(effect, place))))
+    truth = Settings(fixed=frozenset(whole.parameter_name(symbol) for symbol in values))
+    known = identify_parameters(states, replace(unknown, placed=(*unknown.placed, whole)), truth)
+    assert fit.reduced_chi2 is not None
+    assert known.reduced_chi2 is not None
+    # What is best within bounds is no worse than the truth, which lies within them.
+    assert fit.reduced_chi2 < 1.01 * known.reduced_chi2
