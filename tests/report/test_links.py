@@ -43,7 +43,7 @@ def picture_of(with_model: bool = True) -> LinkPicture:
 def laid_out(picture: LinkPicture) -> Section:
     content = made_up_content()
     told = {
-        "link": "swing", "share_of_tool": 0.039,
+        "link": "swing", "share_of_tool": 0.039, "torsion": {"identifiable": False},
         "compliance": np.diag([8e-10, 3e-8, 4e-8, 1e-7, 1.4e-7, 1.2e-7]).tolist(),
         "compliance_interval": [
             np.diag([7e-10, 2.9e-8, 3.9e-8, -2e-7, 1.3e-7, 1.1e-7]).tolist(),
@@ -84,7 +84,7 @@ def test_the_links_compliance_says_what_is_not_told() -> None:
     rows = {row[0]: row[1:] for row in table.rows}
     assert rows["u2 per force along x2"] == ("30.0", "1.0", "µm/kN")
     assert rows["twist per moment"][0] == "below 400"
-    assert "3.90 % of the tool’s deflection" in table.caption
+    assert "3.90 % of the tool’s deflection is this link’s, its twist left out" in table.caption
 
 
 def test_a_model_without_the_link_is_said_so() -> None:
