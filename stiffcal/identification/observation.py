@@ -115,11 +115,10 @@ def _evaluate_block(
     if not rigid:
         seen = seen_displacement(model, data, loaded, unloaded)
         here = predicted_rows(data, seen, loaded, unloaded)
-    lever = _levers(loaded, data)
     found = np.zeros((len(columns), len(data.measured), data.n_states))
     rows = {(column.placed, column.symbol): row for row, column in enumerate(columns) if column.sort is Sort.AMPLITUDE}
     if rows:
-        _law_columns(model, loaded, unloaded, lever, rows, found)
+        _law_columns(model, loaded, unloaded, _levers(loaded, data), rows, found)
     _observation_columns(model, data, seen, found, rows)
     if not rigid:
         _difference_columns(model, data, columns, here, found)
@@ -240,13 +239,12 @@ def _sensitivity(model: CompliantRobot, data: Observations, loaded: Rest) -> Flo
     base = [term for _, term in loaded.terms]
     direct, levered = unit_wrenches(model.chain, loaded.shape, loaded.inputs)
     result = np.zeros((len(data.measured), 6, data.n_states))
-    wrench, moved = np.empty_like(loaded.wrench), np.empty_like(loaded.displacement)
+    wrench, moved = loaded.wrench.copy(), np.empty_like(loaded.displacement)
+    force, moment = loaded.wrench[:, :3], loaded.wrench[:, 3:]
     for axis in range(6 if data.setup.moments_measured else 3):
         step = FORCE_STEP if axis < 3 else MOMENT_STEP
-        wrench[:] = loaded.wrench
-        if axis < 3:
-            wrench[:, :3] += step * direct[:, :, axis]
-        wrench[:, 3:] += step * (levered if axis < 3 else direct)[:, :, axis % 3]
+        wrench[:, :3] = force + step * direct[:, :, axis] if axis < 3 else force
+        wrench[:, 3:] = moment + step * (levered if axis < 3 else direct)[:, :, axis % 3]
         loads = NodeLoads(wrench, loaded.inputs.angles, data.order, loaded.weight)
         moved[:] = 0.0
         for before, (one, term) in zip(base, law_terms(model, loads), strict=True):

@@ -136,6 +136,8 @@ class Layout:
     def of_targets(self, full: Floats) -> Floats:
         """Return (…, m, n) rows of targets' displacements (…, B, 6, n); rods see none of them."""
         if self.plain:
+            if self._every_component(full.shape[-3]):
+                return full.reshape(*full.shape[:-3], -1, full.shape[-1])
             return np.asarray(full[..., self.body, self.component, :])
         result = np.zeros((*full.shape[:-3], len(self.kind), full.shape[-1]))
         own = np.flatnonzero(self.kind <= ROTATION)
@@ -145,6 +147,11 @@ class Layout:
         if self.motors is not None:
             result[..., self.motors.row, :] = self.motors.of(full)
         return result
+
+    def _every_component(self, n_targets: int) -> bool:
+        """Return whether the rows are all components of all targets in their order."""
+        place = 6 * self.body + self.component
+        return len(place) == 6 * n_targets and bool((place == np.arange(len(place))).all())
 
     def add_rods(self, rows: Floats, displacement: Floats) -> None:
         """Add to rows (m, n) what the rods read of nodes' displacements (nodes, 6, n)."""
