@@ -273,8 +273,8 @@ def foretold(scan: Scan, trial: Trial) -> Floats:
 def leaders(scan: Scan) -> list[Trial]:
     """Return those that cannot be told from the best, fewest parameters first, then least unseen error.
 
-    One that holds the first of them as a special case (a joint's whole compliance its tilt) is no rival of it: it would
-    have to be better.
+    A general law (a joint's whole compliance) that holds the first of them as a special case is no rival of it: it
+    would have to be better.
     """
     best = next((trial for trial in scan.trials if possible_values(scan, trial)), None)
     if best is None:
@@ -286,9 +286,9 @@ def leaders(scan: Scan) -> list[Trial]:
 
 
 def _holds(scan: Scan, trial: Trial, simpler: Trial) -> bool:
-    """Return whether a candidate with more parameters moves, with the model's own, all that a simpler one moves."""
+    """Return whether a general law moves, with the model's own, all that a simpler one moves."""
     own, other = trial.signature.columns, simpler.signature.columns
-    if not 0 < len(other) < len(own):
+    if not trial.candidate.effect.general or not 0 < len(other) < len(own):
         return False
     rows = scan.space.rows(np.concatenate([scan.columns, own, other]))
     rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)

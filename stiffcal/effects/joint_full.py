@@ -73,6 +73,7 @@ class JointFull(DocumentedEffect):
     name = "joint-full"
     kind = Kind.NODE_LAW
     place_kind = "joints"
+    general = True
     summary = "the whole symmetric 6×6 compliance of a joint"
     includes = ("joint-compliance", "bearing-tilt", "joint-translation")
     parameters = tuple(_spec(i, j) for i, j in _PAIRS)

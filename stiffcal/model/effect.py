@@ -280,6 +280,8 @@ class Effect(ABC):
     has_memory: ClassVar[bool] = False
     in_motion: ClassVar[bool] = False
     """True where the effect shows in the torque of a moving drive (`torque_columns`), and never at rest."""
+    general: ClassVar[bool] = False
+    """True where the law holds whatever its place can do: it is no rival of what it holds as a special case."""
     curve: ClassVar[tuple[str, ...]] = ()
     """Symbols of the law's curved form (`form`), where it has one beside the straight."""
     optional: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})

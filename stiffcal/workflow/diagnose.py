@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,7 +71,7 @@ def without_states(data: Ingested, identified: Document, means: Means) -> Docume
     """Return the document of a campaign without load states: nothing to search, but whether each law fits its data.
 
     A law is adequate where the error in unseen poses or at unseen speeds stays within 1.05 times the scatter of
-    repeats, or above it by no more than chance (p above 0.01).
+    repeats, or above it by no more than chance (p above 0.01), or, as an angle, within the encoder's step.
     """
     from stiffcal.diagnosis.document import SCHEMA
     from stiffcal.workflow.validate import validated
@@ -82,8 +83,10 @@ def without_states(data: Ingested, identified: Document, means: Means) -> Docume
     for key, name, where in held:
         if key in identified:
             judged = validation.get(key) or {}
-            fits.append(_law_fits(judged, lack if key == "friction" else None))
-            words.append(_held_words(name, where, fits[-1], judged))
+            fit = _law_fits(judged, lack if key == "friction" else None)
+            step = _within_step(judged, identified[key]) if fit is False else 0.0
+            fits.append(True if step else fit)
+            words.append(_held_words(name, where, fits[-1], judged, step))
     adequate = None if not fits or None in fits else all(fits)
     nothing = {"translation": None, "rotation": None}
     return {
@@ -127,14 +130,25 @@ def _law_fits(judged: Document, lack: Document | None) -> bool | None:
     return bool(left <= ADEQUATE_RATIO * noise or by_chance or (lack is not None and lack["p_value"] > LACK_OF_FIT_P))
 
 
-def _held_words(name: str, where: str, fits: bool | None, judged: Document) -> str:
+def _within_step(judged: Document, told: Document) -> float:
+    """Return the encoder's step, rad, where what is left unseen is no more than it makes; else 0.
+
+    A step's error is even over the step and repeats alike in every cycle, so that repeats do not show it.
+    """
+    steps = [one["encoder_step"] for one in told.get("runs", ()) if isinstance(one, dict) and one.get("used")]
+    left, step = judged.get("rms", {}).get("motor_angle"), max(steps, default=0.0)
+    return step if left is not None and left <= step / sqrt(12.0) else 0.0
+
+
+def _held_words(name: str, where: str, fits: bool | None, judged: Document, step: float) -> str:
     """Return whether the law of an experiment without load states holds, in words."""
     if fits is None:
         if judged.get("rms", {}).get("torque") is None:
             return f"{name}: whether the law holds {where} cannot be judged: too few of them."
         return f"{name}: whether the law is good enough cannot be judged: too few repeats to know the noise."
     if fits:
-        return f"{name}: the law fits: what it leaves {where} is no more than repeats scatter."
+        why = f"the encoder's step of {1e6 * step:.3g} µrad makes" if step else "repeats scatter"
+        return f"{name}: the law fits: what it leaves {where} is no more than {why}."
     left, noise = judged["rms"]["torque"], judged["noise"]["torque"]
     whole = judged.get("zero_model", {}).get("torque")
     share = f", {100.0 * left / whole:.2g} % of the torque" if whole else ""

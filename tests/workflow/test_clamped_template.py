@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.templates import write_template
+from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.simulate import simulate_campaign
 
@@ -27,3 +28,7 @@ def test_the_template_is_rehearsed_and_identified(tmp_path: Path) -> None:
         is None
     )
     assert any("joint 5 was driven in no clamped run" in one["reason"] for one in found["not_identifiable"])
+    # The encoder's step repeats alike in every cycle: repeats do not show it, and it speaks against no law.
+    told = diagnose_campaign(tmp_path / "rehearsal")
+    assert told["adequate"]
+    assert "encoder's step of 10 µrad" in told["summary"]
