@@ -98,8 +98,11 @@ def show_batch(console: Console, document: Document) -> None:
     from stiffcal.workflow.batch_summary import complaints_of, totals_of, verdict_of
 
     table = plain_table("campaign", "verdict", "rms in unseen poses>", "of the deflection>", "noise>", "computed")
+    for number, column in enumerate(table.columns):
+        column.no_wrap = number not in (2, 4)  # errors of several measures wrap, names do not
     for outcome in document["campaigns"]:
-        done = [name for name, step in outcome["steps"].items() if step["done"]]
+        steps = outcome["steps"]
+        done = [name for name, step in steps.items() if step["done"]]
         relative, noise = outcome["relative"] or {}, outcome["noise"]
         table.add_row(
             outcome["campaign"],
@@ -107,7 +110,7 @@ def show_batch(console: Console, document: Document) -> None:
             deviation(outcome["rms"]),
             share(relative.get("translation")),
             deviation(noise) if noise else "not known",
-            ", ".join(done) or ("nothing: unchanged" if outcome["error"] is None else "nothing"),
+            ("all" if len(done) == len(steps) > 1 else ", ".join(done)) or ("nothing: unchanged" if outcome["error"] is None else "nothing"),
         )
     console.print(table)
     for outcome in document["campaigns"]:
