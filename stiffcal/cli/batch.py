@@ -103,6 +103,8 @@ def show_batch(console: Console, document: Document) -> None:
     for outcome in document["campaigns"]:
         steps = outcome["steps"]
         done = [name for name, step in steps.items() if step["done"]]
+        unchanged = "nothing: unchanged" if outcome["error"] is None else "nothing"
+        computed = "all" if len(done) == len(steps) > 1 else ", ".join(done) or unchanged
         relative, noise = outcome["relative"] or {}, outcome["noise"]
         table.add_row(
             outcome["campaign"],
@@ -110,7 +112,7 @@ def show_batch(console: Console, document: Document) -> None:
             deviation(outcome["rms"]),
             share(relative.get("translation")),
             deviation(noise) if noise else "not known",
-            ("all" if len(done) == len(steps) > 1 else ", ".join(done)) or ("nothing: unchanged" if outcome["error"] is None else "nothing"),
+            computed,
         )
     console.print(table)
     for outcome in document["campaigns"]:
