@@ -140,7 +140,7 @@ def _within_step(judged: Document, told: Document) -> float:
     return step if left is not None and left <= step / sqrt(12.0) else 0.0
 
 
-def _held_words(name: str, where: str, fits: bool | None, judged: Document, step: float) -> str:
+def _held_words(name: str, where: str, fits: bool | None, judged: Document, step: float = 0.0) -> str:
     """Return whether the law of an experiment without load states holds, in words."""
     if fits is None:
         if judged.get("rms", {}).get("torque") is None:
