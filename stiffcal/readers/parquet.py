@@ -78,6 +78,9 @@ class ParquetReader:
                 batch = _batch(records, wanted, row, shown)
                 row += len(batch)
                 yield batch
+            if row - 1 != file.metadata.num_rows:
+                reason = f"no whole Parquet file ({row - 1} rows where its footer says {file.metadata.num_rows})"
+                raise InputError.at(shown, "", reason, "copy it again from its origin, or log again")
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``row n``."""

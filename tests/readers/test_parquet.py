@@ -82,3 +82,11 @@ def test_a_flipped_bit_is_seen(tmp_path: Path) -> None:
     content[2000] ^= 1
     path.write_bytes(content)
     assert "no whole Parquet file" in fault(path, Wanted(("Fx",)))
+
+
+def test_rows_that_the_footer_counts_and_no_part_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "log.parquet"
+    parquet.write_table(pa.table({"t": [0.0, 0.1, 0.2]}), path)
+    monkeypatch.setattr(parquet.ParquetFile, "iter_batches", lambda *_, **__: iter(()))
+    with pytest.raises(InputError, match="0 rows where its footer says 3"):
+        list(READER.read_batches(path, {}, Wanted(numbers=("t",)), "raw/log.parquet"))
