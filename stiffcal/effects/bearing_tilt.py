@@ -95,9 +95,5 @@ class _Curved(BearingTilt):
         """δ = c M + c2 M² + c3 M³ about both axes."""
         return curved_terms(place, loads, _AXES)
 
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return this form: what was curved stays so."""
-        return self
-
 
 _CURVED = _Curved()

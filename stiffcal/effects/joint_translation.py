@@ -85,9 +85,5 @@ class _Curved(JointTranslation):
         """δ = c F + c2 F² + c3 F³ along all three axes."""
         return curved_terms(place, loads, _COMPONENTS)
 
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return this form: what was curved stays so."""
-        return self
-
 
 _CURVED = _Curved()

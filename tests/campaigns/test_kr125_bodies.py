@@ -191,8 +191,8 @@ def test_the_whole_matrices(played: Played) -> None:
     away = np.array([fit.parameter(f"joint-full.j{k}.c66").value for k in range(1, 7)], dtype=np.float64)
     away -= [played.truth[f"joint-compliance.j{k}.c"] for k in range(1, 7)]
     assert away @ np.linalg.solve(fit.covariance[np.ix_(drives, drives)], away) < CHI2_OF_SIX
-    # of 90 couplings one is beyond four standard uncertainties by chance once in 175 campaigns; their sum is no test: the
-    # robot's absolute error, 1 mm and 1 mrad, enters all of them a little
+    # of 90 couplings one is beyond four standard uncertainties by chance once in 175 campaigns. Their χ² is not held: 149
+    # where chance stays below 137 in all but one of a thousand campaigns; what makes it so large is not known
     told = [one for one in fit.parameters if is_coupling(one) and one.std]
     assert len(told) == 90
     assert max(abs((one.value or 0.0) / (one.std or 1.0)) for one in told) < 4.0
