@@ -1,14 +1,17 @@
-"""Writing files whole or not at all, and what the system refuses in words."""
+"""Opening regular files alone, writing files whole or not at all, and what the system refuses in words."""
 
 from __future__ import annotations
 
 import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO, NoReturn, cast
 
 from stiffcal.errors import InputError
+from stiffcal.limits import DOCUMENT, Limit
 
 _SPACE, _RIGHT = "free some space, or choose another disk", "get the right to, or choose another place"
 MENDS = {
@@ -50,6 +53,104 @@ def refusal(error: OSError, file: str | Path = "") -> InputError | None:
     shown = str(file) or os.fsdecode(error.filename if isinstance(error.filename, str | bytes) else "")
     reason = f"cannot be read or written: {os.strerror(error.errno or 0)}"
     return InputError.at(shown or "a file", "", reason, mend)
+
+
+_FLAGS = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOCTTY", 0)
+_NONBLOCK = getattr(os, "O_NONBLOCK", 0)
+_OF_THE_SYSTEM = ("/proc", "/sys")  # their files state no size, and some never end or wait for an event
+
+
+def open_regular(path: Path, shown: str = "", *, buffering: int = -1, follow: bool = True) -> IO[bytes]:
+    """Open a file that somebody else may have put there: a regular file, or an error at once.
+
+    A pipe would let the reader wait for ever, a device would never end. The file's kind is checked, it is opened
+    without waiting, and its kind is checked again on the open handle. A file that the user names on the command line
+    may be a pipe: use `Path.open`.
+
+    Parameters
+    ----------
+    path : the file. shown : how to call it in a fault; absent: the path.
+    buffering : as of `open`; 0 gives an `io.FileIO`.
+    follow : False refuses a symbolic link as the last part of the path.
+
+    Raises
+    ------
+    InputError : it is a pipe, socket, device, or a file of /proc or /sys.
+    OSError : as `open` raises it: no such file, a folder, no right to read it.
+
+    Examples
+    --------
+    >>> with open_regular(Path(__file__)) as file:
+    ...     _ = file.read(10)
+    >>> open_regular(Path("/dev/null"))
+    Traceback (most recent call last):
+    stiffcal.errors.InputError: /dev/null: this is a device, not a file; put a regular file in its place
+    """
+    descriptor = _descriptor(path, shown or str(path), 0 if follow else getattr(os, "O_NOFOLLOW", 0))
+    try:
+        _check_kind(os.fstat(descriptor), path, shown or str(path))
+        return cast("IO[bytes]", os.fdopen(descriptor, "rb", buffering=buffering))
+    except BaseException:
+        os.close(descriptor)
+        raise
+
+
+def check_regular(path: Path, shown: str = "") -> None:
+    """Do as `open_regular` for a library that takes only a path; a folder passes.
+
+    Raises
+    ------
+    InputError : it is a pipe, socket, device, or a file of /proc or /sys.
+    OSError : no such file, no right to reach it.
+    """
+    found = path.stat()
+    if not stat.S_ISDIR(found.st_mode):
+        _check_kind(found, path, shown or str(path))
+
+
+def read_regular(path: Path, shown: str = "", *, limit: Limit = DOCUMENT, follow: bool = True) -> bytes:
+    """Read a whole file as `open_regular` does, up to a limit of bytes.
+
+    Raises
+    ------
+    InputError : it is no regular file, or larger than the limit.
+    OSError : as `open_regular`.
+    """
+    with open_regular(path, shown, buffering=0, follow=follow) as file:
+        limit.check(os.fstat(file.fileno()).st_size, shown or str(path))
+        pieces, left = [], limit.most + 1
+        while left > 0 and (piece := file.read(min(left, 1 << 22))):
+            pieces.append(piece)
+            left -= len(piece)
+    content = b"".join(pieces)
+    limit.check(len(content), shown or str(path))
+    return content
+
+
+def _descriptor(path: Path, shown: str, further: int) -> int:
+    _check_kind(path.stat(), path, shown)  # before it is opened: opening some devices has an effect
+    try:
+        return os.open(path, _FLAGS | _NONBLOCK | further)
+    except BlockingIOError:  # a file server has lent the file out: it gives it back to a reader that waits
+        return os.open(path, _FLAGS | further)
+
+
+def _check_kind(found: os.stat_result, path: Path, shown: str) -> None:
+    if stat.S_ISDIR(found.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(found.st_mode):
+        _refuse(found.st_mode, shown)
+    if os.name == "posix" and os.path.realpath(path).startswith(tuple(f"{place}/" for place in _OF_THE_SYSTEM)):
+        raise InputError.at(shown, "", "this is a file of the running system, not of a disk", _REGULAR)
+
+
+_REGULAR = "put a regular file in its place"
+
+
+def _refuse(mode: int, shown: str) -> NoReturn:
+    kinds = ((stat.S_ISFIFO, "pipe"), (stat.S_ISSOCK, "socket"), (stat.S_ISCHR, "device"), (stat.S_ISBLK, "device"))
+    kind = next((name for is_kind, name in kinds if is_kind(mode)), "special file")
+    raise InputError.at(shown, "", f"this is a {kind}, not a file", _REGULAR)
 
 
 @contextmanager
