@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -153,9 +154,16 @@ def _refuse(mode: int, shown: str) -> NoReturn:
     raise InputError.at(shown, "", f"this is a {kind}, not a file", _REGULAR)
 
 
+def temporary_name(ending: str = "") -> str:
+    """Return a name that nobody can foresee, for a file or folder that is being written."""
+    return f".stiffcal-{secrets.token_hex(8)}{ending}"
+
+
 @contextmanager
 def replacing(goal: Path) -> Iterator[Path]:
-    """Hand out a name beside the goal, and put what was written there in the goal's place at the end, in one step.
+    """Hand out a name next to the goal, and put what was written there in the goal's place at the end, in one step.
+
+    Why chance in the name: a name that can be foreseen might lie there already, as a link to a file of the user's.
 
     Raises
     ------
@@ -165,27 +173,27 @@ def replacing(goal: Path) -> Iterator[Path]:
     --------
     >>> import tempfile
     >>> goal = Path(tempfile.mkdtemp()) / "states.csv"
-    >>> with replacing(goal) as beside:
-    ...     _ = beside.write_text("Fx")
+    >>> with replacing(goal) as temporary:
+    ...     _ = temporary.write_text("Fx")
     >>> goal.read_text(), len(list(goal.parent.iterdir()))
     ('Fx', 1)
     """
-    beside = goal.with_name(f".{goal.name}.{os.getpid()}")
+    temporary = goal.with_name(temporary_name(goal.suffix))
     try:
         if not goal.parent.is_dir():
             raise InputError.at(str(goal), "", "its folder does not exist", "make the folder first")
-        yield beside
-        beside.replace(goal)
+        yield temporary
+        temporary.replace(goal)
     except OSError as error:
         words = error.strerror or (str(error).splitlines() or [type(error).__name__])[0]
         mend = MENDS.get(error.errno or 0, "choose a place that can be written")
         raise InputError.at(str(goal), "", f"cannot be written ({words})", mend) from error
     finally:
         with suppress(OSError):
-            beside.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
 
 
 def write_whole(goal: Path, text: str) -> None:
     """Write a text file in UTF-8, whole or not at all; raises `InputError` where that cannot be."""
-    with replacing(goal) as beside:
-        beside.write_text(text, encoding="utf-8", newline="\n")
+    with replacing(goal) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")

@@ -16,7 +16,7 @@ from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.thresholds import strange_joints
-from stiffcal.errors import Fault
+from stiffcal.errors import Fault, InputError
 
 ALLOW = "STIFFCAL_ALLOW"
 
@@ -141,6 +141,13 @@ def leads_outside(folder: Path, file: str) -> Path | None:
         return None if any(goal.is_relative_to(place.resolve()) for place in allowed) else goal
     except (OSError, ValueError, RuntimeError):  # links in a circle, a NUL: no such file, which is told elsewhere
         return None
+
+
+def check_inside(folder: Path, file: str) -> None:
+    """Raise an `InputError` where a file that is about to be written would lie outside the folder by a link."""
+    goal = leads_outside(folder, file)
+    if goal is not None:
+        raise InputError(link_fault(str(folder / file), "", file, goal))
 
 
 def links_outside(folder: Path, file: str) -> list[tuple[str, Path]]:

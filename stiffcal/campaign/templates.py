@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
+from stiffcal.campaign.checks import check_inside
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
-from stiffcal.files import replacing, write_whole
+from stiffcal.files import replacing, temporary_name, write_whole
 
 Kind: TypeAlias = Literal["load", "clamped", "ids", "friction"]
 
@@ -107,7 +107,7 @@ def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Pa
         raise InputError.at(str(folder), "", "this is a file, not a folder", "name another folder")
     if folder.is_dir():
         return _fill(folder, texts, copies or {})
-    beside = folder.with_name(f".{folder.name}.{os.getpid()}")
+    beside = folder.with_name(temporary_name())
     try:
         beside.mkdir(parents=True)
         written = _fill(beside, texts, copies or {})
@@ -120,6 +120,8 @@ def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Pa
 
 def _fill(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path]) -> list[Path]:
     written: list[Path] = []
+    for name in ("raw", *texts, *copies):
+        check_inside(folder, name)
     try:
         (folder / "raw").mkdir(exist_ok=True)
         for name, source in copies.items():

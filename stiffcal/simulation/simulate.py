@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import tomlkit
 
+from stiffcal.campaign.checks import check_inside
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE
@@ -190,6 +191,7 @@ def _write_logs(
                 )
             by_file.setdefault(named[""], []).append(log)
         for file, parts in by_file.items():
+            check_inside(out, file)
             _write_file(out / file, file, source, mine[0][0], parts)
             files.append(file)
     return files
@@ -220,6 +222,7 @@ def _copy_documents(campaign: Campaign, out: Path) -> list[str]:
     if text is not None:
         write_whole(out / MODEL_FILE, without_values(text))
     for name in names:
+        check_inside(out, name)
         (out / name).parent.mkdir(parents=True, exist_ok=True)
         with replacing(out / name) as beside:
             shutil.copyfile(campaign.folder / name, beside)

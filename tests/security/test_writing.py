@@ -1,0 +1,63 @@
+"""What a stranger has put into a folder does not redirect what stiffcal writes there."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from stiffcal.campaign.templates import write_template
+from stiffcal.errors import InputError
+from stiffcal.files import write_whole
+from stiffcal.workflow.init import init_campaign
+from stiffcal.workflow.simulate import simulate_campaign
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="links need a right there")
+
+
+def test_a_link_with_the_name_of_the_temporary_file_is_not_written_through(tmp_path: Path) -> None:
+    """The name was the goal's with this process's number: a folder can hold links for all of them."""
+    victim = tmp_path / "authorized_keys"
+    victim.write_text("mine")
+    folder = tmp_path / "campaign"
+    folder.mkdir()
+    (folder / f".report.txt.{os.getpid()}").symlink_to(victim)
+    write_whole(folder / "report.txt", "new")
+    assert victim.read_text() == "mine"
+    assert (folder / "report.txt").read_text() == "new"
+
+
+@pytest.mark.parametrize("kind", ["load", "clamped"])
+def test_init_writes_nothing_through_a_link_that_leads_out(tmp_path: Path, kind: str) -> None:
+    outside, folder = tmp_path / "outside", tmp_path / "campaign"
+    outside.mkdir()
+    folder.mkdir()
+    (folder / "raw").symlink_to(outside)
+    with pytest.raises(InputError, match="outside the"):
+        write_template(folder, kind)
+    assert not list(outside.iterdir())
+
+
+def test_init_from_a_table_copies_nothing_through_a_link_that_leads_out(tmp_path: Path) -> None:
+    outside, folder, table = tmp_path / "outside", tmp_path / "campaign", tmp_path / "table.csv"
+    outside.mkdir()
+    folder.mkdir()
+    (folder / "raw").symlink_to(outside)
+    shutil.copy(CAMPAIGNS / "hidden" / "01" / "raw" / "states.csv", table)
+    with pytest.raises(InputError, match="outside the"):
+        init_campaign(folder, tables=[table], robot="irb4400")
+    assert not list(outside.iterdir())
+
+
+def test_simulate_writes_nothing_through_a_link_that_leads_out(tmp_path: Path) -> None:
+    outside, out = tmp_path / "outside", tmp_path / "out"
+    outside.mkdir()
+    out.mkdir()
+    (out / "truth.json").write_text("{}")
+    (out / "raw").symlink_to(outside)
+    with pytest.raises(InputError, match="outside the"):
+        simulate_campaign(CAMPAIGNS / "irb4400", out, 1)
+    assert not list(outside.iterdir())
