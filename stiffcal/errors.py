@@ -10,6 +10,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from stiffcal.masking import mask
+
 Progress: TypeAlias = Callable[[str, float | None], None]
 """`progress(text, fraction)`: what is being done, and how much of it (0 to 1, None where unknown)."""
 
@@ -58,7 +60,8 @@ class Fault:
 
     def __post_init__(self) -> None:
         for name in ("file", "place", "reason", "mend"):
-            object.__setattr__(self, name, one_line(getattr(self, name)))
+            # Masked before it is cut: half a secret would pass the filter.
+            object.__setattr__(self, name, one_line(mask(getattr(self, name))))
 
     def __str__(self) -> str:
         where = ": ".join(part for part in (self.file, self.place) if part)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stiffcal.cli.progress import ProgressBar
 from stiffcal.files import refusal
+from stiffcal.masking import mask, masked
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -30,7 +31,7 @@ class Answer:
     def say(self, text: str) -> None:
         """Write one line to standard error: a step that is run first, a file that was written."""
         self.progress.stop()
-        sys.stderr.write(" ".join(text.split()) + "\n")
+        sys.stderr.write(mask(" ".join(text.split())) + "\n")
         sys.stderr.flush()
 
     def give(self, document: Document, show: Show, then: str = "") -> None:
@@ -47,6 +48,8 @@ class Answer:
             self._give(document, show, then)
 
     def _give(self, document: Document, show: Show, then: str) -> None:
+        if document.get("warnings"):
+            document = document | {"warnings": masked(document["warnings"])}
         if self.as_json:
             sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
             return

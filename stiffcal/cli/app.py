@@ -17,7 +17,15 @@ from collections.abc import Callable, Sequence
 import typer
 
 from stiffcal import __version__
-from stiffcal.cli.endings import INTERRUPTED, OK, WRONG_INPUT, report_fault, report_input_error, report_usage
+from stiffcal.cli.endings import (
+    INTERRUPTED,
+    OK,
+    WRONG_INPUT,
+    report_fault,
+    report_input_error,
+    report_traceback,
+    report_usage,
+)
 from stiffcal.errors import InputError
 from stiffcal.files import refusal
 
@@ -87,7 +95,7 @@ def _run(given: list[str]) -> int:
         raise
     except Exception as error:
         if debug:
-            raise
+            return report_traceback(error)
         refused = refusal(error) if isinstance(error, OSError) else None
         if refused is None:
             return report_fault(error, given, as_json)

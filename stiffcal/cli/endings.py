@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 import sys
-import tempfile
-import time
 import traceback
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal import __version__
 from stiffcal.errors import InputError
+from stiffcal.fault_log import write_fault_log
+from stiffcal.masking import mask
 
 if TYPE_CHECKING:
     import typer
@@ -43,7 +41,7 @@ def report_input_error(error: InputError, as_json: bool) -> None:
 def report_usage(error: typer.TyperException, command: str, as_json: bool) -> None:
     """Say what is wrong with the command line itself, and where the help is of `command` (of all where "")."""
     mend = f"see stiffcal {command} --help" if command else "see stiffcal --help"
-    reason = _one_line(error.format_message()).rstrip(".")
+    reason = mask(_one_line(error.format_message()).rstrip("."))
     if as_json:
         _print_document({"error": {"file": "", "place": "command line", "reason": reason, "mend": mend}})
     else:
@@ -52,19 +50,19 @@ def report_usage(error: typer.TyperException, command: str, as_json: bool) -> No
 
 def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
     """Write the traceback of an internal fault to a log file, say in one line where it is; return the exit code."""
-    stamp = time.strftime("%Y%m%d-%H%M%S")
-    log = Path(tempfile.gettempdir()) / f"stiffcal-fault-{stamp}-{os.getpid()}.log"
-    lines = [f"stiffcal {__version__}, Python {sys.version}, {sys.platform}", f"stiffcal {shlex.join(given)}", ""]
-    reason = f"internal fault, not your input: {type(error).__name__}: {_one_line(str(error))}"
-    mend = f"please report it with the log file {log}"
-    try:
-        log.write_text("\n".join(lines) + "\n" + "".join(traceback.format_exception(error)), encoding="utf-8")
-    except OSError:
-        mend = "please report it; no log file could be written"
+    log = write_fault_log(error, __version__, f"stiffcal {shlex.join(given)}")
+    reason = mask(f"internal fault, not your input: {type(error).__name__}: {_one_line(str(error))}")
+    mend = f"please report it with the log file {log}" if log else "please report it; no log file could be written"
     if as_json:
-        _print_document({"error": {"file": str(log), "place": "stiffcal", "reason": reason, "mend": mend}})
+        _print_document({"error": {"file": log or "", "place": "stiffcal", "reason": reason, "mend": mend}})
     else:
         sys.stderr.write(f"{reason}; {mend} (--debug shows the traceback)\n")
+    return INTERNAL_FAULT
+
+
+def report_traceback(error: Exception) -> int:
+    """Print the traceback of an internal fault, for who asked with --debug; return the exit code."""
+    sys.stderr.write(mask("".join(traceback.format_exception(error))))
     return INTERNAL_FAULT
 
 

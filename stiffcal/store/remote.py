@@ -35,6 +35,7 @@ from typing import Any, NoReturn
 from urllib.parse import unquote, urlsplit
 
 from stiffcal.errors import InputError
+from stiffcal.masking import mask
 from stiffcal.store.generations import CURRENT, GENERATIONS, INDEX, current_folder, plain_name, switch
 
 LEASE_S = 60.0
@@ -185,8 +186,8 @@ class Remote:
         try:
             yield
         except OSError as error:
-            told = " ".join(str(error).split())
-            raise InputError.at(self.shown, "", f"cannot be used: {told[:300]}", CHECK) from None
+            told = mask(" ".join(str(error).split()))[:300]
+            raise InputError.at(self.shown, "", f"cannot be used: {told}", CHECK) from None
 
     def _at(self, name: str) -> str:
         return f"{self._root}/{name}"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.masking import masked
 from stiffcal.workflow.batch_outcome import BROKEN, HELD, NOT_HELD, Document, outcome_of, task_of
 
 if TYPE_CHECKING:
@@ -80,6 +81,8 @@ def batch_campaigns(folders: Sequence[Path], wishes: Wishes | None = None) -> Do
     outcomes: dict[str, Document] = {one["folder"]: one for one in absent}
 
     def take(outcome: Document) -> None:
+        # What a worker's process or a cluster wrote of itself stands in these as it came.
+        outcome |= {name: masked(outcome[name]) for name in ("error", "others", "warnings")}
         outcomes[outcome["folder"]] = outcome
         done = len(outcomes) - len(absent)
         wishes.progress(f"{done} of {len(tasks)} campaigns: {outcome['campaign']}", done / len(tasks))

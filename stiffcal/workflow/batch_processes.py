@@ -16,6 +16,7 @@ import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
+from stiffcal.masking import mask
 from stiffcal.workflow.batch_outcome import LOST, Document, outcome_of
 
 ATTEMPTS = 2
@@ -72,7 +73,7 @@ class WorkerProcess:
             self._process.stdin.write(json.dumps(task).encode() + b"\n")
             self._process.stdin.flush()
             while (line := self._process.stdout.readline()).startswith(SAID):
-                sys.stderr.write(json.loads(line)["said"] + "\n")
+                sys.stderr.write(mask(json.loads(line)["said"]) + "\n")
                 sys.stderr.flush()
         if not line.endswith(b"\n"):
             raise WorkerLostError(self._last_words())

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-import tempfile
 import time
-import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -17,7 +15,8 @@ from pathlib import Path
 
 from stiffcal import __version__
 from stiffcal.campaign.thresholds import ThresholdsFile
-from stiffcal.errors import InputError
+from stiffcal.errors import Fault, InputError
+from stiffcal.fault_log import write_fault_log
 from stiffcal.workflow.batch_outcome import BROKEN, FAULT, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
 from stiffcal.workflow.report import report_campaign
@@ -158,15 +157,9 @@ def _digest(file: Path) -> str | None:
 def _fault(error: Exception, folder: str) -> Document:
     """Write the traceback of an internal fault to a log file; return the fault as an error document."""
     reason = f"internal fault, not your input: {type(error).__name__}: {' '.join(str(error).split())}"
-    head = f"stiffcal {__version__}, Python {sys.version}, {sys.platform}\nstiffcal batch {folder}\n\n"
-    try:
-        with tempfile.NamedTemporaryFile(
-            "w", prefix="stiffcal-fault-", suffix=".log", delete=False, encoding="utf-8"
-        ) as log:
-            log.write(head + "".join(traceback.format_exception(error)))
-    except OSError:
-        return {"file": folder, "place": "", "reason": reason, "mend": f"stiffcal run {folder} --debug shows where"}
-    return {"file": folder, "place": "", "reason": reason, "mend": f"please report it with the log file {log.name}"}
+    log = write_fault_log(error, __version__, f"stiffcal batch {folder}")
+    mend = f"please report it with the log file {log}" if log else f"stiffcal run {folder} --debug shows where"
+    return Fault(folder, "", reason, mend).as_document()
 
 
 def _peak_memory() -> int | None:
