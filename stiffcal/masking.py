@@ -47,7 +47,7 @@ _BY_FORM = re.compile(
 )
 _FORMS = (_PASSWORD_IN_ADDRESS, _ASSIGNED, _HEADER, _BY_FORM)
 # In an environment variable the whole value is an address: its password may hold blanks and quotes.
-_PASSWORD_OF_VALUE = re.compile(r"://[^/:@\s]*:(.+)@", re.DOTALL)
+_PASSWORD_OF_VALUE = re.compile(r"://[^/:@\s]*:(?!\d{1,5}/)(.+)@", re.DOTALL)
 _PASSWORD_KEYWORD = re.compile(r"password\s*=\s*(?:'((?:[^'\\]|\\.)*)'|([^\s&'\"]+))", re.IGNORECASE)
 
 
