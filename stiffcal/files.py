@@ -6,6 +6,7 @@ import errno
 import os
 import secrets
 import stat
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -13,6 +14,29 @@ from typing import IO, NoReturn, cast
 
 from stiffcal.errors import InputError
 from stiffcal.limits import DOCUMENT, Limit
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def try_lock(descriptor: int, shared: bool = False) -> bool:
+        """Lock an open file without waiting; False where another process holds it. No lock here is shared."""
+        try:
+            os.lseek(descriptor, 1 << 30, os.SEEK_SET)
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return shared
+        return True
+else:
+    import fcntl
+
+    def try_lock(descriptor: int, shared: bool = False) -> bool:
+        """Lock an open file without waiting; False where another process holds it in a way that excludes ours."""
+        try:
+            fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        return True
+
 
 _SPACE, _RIGHT = "free some space, or choose another disk", "get the right to, or choose another place"
 MENDS = {

@@ -13,8 +13,8 @@ __all__ = ["database"]
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Keep what stiffcal remembers of its user (plugins that were told of) out of the tester's home."""
-    before = {name: os.environ.get(name) for name in ("XDG_STATE_HOME", "LOCALAPPDATA")}
+    """Keep what stiffcal remembers of its user (what they trust) out of the tester's home."""
+    before = {name: os.environ.get(name) for name in ("STIFFCAL_STATE", "XDG_STATE_HOME", "LOCALAPPDATA")}
     place: Path = tmp_path_factory.mktemp("state")
     os.environ.update(dict.fromkeys(before, str(place)))
     yield

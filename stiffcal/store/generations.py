@@ -14,7 +14,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from stiffcal.errors import InputError
-from stiffcal.store.locking import try_lock
+from stiffcal.files import try_lock
 
 SCHEMA = "stiffcal/store/1"
 INDEX = "generation.json"

@@ -4,37 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.files import try_lock
 
 POLL_S = 0.05
-
-if sys.platform == "win32":
-    import msvcrt
-
-    def try_lock(descriptor: int, shared: bool = False) -> bool:
-        """Lock an open file without waiting; False where another process holds it. No lock here is shared."""
-        try:
-            os.lseek(descriptor, 1 << 30, os.SEEK_SET)
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        except OSError:
-            return shared
-        return True
-else:
-    import fcntl
-
-    def try_lock(descriptor: int, shared: bool = False) -> bool:
-        """Lock an open file without waiting; False where another process holds it in a way that excludes ours."""
-        try:
-            fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return False
-        return True
 
 
 @contextmanager

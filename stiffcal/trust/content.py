@@ -1,0 +1,139 @@
+"""What stands in the record of trust, and its form as JSON."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+SCHEMA = "stiffcal/trust/1"
+MOST_GENERATIONS = 10_000
+Kind: TypeAlias = Literal["plugin", "text", "folder", "place", "generation"]
+KINDS: tuple[Kind, ...] = ("plugin", "text", "folder", "place")
+"""What the user allows; generations are added by the runs themselves."""
+
+SHA256 = re.compile(r"[0-9a-f]{64}")
+
+
+class NewerSchemaError(ValueError):
+    """The record was written by a newer version of stiffcal."""
+
+
+@dataclass(frozen=True)
+class CommittedGeneration:
+    """A generation of a store that a run of this user has written.
+
+    Attributes
+    ----------
+    index_sha256 : of the store's generation.json, which holds each file's SHA-256.
+    sources_state : one digest over (name, device, inode, size, mtime_ns, ctime_ns) of every source file when it was
+        hashed; "" where there are none.
+    committed : when, UTC, ISO 8601.
+    """
+
+    index_sha256: str
+    sources_state: str
+    committed: str
+
+
+@dataclass(frozen=True)
+class TrustEntry:
+    """One entry of the record.
+
+    Attributes
+    ----------
+    kind : what is trusted.
+    key : the SHA-256, the folder or the place.
+    note : where it was when the user allowed it, "" where that says nothing.
+    since : when, UTC, ISO 8601.
+    """
+
+    kind: Kind
+    key: str
+    note: str
+    since: str
+
+
+@dataclass
+class RecordContent:
+    """Everything in the record.
+
+    Attributes
+    ----------
+    allowed : what the user has allowed, by kind and key.
+    generations : by the digest of their index, oldest first.
+    """
+
+    allowed: dict[tuple[Kind, str], TrustEntry] = field(default_factory=dict)
+    generations: dict[str, CommittedGeneration] = field(default_factory=dict)
+
+    def add(self, generations: Iterable[CommittedGeneration]) -> None:
+        """Add generations as the newest, and let go of the oldest beyond the most that are kept."""
+        for generation in generations:
+            self.generations.pop(generation.index_sha256, None)
+            self.generations[generation.index_sha256] = generation
+        for key in list(self.generations)[: max(0, len(self.generations) - MOST_GENERATIONS)]:
+            del self.generations[key]
+
+
+def to_json(content: RecordContent) -> str:
+    """Return the record as text.
+
+    Examples
+    --------
+    >>> content = RecordContent()
+    >>> content.add([CommittedGeneration("a" * 64, "", "2026-01-01T00:00:00Z")])
+    >>> from_json(to_json(content)) == content
+    True
+    """
+    allowed: dict[str, list[list[str]]] = {kind: [] for kind in KINDS}
+    for entry in content.allowed.values():
+        allowed[entry.kind].append([entry.key, entry.note, entry.since])
+    rows = [[row.index_sha256, row.sources_state, row.committed] for row in content.generations.values()]
+    # a lone surrogate (a folder's name that is no UTF-8) stands as an escape
+    return json.dumps({"schema": SCHEMA, **allowed, "generation": rows}, indent=None, separators=(",", ":"))
+
+
+def from_json(text: str) -> RecordContent:
+    """Return the record that a text holds.
+
+    Raises
+    ------
+    NewerSchemaError : a newer stiffcal wrote it.
+    ValueError : it is damaged.
+    """
+    try:
+        document: Any = json.loads(text)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    if not isinstance(document, dict) or not isinstance(document.get("schema"), str):
+        raise ValueError("no record of trust")
+    schema: str = document["schema"]
+    if schema != SCHEMA:
+        family, _, number = schema.rpartition("/")
+        if family == SCHEMA.rpartition("/")[0] and number.isdecimal():
+            raise NewerSchemaError(schema)
+        raise ValueError(f"unknown schema {schema!r}")
+    content = RecordContent()
+    for kind in KINDS:
+        for key, note, since in _rows(document, kind):
+            if kind in ("plugin", "text") and SHA256.fullmatch(key) is None:
+                raise ValueError(f"no SHA-256: {key!r}")
+            content.allowed[kind, key] = TrustEntry(kind, key, note, since)
+    generations = [CommittedGeneration(*row) for row in _rows(document, "generation")]
+    if any(SHA256.fullmatch(row.index_sha256) is None for row in generations):
+        raise ValueError("a generation without a SHA-256")
+    content.add(generations)
+    return content
+
+
+def _rows(document: dict[str, Any], kind: Kind) -> list[list[str]]:
+    rows = document.get(kind)
+    if not isinstance(rows, list):
+        raise ValueError(f"no list of {kind}")
+    for row in rows:
+        if not isinstance(row, list) or len(row) != 3 or not all(isinstance(text, str) for text in row):
+            raise ValueError(f"a damaged entry of {kind}")
+    return rows
