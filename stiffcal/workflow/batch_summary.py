@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.escapes import markdown, xml_text
 from stiffcal.files import write_whole
 from stiffcal.workflow.batch import unchanged
 from stiffcal.workflow.batch_outcome import HELD, NOT_HELD, STEPS, Document
 
-# What XML 1.0 has no place for, not even escaped.
-_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
 
 
@@ -99,7 +97,7 @@ def junit_text(document: Document) -> str:
         suite = ElementTree.SubElement(
             root,
             "testsuite",
-            name=_clean(outcome["campaign"]),
+            name=xml_text.characters(outcome["campaign"]),
             time=f"{outcome['seconds']:.3f}",
             tests=str(len(cases)),
             failures=str(sum(case.find("failure") is not None for case in cases)),
@@ -115,7 +113,10 @@ def junit_text(document: Document) -> str:
 
 def _case(outcome: Document, name: str, seconds: float = 0.0) -> ElementTree.Element:
     return ElementTree.Element(
-        "testcase", classname=_clean(outcome["campaign"]), name=_clean(name), time=f"{seconds:.3f}"
+        "testcase",
+        classname=xml_text.characters(outcome["campaign"]),
+        name=xml_text.characters(name),
+        time=f"{seconds:.3f}",
     )
 
 
@@ -148,15 +149,11 @@ def _checks(outcome: Document) -> list[ElementTree.Element]:
 
 
 def _with(case: ElementTree.Element, tag: str, message: str, text: str = "", kind: str = "") -> None:
-    entry = ElementTree.SubElement(case, tag, message=_clean(message))
+    entry = ElementTree.SubElement(case, tag, message=xml_text.characters(message))
     if kind:
         entry.set("type", kind)
     if text:
-        entry.text = _clean(text)
-
-
-def _clean(text: str) -> str:
-    return _NO_XML.sub("\N{REPLACEMENT CHARACTER}", text)
+        entry.text = "\n".join(map(xml_text.characters, text.split("\n")))
 
 
 def markdown_text(document: Document) -> str:
@@ -164,8 +161,8 @@ def markdown_text(document: Document) -> str:
     title = "stiffcal: all campaigns hold" if document["passed"] else "stiffcal: not all campaigns hold"
     lines = [f"## {title}", "", totals_of(document), ""]
     for outcome in document["campaigns"]:
-        lines += [f"- **{_cell(outcome['campaign'])}**: {_cell(line)}" for line in complaints_of(outcome)]
-    lines += [f"- {_cell(warning)}" for warning in document["warnings"]]
+        lines += [_item(outcome["campaign"], line) for line in complaints_of(outcome)]
+    lines += [f"- {markdown.escaped(warning)}" for warning in document["warnings"]]
     lines += [""] if lines[-1] else []
     lines += [
         "| campaign | verdict | error in unseen poses, mm rms | of the deflection | noise, mm | states | s |",
@@ -176,9 +173,13 @@ def markdown_text(document: Document) -> str:
     not_judged = [(one["campaign"], line) for one in document["campaigns"] for line in one["not_judged"]]
     if not_judged:
         lines += ["", "<details><summary>what could not be judged</summary>", ""]
-        lines += [f"- **{_cell(name)}**: {_cell(line)}" for name, line in not_judged]
+        lines += [_item(name, line) for name, line in not_judged]
         lines += ["", "</details>"]
     return "\n".join(lines) + "\n"
+
+
+def _item(campaign: str, line: str) -> str:
+    return f"- **{markdown.escaped(campaign)}**: {markdown.escaped(line)}"
 
 
 def _row(outcome: Document) -> list[str]:
@@ -192,14 +193,8 @@ def _row(outcome: Document) -> list[str]:
     ]
     states = "–" if outcome["n_states"] is None else str(outcome["n_states"])
     took = "unchanged" if unchanged(outcome) else f"{outcome['seconds']:.1f}"
-    return [_cell(outcome["campaign"]), marked, *values, states, took]
+    return [markdown.escaped(outcome["campaign"]), marked, *values, states, took]
 
 
 def _number(value: float | None, factor: float, unit: str = "") -> str:
     return "–" if value is None else f"{factor * value:.3g}{unit}"
-
-
-def _cell(text: str) -> str:
-    """Return text that is neither Markdown nor HTML, on one line."""
-    plain = " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;")
-    return re.sub(r"([\\`*_{}\[\]|~])", r"\\\1", plain)

@@ -205,9 +205,9 @@ def test_summaries_bear_any_text(cells: Path) -> None:
     outcome["checks"] = [{"threshold": "max_rms_m", "where": "", "held": False, "says": "\x1b[1m]]> \ud800"}]
     outcome["failed"] = ["\x1b[1m]]> \ud800"]
     suite = ElementTree.fromstring(junit_text(document))[0]
-    assert suite.get("name") == "a\ufffd|b <script> & `c`\n_d_"
+    assert suite.get("name") == "a\\x00|b <script> & `c`\\n_d_"
     row = markdown_text(document).splitlines()[-1]
-    assert row.startswith("| a\x00\\|b &lt;script> &amp; \\`c\\` \\_d\\_ | ")
+    assert row.startswith("| a&#92;x00&#124;b &lt;script&gt; &amp; \\`c\\`&#92;n\\_d\\_ | ")
     assert "- **" in markdown_text(document)
 
 

@@ -1,0 +1,34 @@
+"""One name of a file or folder, made from a name that anybody may have chosen."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from urllib.parse import quote
+
+_SAFE = " -_+=@#(),"
+# What Windows takes for a device, with any ending: learn.microsoft.com, "Naming Files, Paths, and Namespaces".
+_DEVICES = re.compile(r"(?:CON|PRN|AUX|NUL|COM[0-9]|LPT[0-9]|CONIN\$|CONOUT\$)(?=$|[ .])", re.IGNORECASE)
+LONGEST = 180  # bytes: file systems take 255, and an ending, a lock's or a temporary file's name have to fit as well
+_DIGEST = 16
+
+
+def escaped(text: str) -> str:
+    """Return a name that every file system takes, and that leads nowhere; different texts give different names.
+
+    Examples
+    --------
+    >>> escaped("pose 1?"), escaped(".."), escaped("a/b"), escaped("NUL.pdf"), escaped("end.")
+    ('pose 1%3F', '%2E%2E', 'a%2Fb', '%4EUL.pdf', 'end%2E')
+    """
+    name = quote(text, safe=_SAFE, errors="surrogatepass")
+    if _DEVICES.match(name) or name.startswith((" ", "-")):
+        name = f"%{ord(name[0]):02X}{name[1:]}"
+    if not name.strip("."):
+        name = name.replace(".", "%2E")
+    elif name.endswith((".", " ")):
+        name = f"{name[:-1]}%{ord(name[-1]):02X}"
+    if len(name) <= LONGEST:
+        return name or "%"
+    digest = hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:_DIGEST]
+    return f"{re.sub('%.?$', '', name[: LONGEST - _DIGEST - 1])}~{digest}"

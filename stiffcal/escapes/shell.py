@@ -1,0 +1,49 @@
+"""A word of a line that is printed to be copied into a shell (bash, zsh, ksh)."""
+
+from __future__ import annotations
+
+import os
+import shlex
+
+from stiffcal.escapes.terminal import escaped as printable
+
+
+def escaped(text: str) -> str:
+    r"""Return a text as one word, without a character that a terminal obeys or that is no text.
+
+    What cannot be printed is written in the form ``$'\033'``, byte by byte, which bash, zsh and ksh turn back.
+
+    Examples
+    --------
+    >>> print(escaped("a b"), escaped("$(x)"), escaped("two\nlines"))
+    'a b' '$(x)' $'two\x0alines'
+    """
+    if printable(text) == text:
+        return shlex.quote(text)
+    written = []
+    for character in text:
+        if character in "\\'":
+            written.append(f"\\{character}")
+        elif character in ":#" or printable(character) != character:
+            written += [f"\\x{byte:02x}" for byte in _bytes_of(character)]
+        else:
+            written.append(character)
+    return "$'" + "".join(written) + "'"
+
+
+def escaped_path(text: str) -> str:
+    """Return a path as one word that no command takes for an option.
+
+    Examples
+    --------
+    >>> escaped_path("-rf"), escaped_path("cells/-rf")
+    ('./-rf', 'cells/-rf')
+    """
+    return escaped(f".{os.sep}{text}" if text.startswith("-") else text)
+
+
+def _bytes_of(character: str) -> bytes:
+    try:
+        return character.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:  # half a pair that stands for no byte: no system has such a name
+        return character.encode("utf-8", "surrogatepass")

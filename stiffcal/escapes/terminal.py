@@ -1,0 +1,41 @@
+"""A terminal, and the log of a CI system that takes what is printed there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stiffcal.escapes import visible
+from stiffcal.escapes.workflow_commands import defused
+
+
+def escaped(text: str) -> str:
+    r"""Return a text as it may be printed: on one line, without any sequence that a terminal or a CI system obeys.
+
+    Examples
+    --------
+    >>> print(escaped("\x1b]8;;http://x\x07click"), escaped("::add-mask::5"))
+    \x1b]8;;http://x\x07click \x3a:add-mask::5
+    """
+    return defused(visible(text))
+
+
+def escaped_lines(text: str) -> str:
+    """Return a text of several lines, each of them as `escaped` has it."""
+    return "\n".join(map(escaped, text.split("\n")))
+
+
+def escaped_document(value: Any) -> Any:
+    r"""Return a document of dicts, lists and values with all texts in it as `escaped` has them, keys included.
+
+    Examples
+    --------
+    >>> escaped_document({"a\n": ["b\x07", 1.5]})
+    {'a\\n': ['b\\x07', 1.5]}
+    """
+    if isinstance(value, str):
+        return escaped(value)
+    if isinstance(value, dict):
+        return {escaped(key) if isinstance(key, str) else key: escaped_document(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [escaped_document(item) for item in value]
+    return value
