@@ -10,7 +10,7 @@ WORKERS ?= 2
 
 .PHONY: demo test bench coverage practice rates campaigns faults fuzz lint lock example clean
 demo: $(VENV)/run.stamp
-	$(BIN)/python -m stiffcal demo
+	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
 
 test: $(VENV)/test.stamp
@@ -35,8 +35,8 @@ rates: $(VENV)/test.stamp
 
 # what CI holds campaigns/ to: all of them in one batch; build/ci keeps the stores, so that the next call is quick
 campaigns: $(VENV)/run.stamp
-	$(BIN)/python -m stiffcal simulate build/ci/irb4400 --from campaigns/irb4400 --json >/dev/null
-	$(BIN)/python -m stiffcal batch campaigns/hidden build/ci/irb4400 --thresholds campaigns/thresholds.toml \
+	$(BIN)/python -P -m stiffcal simulate build/ci/irb4400 --from campaigns/irb4400 --json >/dev/null
+	$(BIN)/python -P -m stiffcal batch campaigns/hidden build/ci/irb4400 --thresholds campaigns/thresholds.toml \
 		--store build/ci/stores --no-report --junit build/ci/junit.xml --markdown build/ci/summary.md
 
 # faults at random points of every command that writes: kills, full disks, revoked rights, truncated files

@@ -28,6 +28,7 @@ from stiffcal.cli.endings import (
 )
 from stiffcal.errors import InputError
 from stiffcal.files import refusal
+from stiffcal.module_path import leave_out_current_folder
 
 COMMANDS = {
     "init": "Make a commented campaign folder, or propose one from a table.",
@@ -58,6 +59,7 @@ COMMANDS = {
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run `stiffcal` with `arguments` (the process's own where None) and leave with its exit code."""
+    leave_out_current_folder()
     for stream in (sys.stdout, sys.stderr):
         if (stream.encoding or "").lower().replace("-", "") != "utf8" and hasattr(stream, "reconfigure"):
             stream.reconfigure(encoding="utf-8", errors="backslashreplace")

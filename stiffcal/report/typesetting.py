@@ -9,6 +9,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from stiffcal.report.drawing_library import drawing_library
+
 _TEMPLATE = "report.typ"
 _FONT_FILES = (
     "DejaVuSans.ttf",
@@ -32,9 +34,9 @@ def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
     -------
     The PDF.
     """
-    import matplotlib
     import typst
 
+    matplotlib = drawing_library()
     moment = _moment(day)
     stamped = pages | {"day": [moment.year, moment.month, moment.day] if moment else None}
     (folder / "content.json").write_text(json.dumps(stamped, ensure_ascii=False), encoding="utf-8")

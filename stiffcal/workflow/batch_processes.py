@@ -7,7 +7,6 @@ is killed costs its task a second try in another.
 from __future__ import annotations
 
 import json
-import os
 import queue
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from stiffcal.masking import mask
+from stiffcal.module_path import child_environment, child_options, without_current_folder
 from stiffcal.workflow.batch_outcome import LOST, Document, outcome_of
 
 ATTEMPTS = 2
@@ -27,7 +27,8 @@ _NEW_GROUP = 0x200  # CREATE_NEW_PROCESS_GROUP of Windows
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
 )
-# The child finds stiffcal, and all else, where this process has found it.
+# The child finds stiffcal, and all else, where this process has found it; until then it takes nothing from the current
+# folder.
 _START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from stiffcal.workflow.batch_worker import main; main()"
 )
@@ -45,11 +46,11 @@ class WorkerProcess:
         windows = sys.platform == "win32"
         # Of a group of its own: Ctrl-C in a terminal reaches the one who started it, who then stops it in order.
         self._process: subprocess.Popen[bytes] = subprocess.Popen(
-            [sys.executable, "-c", _START, json.dumps(sys.path)],
+            [sys.executable, *child_options(), "-c", _START, json.dumps(without_current_folder(sys.path))],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._words,
-            env={**os.environ, **ONE_THREAD},
+            env={**child_environment(), **ONE_THREAD},
             process_group=None if windows else 0,
             creationflags=_NEW_GROUP if windows else 0,
         )

@@ -15,6 +15,7 @@ import numpy as np
 
 from stiffcal.files import replacing
 from stiffcal.report.content import Floats, Integers
+from stiffcal.report.drawing_library import drawing_library
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,8 +81,7 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(draw)
     def under_style(*args: P.args, **kwargs: P.kwargs) -> R:
-        import matplotlib
-
+        matplotlib = drawing_library()
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(cast(Any, _STYLE))
@@ -92,6 +92,7 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
 def new_figure(width_mm: float, height_mm: float, constrained: bool = True) -> Figure:
     """Return an empty figure of that size, without pyplot; panels keep clear of each other where `constrained`."""
+    drawing_library()
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained" if constrained else None)
@@ -107,8 +108,7 @@ def save_figure(figure: Figure, path: Path, text_as_shapes: bool = True) -> None
     text_as_shapes : SVG only: draw letters as outlines, which look the same on every machine. The report keeps them as
         text, so that the PDF can be searched.
     """
-    import matplotlib
-
+    matplotlib = drawing_library()
     kind = path.suffix.lower().lstrip(".")
     metadata: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {"Software": None})
     with matplotlib.rc_context():
