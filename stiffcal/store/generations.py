@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import os
+import re
 import secrets
 import shutil
 import sys
@@ -11,17 +11,19 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from urllib.parse import quote
 
 from stiffcal.errors import InputError
 from stiffcal.files import try_lock
+from stiffcal.store.index import INDEX
+from stiffcal.store.inside import is_junction, is_plain_folder, kind_of, open_inside
 
-SCHEMA = "stiffcal/store/1"
-INDEX = "generation.json"
 CURRENT = "current"
 CURRENT_ID = "current.id"
 GENERATIONS = "generations"
 LOCK = "lock"
+SET_ASIDE = "set-aside"
+_MOST_NAME = 100
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 
 
 def new_id() -> str:
@@ -29,45 +31,81 @@ def new_id() -> str:
     return time.strftime("%Y%m%dT%H%M%S", time.gmtime()) + "-" + secrets.token_hex(3)
 
 
-def file_of(name: str, ending: str) -> str:
-    """Return the path of a table or document inside its generation.
-
-    Slashes make folders; what not every file system can hold is percent-encoded.
+def is_generation_name(name: str) -> bool:
+    """Return whether a text can be the name of a generation: a direct child of ``generations/``, and nothing else.
 
     Examples
     --------
-    >>> file_of("recordings/pose 1?/ft", ".parquet")
-    'recordings/pose 1%3F/ft.parquet'
+    >>> is_generation_name("20261121T113400-3f9a1c"), is_generation_name(".."), is_generation_name("a/b")
+    (True, False, False)
     """
-    parts = [quote(part, safe=" -_+=@#(),") for part in name.split("/")]
-    # Names of dots alone would lead out of the folder.
-    parts = [part.replace(".", "%2E") if not part.strip(".") else part for part in parts]
-    if not all(parts):
-        raise ValueError(f"no name for a table or document: {name!r}")
-    return "/".join(parts) + ending
-
-
-def plain_name(text: str) -> str:
-    """Return the name of a generation as it was stored; what would lead elsewhere is the name of none."""
-    name = text.strip()
-    return name if name.strip(".") and not set("/\\:\0") & set(name) else "damaged"
+    return _NAME.fullmatch(name) is not None
 
 
 def current_folder(store: Path) -> Path | None:
-    """Return the folder of the generation that holds, or None where there is none."""
-    with suppress(FileNotFoundError, NotADirectoryError, UnicodeError):
-        return store / GENERATIONS / plain_name((store / CURRENT_ID).read_text("ascii"))
-    link = store / CURRENT
-    with suppress(OSError):
-        return store / link.readlink()
+    """Return the folder of the generation that holds, or None where none is named; it need not be there."""
+    named = _named_by_file(store) or _named_by_link(store)
+    if named is not None:
+        return store / GENERATIONS / named
     # A copy of a store that turned the link into what it pointed to.
-    return link if (link / INDEX).is_file() else None
+    whole = is_plain_folder(store / CURRENT) and os.path.lexists(store / CURRENT / INDEX)
+    return store / CURRENT if whole else None
+
+
+def _named_by_file(store: Path) -> str | None:
+    try:
+        with open_inside(store, CURRENT_ID) as file:
+            name = file.read(_MOST_NAME + 2).decode("ascii").strip()
+    except (OSError, UnicodeError):
+        return None
+    return name if is_generation_name(name) else None
+
+
+def _named_by_link(store: Path) -> str | None:
+    try:
+        target = (store / CURRENT).readlink()
+    except OSError:
+        return None
+    # A junction of Windows holds the whole path.
+    *folders, name = target.parts if os.name != "nt" else target.parts[-2:]
+    return name if folders == [GENERATIONS] and is_generation_name(name) else None
+
+
+def place_of(store: Path, folder: Path) -> str:
+    """Return where a generation lies inside its store, as `open_inside` takes it."""
+    return folder.relative_to(store).as_posix()
+
+
+def all_generations(store: Path) -> list[Path]:
+    """Return the folders of all generations, the newest first."""
+    generations = store / GENERATIONS
+    if not is_plain_folder(generations):
+        return []
+    found = [path for path in generations.iterdir() if is_generation_name(path.name) and is_plain_folder(path)]
+    return sorted(found, key=lambda path: path.name, reverse=True)
+
+
+def check_plain(store: Path, shown: str) -> None:
+    """Look at what a writer is about to write through: nothing of it may be a link that leads elsewhere.
+
+    Raises
+    ------
+    InputError
+        ``generations`` is no folder.
+    """
+    try:
+        found = (store / GENERATIONS).lstat()
+    except FileNotFoundError:
+        return
+    if not is_plain_folder(store / GENERATIONS):
+        mend = f"remove it; stiffcal makes a folder {GENERATIONS} there"
+        raise InputError.at(shown, GENERATIONS, f"this is {kind_of(found)}, not a plain folder", mend)
 
 
 def switch(store: Path, generation: str) -> None:
     """Make `generation` the one that holds: one atomic step, before which all of it is on the disk."""
     link, by_id = store / CURRENT, store / CURRENT_ID
-    atomic_link = os.name != "nt" and (link.is_symlink() or not link.exists())
+    atomic_link = os.name != "nt" and (link.is_symlink() or not os.path.lexists(link))
     if by_id.exists() or not atomic_link:
         _replace_text(by_id, generation)
     target = Path(GENERATIONS, generation)
@@ -90,14 +128,12 @@ def switch(store: Path, generation: str) -> None:
 
 def _renew_link(store: Path, target: Path) -> None:
     link = store / CURRENT
-    if link.is_symlink():
-        link.unlink()
-    elif link.exists():
-        # A junction is removed like an empty folder; a true folder (a copied store) only after all that is in it.
-        try:
-            link.rmdir()
-        except OSError:
-            shutil.rmtree(link)
+    if is_plain_folder(link):
+        # A copied store: the generation that it holds has been carried over by now.
+        shutil.rmtree(link)
+    elif os.path.lexists(link):
+        # A junction is removed like an empty folder; an archive that knows no links keeps one as a file.
+        (link.rmdir if is_junction(link.lstat()) else link.unlink)()
     if sys.platform == "win32":
         import _winapi
 
@@ -108,7 +144,7 @@ def _renew_link(store: Path, target: Path) -> None:
 
 def _replace_text(path: Path, text: str) -> None:
     fresh = path.with_name(f".{path.name}-{text}")
-    with fresh.open("w", encoding="ascii") as file:
+    with fresh.open("x", encoding="ascii") as file:
         file.write(text)
         file.flush()
         os.fsync(file.fileno())
@@ -116,17 +152,15 @@ def _replace_text(path: Path, text: str) -> None:
 
 
 @contextmanager
-def held(folder: Path) -> Iterator[bool]:
+def held(store: Path, folder: Path) -> Iterator[bool]:
     """Hold a generation against removal while it is read; yields False where it was removed already."""
     try:
-        descriptor = os.open(folder / INDEX, os.O_RDONLY)
-    except FileNotFoundError:
+        file = open_inside(store, f"{place_of(store, folder)}/{INDEX}")
+    except OSError:
         yield False
         return
-    try:
-        yield try_lock(descriptor, shared=True) and (os.name == "nt" or os.fstat(descriptor).st_nlink > 0)
-    finally:
-        os.close(descriptor)
+    with file:
+        yield try_lock(file.fileno(), shared=True) and (os.name == "nt" or os.fstat(file.fileno()).st_nlink > 0)
 
 
 def remove_others(store: Path, keep: Path | None) -> None:
@@ -138,49 +172,31 @@ def remove_others(store: Path, keep: Path | None) -> None:
         with suppress(OSError):
             leftover.unlink()
     generations = store / GENERATIONS
-    with suppress(FileNotFoundError):
-        for folder in sorted(generations.iterdir()):
-            if keep is None or folder.name != keep.name or keep.parent != generations:
-                with suppress(OSError):
-                    _remove(folder)
+    if not is_plain_folder(generations):
+        return
+    for folder in sorted(generations.iterdir()):
+        if keep is None or folder.name != keep.name or keep.parent != generations:
+            with suppress(OSError):
+                _remove(store, folder)
 
 
-def _remove(folder: Path) -> None:
+def _remove(store: Path, folder: Path) -> None:
+    if not is_plain_folder(folder):
+        # A link, or a file: it goes, what it leads to stays.
+        folder.unlink()
+        return
     try:
-        descriptor = os.open(folder / INDEX, os.O_RDONLY)
+        file = open_inside(store, f"{place_of(store, folder)}/{INDEX}")
     except OSError:
         # Never finished, or half removed: nobody reads it.
         shutil.rmtree(folder)
         return
-    try:
-        if not try_lock(descriptor):
+    with file:
+        if not try_lock(file.fileno()):
             return
         if os.name != "nt":
             (folder / INDEX).unlink()
-    finally:
-        os.close(descriptor)
     shutil.rmtree(folder)
-
-
-def read_index(folder: Path, shown: str) -> dict[str, dict[str, dict[str, object]]]:
-    """Return what a generation holds.
-
-    Raises
-    ------
-    InputError
-        If the index is damaged or of another version of stiffcal.
-    """
-    try:
-        index = json.loads((folder / INDEX).read_text("utf-8"))
-        schema = index.get("schema")
-    except (ValueError, AttributeError) as error:
-        raise InputError.at(
-            shown, INDEX, f"damaged ({error})", "delete the store and run ingest again (its history goes too)"
-        ) from None
-    if schema != SCHEMA:
-        reason = f"schema {schema!r}, this version of stiffcal reads {SCHEMA!r}"
-        raise InputError.at(shown, INDEX, reason, "delete the store and run ingest again (its history goes too)")
-    return {"tables": index["tables"], "documents": index["documents"]}
 
 
 def flush_folder(folder: Path) -> None:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from stiffcal.errors import InputError
+from stiffcal.errors import InputError, one_line
 from stiffcal.files import try_lock
+from stiffcal.store.inside import kind_of, open_inside
 
 POLL_S = 0.05
+_MOST_BYTES = 4096
 
 
 @contextmanager
@@ -24,7 +27,7 @@ def writer_lock(path: Path, command: str, wait_s: float, shown: str) -> Iterator
     InputError
         If another process still holds it after `wait_s` seconds; it is named.
     """
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    descriptor = _opened(path, shown)
     try:
         end = time.monotonic() + wait_s
         while not try_lock(descriptor):
@@ -40,9 +43,26 @@ def writer_lock(path: Path, command: str, wait_s: float, shown: str) -> Iterator
         os.close(descriptor)
 
 
+def _opened(path: Path, shown: str) -> int:
+    """Open the lock file, made where it is not there.
+
+    Raises
+    ------
+    InputError
+        It is a link, a pipe or anything else that is no plain file: what is written into it would go elsewhere.
+    """
+    with suppress(FileNotFoundError):
+        found = path.lstat()
+        if not stat.S_ISREG(found.st_mode):
+            raise InputError.at(shown, path.name, f"this is {kind_of(found)}, not a plain file", "remove it")
+    flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+    return os.open(path, os.O_RDWR | os.O_CREAT | flags, 0o666)
+
+
 def _holder(path: Path) -> str:
     try:
-        who = json.loads(path.read_text("utf-8"))
-        return f"another stiffcal ({who['command']}, process {who['pid']})"
-    except (OSError, ValueError, KeyError, TypeError):
+        with open_inside(path.parent, path.name) as file:
+            who = json.loads(file.read(_MOST_BYTES))
+        return f"another stiffcal ({one_line(str(who['command']), 40)}, process {int(who['pid'])})"
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, OverflowError):
         return "another stiffcal"

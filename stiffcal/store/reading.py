@@ -2,101 +2,28 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 from urllib.parse import unquote, urlsplit
 
 import pyarrow as pa
-import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
 from stiffcal.measurements.columns import Columns
-from stiffcal.store.generations import current_folder, file_of, held, read_index
+from stiffcal.store.finding import ATTEMPTS, find_generation, nothing_stored
+from stiffcal.store.generations import current_folder, held, place_of
+from stiffcal.store.index import OWN, REBUILD, DamagedError, read_index
+from stiffcal.store.snapshot import Snapshot
 from stiffcal.store.writing import Writing, begin_writing
+from stiffcal.trust.notices import notice
 
 if TYPE_CHECKING:
     from stiffcal.store.remote import Remote
 
 Documents: TypeAlias = Mapping[str, Mapping[str, Any]]
 Stored: TypeAlias = Callable[[str], dict[str, Any] | None]
-
-BATCH_ROWS = 1 << 16
-# How often a generation may be replaced between finding and opening it before that is taken for an error.
-ATTEMPTS = 100
-REBUILD = "delete the store and run ingest again (its history goes too)"
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """One generation of a store, held while it is read.
-
-    Attributes
-    ----------
-    folder : where its files lie.
-    tables, documents : the names of what it holds.
-    shown : the store's name in messages.
-    remote : the object store from which files are fetched when they are first read, or None.
-    """
-
-    folder: Path
-    tables: tuple[str, ...]
-    documents: tuple[str, ...]
-    shown: str
-    remote: Remote | None = None
-
-    def read_table(self, name: str, columns: Sequence[str] | None = None) -> pa.Table:
-        """Return a table, or some of its columns.
-
-        Raises
-        ------
-        InputError
-            If there is no such table, or its file is damaged.
-        """
-        with self._opened(name) as file:
-            return file.read(columns=None if columns is None else list(columns), use_threads=False)
-
-    def read_batches(
-        self, name: str, columns: Sequence[str] | None = None, rows: int = BATCH_ROWS
-    ) -> Iterator[pa.RecordBatch]:
-        """Yield a table in pieces of at most `rows` rows."""
-        with self._opened(name) as file:
-            chosen = None if columns is None else list(columns)
-            yield from file.iter_batches(batch_size=rows, columns=chosen, use_threads=False)
-
-    def read_document(self, name: str) -> dict[str, Any]:
-        """Return a document; raises `InputError` where there is none or it is damaged."""
-        if name not in self.documents:
-            raise InputError.at(self.shown, name, "no such document", "run the command that makes it first")
-        try:
-            return dict(json.loads(self._here(file_of(name, ".json")).read_text("utf-8")))
-        except (OSError, ValueError) as error:
-            raise InputError.at(self.shown, name, f"damaged ({error})", REBUILD) from None
-
-    def path_of_table(self, name: str) -> Path:
-        """Return the Parquet file of a table."""
-        return self._here(file_of(name, ".parquet"))
-
-    def _here(self, file: str) -> Path:
-        path = self.folder / file
-        if self.remote is not None:
-            with self.remote.faults():
-                self.remote.fetch(path)
-        return path
-
-    @contextmanager
-    def _opened(self, name: str) -> Iterator[parquet.ParquetFile]:
-        if name not in self.tables:
-            raise InputError.at(self.shown, name, "no such table", "run the command that makes it first")
-        try:
-            with parquet.ParquetFile(self.path_of_table(name), page_checksum_verification=True) as file:
-                yield file
-        except (OSError, pa.ArrowException) as error:
-            reason = f"damaged ({str(error).splitlines()[0]})"
-            raise InputError.at(self.shown, name, reason, REBUILD) from None
 
 
 class Store:
@@ -114,10 +41,16 @@ class Store:
         self.remote = _remote_of(location, self.shown)
         self.folder = self.remote.mirror if self.remote is not None else _folder_of(location, self.shown)
 
+    @property
+    def address(self) -> str:
+        """The store's place, as the user allows places."""
+        return self.remote.address if self.remote is not None else str(self.folder)
+
     def _current(self) -> Path | None:
         if self.remote is not None:
             self.remote.pull()
-        return current_folder(self.folder)
+        # The name of the function is looked up here: it is replaced in tests.
+        return find_generation(self.folder, self.shown, current_folder)
 
     @property
     def exists(self) -> bool:
@@ -137,34 +70,48 @@ class Store:
         Raises
         ------
         InputError
-            If there is nothing in the store yet, or it is damaged.
+            If there is nothing in the store yet, it is damaged, or was written by a newer stiffcal.
         """
         for _ in range(ATTEMPTS):
             folder = self._current()
             if folder is None:
-                raise InputError.at(self.shown, "", "nothing is stored here yet", "run ingest first")
-            with held(folder) as still_there:
+                raise nothing_stored(self.shown)
+            with held(self.folder, folder) as still_there:
                 if still_there:
-                    index = read_index(folder, self.shown)
-                    yield Snapshot(folder, tuple(index["tables"]), tuple(index["documents"]), self.shown, self.remote)
+                    index = read_index(self.folder, place_of(self.folder, folder), self.shown)
+                    yield Snapshot(self.folder, folder, index, self.shown, self.address, self.remote)
                     return
-        raise InputError.at(self.shown, "current", "the generation it names is not there", REBUILD)
+        raise DamagedError.at(self.shown, "current", "the generation it names cannot be read", REBUILD)
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """The names of all tables; empty where nothing is stored."""
-        if not self.exists:
-            return ()
-        with self.snapshot() as snapshot:
-            return snapshot.tables
+        """The names of all tables; empty where nothing is stored, or what is stored cannot be read."""
+        with self._readable() as snapshot:
+            return () if snapshot is None else snapshot.tables
 
     @property
     def documents(self) -> tuple[str, ...]:
-        """The names of all documents; empty where nothing is stored."""
+        """The names of all documents; empty where nothing is stored, or what is stored cannot be read."""
+        with self._readable() as snapshot:
+            return () if snapshot is None else snapshot.documents
+
+    def origin_of(self, *names: str) -> str:
+        """Return from whom tables or documents come, the worst of them: "own", "trusted place" or "foreign"."""
+        with self._readable() as snapshot:
+            return OWN if snapshot is None else snapshot.origin_of(*names)
+
+    @contextmanager
+    def _readable(self) -> Iterator[Snapshot | None]:
         if not self.exists:
-            return ()
-        with self.snapshot() as snapshot:
-            return snapshot.documents
+            yield None
+            return
+        with ExitStack() as stack:
+            try:
+                snapshot = stack.enter_context(self.snapshot())
+            except DamagedError as error:
+                notice(f"{error}")
+                snapshot = None
+            yield snapshot
 
     def read_table(self, name: str, columns: Sequence[str] | None = None) -> pa.Table:
         """Return a table of the current generation."""
@@ -195,7 +142,7 @@ class Store:
         >>> store.read_table("states").num_rows
         2
         """
-        return begin_writing(self.folder, self.shown, command, wait_s, self.remote)
+        return begin_writing(self, command, wait_s)
 
     def commit(
         self,
@@ -203,6 +150,7 @@ class Store:
         documents: Documents | Callable[[Stored], Documents] | None = None,
         keep_rest: bool = True,
         command: str = "stiffcal",
+        origin: str = OWN,
     ) -> None:
         """Write tables and documents in one step; with `keep_rest` all else stays as it is, otherwise it goes.
 
@@ -210,9 +158,11 @@ class Store:
         ----------
         documents : by name; or a function that makes them from those stored now (`stored(name)`, None where there is
             none). It is called when nobody else can write: what is appended to a history that two write is not lost.
+        origin : from whom that comes from which these are made.
         """
         with self.begin(command) as writing:
-            made = documents(self._stored) if callable(documents) else documents
+            writing.origin = origin
+            made = documents(writing.stored) if callable(documents) else documents
             for name, table in (tables or {}).items():
                 writing.write_table(name, table)
             for name, document in (made or {}).items():
@@ -220,9 +170,6 @@ class Store:
             if keep_rest:
                 writing.keep_rest()
             writing.commit()
-
-    def _stored(self, name: str) -> dict[str, Any] | None:
-        return self.read_document(name) if name in self.documents else None
 
 
 def _folder_of(location: str | Path, shown: str) -> Path:

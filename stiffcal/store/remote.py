@@ -34,15 +34,17 @@ from pathlib import Path
 from typing import Any, NoReturn
 from urllib.parse import unquote, urlsplit
 
-from stiffcal.errors import InputError
+from stiffcal.errors import InputError, one_line
 from stiffcal.masking import mask
-from stiffcal.store.generations import CURRENT, GENERATIONS, INDEX, current_folder, plain_name, switch
+from stiffcal.store.generations import CURRENT, GENERATIONS, current_folder, is_generation_name, switch
+from stiffcal.store.index import INDEX, MOST_BYTES, REBUILD, DamagedError
 
 LEASE_S = 60.0
 RENEW_S = 10.0
 POLL_S = 0.1
 CHUNK = 1 << 22
 ENTERING, TICKET = "entering-", "ticket-"
+_TICKET = re.compile(r"ticket-(\d{8,18})-[0-9a-f]+")
 _POINTER = re.compile(r"(\d{10})-(\d{8})-(.+)")
 CHECK = "check the address, and AWS_ENDPOINT_URL, AWS_REGION, AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY"
 
@@ -54,12 +56,13 @@ class Remote:
 
     Attributes
     ----------
-    shown : its address in messages. mirror : the folder of this process that stands for it.
+    address : as the user gave it. shown : how it is called in messages.
+    mirror : the folder of this process that stands for it.
     """
 
     def __init__(self, address: str, shown: str) -> None:
         parts = urlsplit(address)
-        self.shown = shown
+        self.address, self.shown = address, shown
         self._root = f"{parts.netloc}/{unquote(parts.path).strip('/')}".rstrip("/")
         if not parts.netloc:
             raise InputError.at(shown, "--store", "the address names no bucket", "write s3://BUCKET/PREFIX")
@@ -76,21 +79,26 @@ class Remote:
             known = current_folder(self.mirror)
             if known is not None and known.name == generation and (folder / INDEX).exists():
                 return
-            self.fetch(folder / INDEX)
+            self.fetch(folder / INDEX, MOST_BYTES)
         switch(self.mirror, generation)
 
     def generation(self) -> str | None:
         """Return the name of the generation that holds, or None."""
         pointers = self._pointers()
-        return plain_name(pointers[-1][2]) if pointers else None
+        return pointers[-1][2] if pointers else None
 
     def _pointers(self) -> list[tuple[str, str, str]]:
         """Return number, ticket and generation of all that were switched to and are still there; the last one holds."""
         found = (_POINTER.fullmatch(name) for name in self.names(CURRENT))
-        return sorted((one[1], one[2], one[3]) for one in found if one)
+        return sorted((match[1], match[2], match[3]) for match in found if match and is_generation_name(match[3]))
 
-    def fetch(self, path: Path) -> None:
-        """Bring a file of the mirror from the object store, where it is not here yet."""
+    def fetch(self, path: Path, most_bytes: int) -> None:
+        """Bring a file of the mirror from the object store, where it is not here yet.
+
+        Parameters
+        ----------
+        path : in the mirror. most_bytes : what is longer is not what was written.
+        """
         if path.exists():
             return
         name = path.relative_to(self.mirror).as_posix()
@@ -98,8 +106,15 @@ class Remote:
         fresh = path.with_name(f".{path.name}-{secrets.token_hex(3)}")
         try:
             with self._files.open_input_stream(self._at(name)) as source, fresh.open("wb") as target:
+                left = most_bytes
                 while chunk := source.read(CHUNK):
+                    left -= len(chunk)
+                    if left < 0:
+                        raise DamagedError.at(self.shown, name, f"damaged (more than {most_bytes} bytes)", REBUILD)
                     target.write(chunk)
+        except DamagedError:
+            fresh.unlink(missing_ok=True)
+            raise
         except FileNotFoundError:
             fresh.unlink(missing_ok=True)
             reason, mend = "it was replaced while it was read, or is damaged", "do this again"
@@ -172,7 +187,7 @@ class Remote:
         """Read a small object of JSON; empty where there is none."""
         try:
             return dict(json.loads(self._read(name) or b"{}"))
-        except ValueError:
+        except (ValueError, TypeError, RecursionError):
             return {}
 
     def delete(self, name: str) -> None:
@@ -258,7 +273,7 @@ def remote_lock(remote: Remote, command: str, wait_s: float) -> Iterator[Ticket]
     with remote.faults():
         remote.put(f"lock/{ENTERING}{own}", who)
         try:
-            numbers = [int(name.split("-")[1]) for name in remote.names("lock") if name.startswith(TICKET)]
+            numbers = [int(match[1]) for name in remote.names("lock") if (match := _TICKET.fullmatch(name))]
             ticket = Ticket(remote, f"{TICKET}{max(numbers, default=0) + 1:08d}-{own}", who)
         finally:
             remote.delete(f"lock/{ENTERING}{own}")
@@ -287,7 +302,8 @@ def _wait(remote: Remote, ticket: Ticket, wait_s: float) -> None:
             return
         if now >= end:
             holder = remote.get(f"lock/{sorted(before, key=lambda name: name.startswith(ENTERING))[0]}")
-            told = f" ({holder['command']}, process {holder['pid']} on {holder['host']})" if holder else ""
+            words = [one_line(str(holder.get(key, "")), 60) for key in ("command", "pid", "host")]
+            told = f" ({words[0]}, process {words[1]} on {words[2]})" if holder else ""
             mend = f"wait until it has ended, then do this again; if it was killed, its lock ends {LEASE_S:g} s later"
             raise InputError.at(remote.shown, "", f"another stiffcal{told} is writing to it", mend)
         time.sleep(POLL_S)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import json
 import os
 import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,28 +20,29 @@ import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
 from stiffcal.measurements.columns import Columns, column_of, table_of
+from stiffcal.store.finding import find_generation
 from stiffcal.store.generations import (
     GENERATIONS,
-    INDEX,
     LOCK,
-    SCHEMA,
+    check_plain,
     current_folder,
-    file_of,
     flush_folder,
     new_id,
-    read_index,
     remove_others,
     switch,
 )
+from stiffcal.store.hashed_file import HashedFile
+from stiffcal.store.index import ENDINGS, INDEX, OWN, SCHEMA, Entry, file_of
 from stiffcal.store.locking import writer_lock
+from stiffcal.store.origin import remember
+from stiffcal.store.previous import Previous, previous_generation
 
 # Rows of one Parquet row group: 15 MB of seven float64 columns held in memory while a log streams through.
 ROW_GROUP = 1 << 18
 
 if TYPE_CHECKING:
-    from stiffcal.store.remote import Remote, Ticket
-
-Index = dict[str, dict[str, dict[str, object]]]
+    from stiffcal.store.reading import Store
+    from stiffcal.store.remote import Ticket
 
 
 @contextmanager
@@ -88,7 +91,7 @@ class TableStream:
         self._n_pending = 0
         with store_faults(shown):
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = path.open("wb")
+            self._file = HashedFile(path)
             self._writer = parquet.ParquetWriter(self._file, schema, **_encoding_of(schema))
 
     def append(self, columns: Columns | pa.RecordBatch) -> None:
@@ -120,6 +123,11 @@ class TableStream:
             os.fsync(self._file.fileno())
             self._file.close()
 
+    @property
+    def entry(self) -> Entry:
+        """What the index says of the table; complete once it is closed."""
+        return Entry(self._file.size, self.n_rows, self._file.digest.hexdigest())
+
     def abandon(self) -> None:
         """Let go of the file without finishing it."""
         if not self._file.closed:
@@ -136,22 +144,24 @@ class Writing:
     ----------
     folder : where its files lie.
     committed : True after `commit`.
+    sources_state : of the sources that it was made from, for the user's record; None: as of the old generation.
+    origin : from whom that comes from which the new parts are made; to be set before they are written.
     """
 
-    def __init__(
-        self, store: Path, shown: str, command: str, remote: Remote | None = None, ticket: Ticket | None = None
-    ) -> None:
+    def __init__(self, store: Store, command: str, old: Previous, ticket: Ticket | None) -> None:
         self.committed = False
-        self._remote, self._ticket = remote, ticket
+        self.sources_state: str | None = None
+        self.origin = OWN
+        self._remote, self._ticket = store.remote, ticket
         self._kept: dict[str, str] = {}
-        self._store = store
-        self._shown = shown
+        self._store = store.folder
+        self._shown = store.shown
         self._command = command
         self._streams: dict[str, TableStream] = {}
-        self._index: Index = {"tables": {}, "documents": {}}
-        self._old = current_folder(store)
+        self._index: dict[str, dict[str, Entry]] = {kind: {} for kind in ENDINGS}
+        self._old = old
         self._id = new_id()
-        self.folder = store / GENERATIONS / self._id
+        self.folder = store.folder / GENERATIONS / self._id
         self.folder.mkdir(parents=True)
 
     def write_table(self, name: str, table: pa.Table | Columns) -> None:
@@ -168,24 +178,31 @@ class Writing:
         self._check_new("tables", name)
         if not isinstance(schema, pa.Schema):
             schema = pa.schema([(column, pa.float64()) for column in schema])
-        file = file_of(name, ".parquet")
-        self._streams[name] = stream = TableStream(self.folder / file, schema, self._shown)
-        self._index["tables"][name] = {"file": file}
+        path = self.folder / file_of(name, ENDINGS["tables"])
+        self._streams[name] = stream = TableStream(path, schema, self._shown)
+        self._index["tables"][name] = replace(stream.entry, origin=self.origin)
         return stream
 
     def write_document(self, name: str, document: Mapping[str, Any]) -> None:
         """Write a document of JSON values (finite numbers, None for what is not known)."""
         self._check_new("documents", name)
         text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1, default=_plain)
-        file = file_of(name, ".json")
         with store_faults(self._shown):
-            path = self.folder / file
+            path = self.folder / file_of(name, ENDINGS["documents"])
             path.parent.mkdir(parents=True, exist_ok=True)
-            _write_flushed(path, text)
-        self._index["documents"][name] = {"file": file, "bytes": len(text.encode())}
+            content = _write_flushed(path, text)
+        digest = hashlib.sha256(content).hexdigest()
+        self._index["documents"][name] = Entry(len(content), sha256=digest, origin=self.origin)
+
+    def stored(self, name: str) -> dict[str, Any] | None:
+        """Return a document of the old generation, None where there is none that counts beside what is written."""
+        return self._old.document(name, self.origin)
 
     def keep(self, *names: str) -> None:
         """Carry tables or documents of these names over from the old generation, unchanged.
+
+        What somebody else has written is not carried into what the user's own run writes, but for documents that grow
+        entry by entry: there each entry keeps its origin.
 
         Raises
         ------
@@ -193,7 +210,7 @@ class Writing:
             If the old generation has none of that name.
         """
         for name in names:
-            kinds = [kind for kind, old in self._old_index().items() if name in old]
+            kinds = [kind for kind in ENDINGS if name in self._old.index.of(kind)]
             if not kinds:
                 raise KeyError(name)
             for kind in kinds:
@@ -201,48 +218,34 @@ class Writing:
 
     def keep_rest(self) -> None:
         """Carry over all that the old generation holds and that is not written anew (so far)."""
-        for kind, old in self._old_index().items():
-            for name in old:
+        for kind in ENDINGS:
+            for name in self._old.index.of(kind):
                 if name not in self._index[kind]:
                     self._carry_over(kind, name)
 
     def _carry_over(self, kind: str, name: str) -> None:
-        assert self._old is not None
         self._check_new(kind, name)
-        entry = self._old_index()[kind][name]
-        if self._remote is not None:
-            self._kept[str(entry["file"])] = self._old.name
-            self._index[kind][name] = entry
+        grown = self._old.grown(kind, name)
+        if grown is not None:
+            self.write_document(name, grown)
             return
-        source, target = self._old / str(entry["file"]), self.folder / str(entry["file"])
-        with store_faults(self._shown):
-            target.parent.mkdir(parents=True, exist_ok=True)
-            try:
-                os.link(source, target)
-            except FileNotFoundError:
-                reason, mend = (
-                    "damaged (the file is gone)",
-                    "delete the store and run ingest again (its history goes too)",
-                )
-                raise InputError.at(self._shown, name, reason, mend) from None
-            except OSError:
-                # No hard links here.
-                shutil.copyfile(source, target)
-                _flush_file(target)
+        entry = self._old.entry_to_keep(kind, name, self.origin)
+        if entry is None:
+            return
+        file = file_of(name, ENDINGS[kind])
+        if self._remote is not None:
+            self._kept[file] = self._old.folder.name
+        else:
+            source, target = self._old.folder / file, self.folder / file
+            with store_faults(self._shown):
+                target.parent.mkdir(parents=True, exist_ok=True)
+                try:
+                    os.link(source, target)
+                except OSError:
+                    # No hard links here.
+                    shutil.copyfile(source, target)
+                    _flush_file(target)
         self._index[kind][name] = entry
-
-    def _old_index(self) -> Index:
-        """Return what the old generation holds; looked at only here, so that a damaged store can be written anew."""
-        if self._old is None:
-            return {}
-        if not (self._old / INDEX).exists():
-            raise InputError.at(
-                self._shown,
-                INDEX,
-                "damaged (the file is gone)",
-                "delete the store and run ingest again (its history goes too)",
-            )
-        return read_index(self._old, self._shown)
 
     def _check_new(self, kind: str, name: str) -> None:
         if self.committed:
@@ -262,23 +265,32 @@ class Writing:
             raise ValueError("this generation is committed already")
         for name, stream in self._streams.items():
             stream.close()
-            entry = self._index["tables"][name]
-            entry["rows"] = stream.n_rows
-            entry["bytes"] = (self.folder / str(entry["file"])).stat().st_size
-        created = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-        index = {"schema": SCHEMA, "id": self._id, "created": created, "command": self._command, **self._index}
+            self._index["tables"][name] = replace(stream.entry, origin=self.origin)
+        content = self._index_text().encode()
         with store_faults(self._shown):
-            _write_flushed(self.folder / INDEX, json.dumps(index, ensure_ascii=False, indent=1))
+            _write_flushed(self.folder / INDEX, content.decode())
             for folder in [self.folder, *(path for path in self.folder.rglob("*") if path.is_dir())]:
                 flush_folder(folder)
             flush_folder(self._store / GENERATIONS)
+        # Before the switch: one that holds and is not recorded would be nobody's.
+        state = self._old.sources_state if self.sources_state is None else self.sources_state
+        remember(hashlib.sha256(content).hexdigest(), state)
         if self._remote is not None and self._ticket is not None:
             with self._remote.faults():
-                began_from = None if self._old is None else self._old.name
+                began_from = self._old.folder.name if self._old.there else None
                 self._remote.publish(self.folder, self._kept, began_from, self._ticket)
         with store_faults(self._shown):
             switch(self._store, self._id)
         self.committed = True
+
+    def _index_text(self) -> str:
+        created = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+        listed = {
+            kind: {name: entry.as_document(file_of(name, ENDINGS[kind])) for name, entry in entries.items()}
+            for kind, entries in self._index.items()
+        }
+        index = {"schema": SCHEMA, "id": self._id, "created": created, "command": self._command, **listed}
+        return json.dumps(index, ensure_ascii=False, indent=1)
 
     def abandon(self) -> None:
         """Remove what was written, unless it holds already (an interruption just after the switch)."""
@@ -292,42 +304,41 @@ class Writing:
 
 
 @contextmanager
-def begin_writing(
-    store: Path, shown: str, command: str, wait_s: float, remote: Remote | None = None
-) -> Iterator[Writing]:
-    """Hold the writer's lock and a new generation; without a commit nothing of it remains.
-
-    Parameters
-    ----------
-    store : its folder. remote : the object store for which that folder stands, if it does.
-    """
+def begin_writing(store: Store, command: str, wait_s: float) -> Iterator[Writing]:
+    """Hold the writer's lock and a new generation; without a commit nothing of it remains."""
     with ExitStack() as stack:
-        with store_faults(shown):
-            store.mkdir(parents=True, exist_ok=True)
-            stack.enter_context(writer_lock(store / LOCK, command, wait_s, shown))
+        with store_faults(store.shown):
+            store.folder.mkdir(parents=True, exist_ok=True)
+            stack.enter_context(writer_lock(store.folder / LOCK, command, wait_s, store.shown))
+            check_plain(store.folder, store.shown)
         ticket = None
-        if remote is not None:
+        if store.remote is not None:
             from stiffcal.store.remote import remote_lock
 
-            ticket = stack.enter_context(remote_lock(remote, command, wait_s))
-            remote.pull()
-        with store_faults(shown):
-            remove_others(store, current_folder(store))
-            writing = Writing(store, shown, command, remote, ticket)
+            ticket = stack.enter_context(remote_lock(store.remote, command, wait_s))
+            store.remote.pull()
+        old = previous_generation(store, find_generation(store.folder, store.shown))
+        with store_faults(store.shown):
+            old.set_others_aside()
+            remove_others(store.folder, old.folder if old.there else None)
+            writing = Writing(store, command, old, ticket)
         try:
             yield writing
         finally:
             if writing.committed:
-                remove_others(store, writing.folder)
+                old.set_aside()
+                remove_others(store.folder, writing.folder)
             else:
                 writing.abandon()
 
 
-def _write_flushed(path: Path, text: str) -> None:
-    with path.open("w", encoding="utf-8", newline="\n") as file:
-        file.write(text)
+def _write_flushed(path: Path, text: str) -> bytes:
+    content = text.encode()
+    with path.open("xb") as file:
+        file.write(content)
         file.flush()
         os.fsync(file.fileno())
+    return content
 
 
 def _flush_file(path: Path) -> None:

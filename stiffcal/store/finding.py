@@ -1,0 +1,66 @@
+"""Which generation of a store is to be read, also where what names it is missing or leads elsewhere."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from stiffcal.errors import InputError
+from stiffcal.store.generations import all_generations, current_folder, place_of
+from stiffcal.store.index import INDEX, DamagedError, file_of, read_index
+from stiffcal.store.inside import open_inside
+from stiffcal.store.origin import verify
+from stiffcal.trust.notices import notice
+
+# How often a generation may be replaced between finding and opening it before that is taken for an error.
+ATTEMPTS = 100
+
+
+def find_generation(store: Path, shown: str, named: Callable[[Path], Path | None] = current_folder) -> Path | None:
+    """Return the folder of the generation that is to be read, or None where there is none.
+
+    Where none is named, or the named one is not there, the newest whole one; one line says so.
+
+    Raises
+    ------
+    NewerError : that one was written by a newer stiffcal.
+    """
+    before: Path | None = None
+    for _ in range(ATTEMPTS):
+        folder = named(store)
+        if folder is not None and os.path.lexists(folder / INDEX):
+            return folder
+        if folder == before:
+            break  # not replaced in between: it is not there
+        before = folder
+    for folder in all_generations(store):
+        if os.path.lexists(folder / INDEX) and is_whole(store, folder, shown):
+            notice(f"{store}: current names no generation that is there: the newest whole one is used, {folder.name}")
+            return folder
+    return None
+
+
+def is_whole(store: Path, folder: Path, shown: str) -> bool:
+    """Return whether all files of a generation are there and are what was written.
+
+    Raises
+    ------
+    NewerError : it was written by a newer stiffcal.
+    """
+    place = place_of(store, folder)
+    try:
+        index = read_index(store, place, shown)
+        for kind, ending in (("tables", ".parquet"), ("documents", ".json")):
+            for name, entry in index.of(kind).items():
+                inside = file_of(name, ending)
+                with open_inside(store, f"{place}/{inside}") as file:
+                    verify(file, folder / inside, entry, shown, name)
+    except (DamagedError, OSError):
+        return False
+    return True
+
+
+def nothing_stored(shown: str) -> InputError:
+    """Return the error of a store without anything in it."""
+    return InputError.at(shown, "", "nothing is stored here yet", "run ingest first")

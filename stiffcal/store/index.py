@@ -1,0 +1,234 @@
+"""The index of a generation: what lies in it, how large it is, its SHA-256, and from whom it comes.
+
+An index may have been written by anybody. It names tables and documents, never files: where one lies follows from its
+name alone (`file_of`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+from urllib.parse import quote
+
+from stiffcal.errors import InputError
+from stiffcal.store.inside import open_inside
+
+SCHEMA = "stiffcal/store/2"
+FIRST_SCHEMA = "stiffcal/store/1"
+"""Of stiffcal 0.1, whose index holds no hashes."""
+INDEX = "generation.json"
+OWN, TRUSTED_PLACE, FOREIGN = "own", "trusted place", "foreign"
+"""From whom a result comes: this user's own runs, a place the user has allowed, or anybody."""
+ORIGINS = (OWN, TRUSTED_PLACE, FOREIGN)
+REBUILD = "run stiffcal ingest again; the history is kept as far as it can be read"
+UPDATE = "update stiffcal"
+MOST_BYTES = 1 << 26
+"""Of an index: some hundred thousand recordings."""
+_MOST_NAME = 1000
+_NUMBERED = re.compile(r"(stiffcal/[a-z-]+)/(\d{1,9})")
+_SHA256 = re.compile(r"[0-9a-f]{64}")
+_MOST_DIGITS = 300
+ENDINGS = {"tables": ".parquet", "documents": ".json"}
+_KINDS = tuple(ENDINGS)
+
+
+class DamagedError(InputError):
+    """A part of a store cannot be used: it is not what was written, or not there."""
+
+
+class NewerError(InputError):
+    """A part of a store was written by a newer stiffcal."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A table or document of a generation.
+
+    Attributes
+    ----------
+    bytes : size of its file. rows : of a table, else -1.
+    sha256 : of its file, hexadecimal; "" in stores of version 0.1.
+    origin : from whom it comes, as its writer recorded it.
+    """
+
+    bytes: int
+    rows: int = -1
+    sha256: str = ""
+    origin: str = OWN
+
+    def as_document(self, file: str) -> dict[str, object]:
+        """Return the entry as it stands in the index; `file` is for readers outside stiffcal."""
+        rows = {} if self.rows < 0 else {"rows": self.rows}
+        origin = {} if self.origin == OWN else {"origin": self.origin}
+        return {"file": file, **rows, "bytes": self.bytes, "sha256": self.sha256, **origin}
+
+
+@dataclass(frozen=True)
+class Index:
+    """What a generation holds.
+
+    Attributes
+    ----------
+    digest : SHA-256 of the index itself, under which the user's record knows the generation.
+    """
+
+    tables: Mapping[str, Entry] = field(default_factory=dict)
+    documents: Mapping[str, Entry] = field(default_factory=dict)
+    digest: str = ""
+
+    def of(self, kind: str) -> Mapping[str, Entry]:
+        """Return the tables or the documents."""
+        return self.tables if kind == "tables" else self.documents
+
+    def files(self) -> dict[str, Entry]:
+        """Return every file of the generation, by its path inside it, with its entry."""
+        return {file_of(name, ENDINGS[kind]): entry for kind in _KINDS for name, entry in self.of(kind).items()}
+
+
+def file_of(name: str, ending: str) -> str:
+    """Return the path of a table or document inside its generation.
+
+    Slashes make folders; what not every file system can hold is percent-encoded.
+
+    Examples
+    --------
+    >>> file_of("recordings/pose 1?/ft", ".parquet")
+    'recordings/pose 1%3F/ft.parquet'
+    """
+    parts = [quote(part, safe=" -_+=@#(),") for part in name.split("/")]
+    # Names of dots alone would lead out of the folder.
+    parts = [part.replace(".", "%2E") if not part.strip(".") else part for part in parts]
+    if not all(parts):
+        raise ValueError(f"no name for a table or document: {name!r}")
+    return "/".join(parts) + ending
+
+
+def read_index(store: Path, place: str, shown: str) -> Index:
+    """Return what a generation holds.
+
+    Parameters
+    ----------
+    store : the store's folder. place : of the generation inside it. shown : the store's name in messages.
+
+    Raises
+    ------
+    DamagedError
+        If the index is not there, or damaged.
+    NewerError
+        If it was written by a newer stiffcal.
+    """
+    try:
+        with open_inside(store, f"{place}/{INDEX}") as file:
+            content = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise DamagedError.at(shown, INDEX, f"damaged ({error.strerror})", REBUILD) from None
+    if len(content) > MOST_BYTES:
+        raise DamagedError.at(shown, INDEX, f"damaged (more than {MOST_BYTES} bytes)", REBUILD)
+    return parse_index(content, shown)
+
+
+def parse_index(content: bytes, shown: str) -> Index:
+    """Return what an index says.
+
+    Raises
+    ------
+    DamagedError
+        If it is no index of a store.
+    NewerError
+        If it was written by a newer stiffcal.
+    """
+    try:
+        document = parse_json(content)
+        schema = document.get("schema")
+        check_version(schema, SCHEMA, shown, INDEX)
+        if schema not in (FIRST_SCHEMA, SCHEMA):
+            raise ValueError(f"schema {str(schema)[:80]!r}")
+        tables, documents = (_entries(document[kind], kind, hashed=schema == SCHEMA) for kind in _KINDS)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise DamagedError.at(shown, INDEX, f"damaged ({error})", REBUILD) from None
+    return Index(tables, documents, hashlib.sha256(content).hexdigest())
+
+
+def _entries(listed: dict[str, Any], kind: str, *, hashed: bool) -> dict[str, Entry]:
+    found = {}
+    for name, told in listed.items():
+        if not 0 < len(name) <= _MOST_NAME or "\0" in name:
+            raise ValueError(f"no name of a table or document: {name[:80]!r}")
+        name.encode()  # half a surrogate pair is no name of a file
+        file_of(name, ENDINGS[kind])
+        rows, size, digest = told.get("rows", -1), told["bytes"], told["sha256"] if hashed else ""
+        origin = told.get("origin", OWN)
+        if not (_is_count(size) and (rows == -1 or _is_count(rows)) and origin in ORIGINS):
+            raise ValueError(f"the entry of {name[:80]!r}")
+        if hashed and not (isinstance(digest, str) and _SHA256.fullmatch(digest)):
+            raise ValueError(f"the hash of {name[:80]!r}")
+        found[name] = Entry(size, rows, digest, origin)
+    return found
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 62
+
+
+def check_version(schema: object, known: str, shown: str, place: str) -> None:
+    """Raise a `NewerError` where a document's schema is a later one of the same kind.
+
+    Examples
+    --------
+    >>> check_version("stiffcal/store/1", "stiffcal/store/2", "store", "generation.json")
+    >>> check_version("stiffcal/store/9", "stiffcal/store/2", "store", "generation.json")
+    Traceback (most recent call last):
+    stiffcal.store.index.NewerError: store: generation.json: written by a newer stiffcal (stiffcal/store/9); \
+update stiffcal
+    """
+    found = _NUMBERED.fullmatch(schema) if isinstance(schema, str) else None
+    ours = _NUMBERED.fullmatch(known)
+    if found is not None and ours is not None and found[1] == ours[1] and int(found[2]) > int(ours[2]):
+        raise NewerError.at(shown, place, f"written by a newer stiffcal ({schema})", UPDATE)
+
+
+def parse_json(content: bytes) -> dict[str, Any]:
+    """Return a JSON object that anybody may have written.
+
+    Raises
+    ------
+    ValueError
+        It is no JSON object in UTF-8, nested too deeply, or holds NaN, infinity or an endless number.
+
+    Examples
+    --------
+    >>> parse_json(b'{"a": [1, 2.5]}')
+    {'a': [1, 2.5]}
+    >>> parse_json(b'{"a": NaN}')
+    Traceback (most recent call last):
+    ValueError: NaN is no number of JSON
+    """
+    try:
+        document = json.loads(content.decode("utf-8"), parse_constant=_no_number, parse_int=_integer, parse_float=_real)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    if not isinstance(document, dict):
+        raise ValueError("no JSON object")
+    return document
+
+
+def _no_number(text: str) -> NoReturn:
+    raise ValueError(f"{text} is no number of JSON")
+
+
+def _integer(text: str) -> int:
+    if len(text) > _MOST_DIGITS:
+        raise ValueError(f"a number of {len(text)} digits")
+    return int(text)
+
+
+def _real(text: str) -> float:
+    value = float(text)
+    if value - value != 0.0:
+        raise ValueError(f"{text[:40]} is beyond all numbers")
+    return value

@@ -1,0 +1,178 @@
+"""The generation that a writer begins from: what of it is carried over, and from whom that comes."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.store.generations import GENERATIONS, SET_ASIDE, all_generations, place_of
+from stiffcal.store.index import (
+    ENDINGS,
+    FOREIGN,
+    OWN,
+    DamagedError,
+    Entry,
+    Index,
+    file_of,
+    parse_json,
+    read_index,
+)
+from stiffcal.store.inside import open_inside
+from stiffcal.store.origin import ENTRY_LISTS, known_sources_state, with_origins
+from stiffcal.store.snapshot import Snapshot
+from stiffcal.trust.notices import notice
+
+if TYPE_CHECKING:
+    from stiffcal.store.reading import Store
+
+_MOST_BYTES = 1 << 28
+# Files up to this size are compared with their hash before they are carried over; larger ones when they are read.
+_COMPARED_BYTES = 1 << 22
+
+
+@dataclass
+class Previous:
+    """The generation that held when a writer began; there may be none.
+
+    Attributes
+    ----------
+    snapshot : what is known of it.
+    there : False where there was none.
+    """
+
+    snapshot: Snapshot
+    there: bool
+    _lost: str = ""
+
+    @property
+    def folder(self) -> Path:
+        """Where its files lie."""
+        return self.snapshot.folder
+
+    @property
+    def index(self) -> Index:
+        """What it holds."""
+        return self.snapshot.index
+
+    @property
+    def sources_state(self) -> str:
+        """The state of its sources as this user's record knows it."""
+        return known_sources_state(self.index.digest) if self.there else ""
+
+    def document(self, name: str, writing: str) -> dict[str, Any] | None:
+        """Return a document, None where there is none that counts for what is written.
+
+        Parameters
+        ----------
+        writing : the origin of what is written: beside what the user computes, a stranger's results do not count.
+        """
+        if name not in self.index.documents:
+            return None
+        if name in ENTRY_LISTS:
+            return self._entries(name)
+        if self.snapshot.origin_of(name) == FOREIGN != writing:
+            return None
+        try:
+            return self.snapshot.read_document(name)
+        except DamagedError:
+            return None
+
+    def grown(self, kind: str, name: str) -> dict[str, Any] | None:
+        """Return a document that grows entry by entry, to be written anew with origins; None where a copy will do."""
+        if kind != "documents" or name not in ENTRY_LISTS:
+            return None
+        if self.snapshot.origin_of(name) == OWN and not self.snapshot.damaged([name]):
+            return None
+        return self._entries(name)
+
+    def entry_to_keep(self, kind: str, name: str, writing: str) -> Entry | None:
+        """Return what the new index is to say of a file that is carried over; None: it is not to be.
+
+        Parameters
+        ----------
+        writing : the origin of what is written.
+        """
+        entry = self.index.of(kind)[name]
+        origin = self.snapshot.origin_of(name)
+        if origin == FOREIGN != writing:
+            return None
+        if self.snapshot.remote is None and not self._is_sound(kind, name, entry):
+            return None
+        if not entry.sha256:
+            entry = replace(entry, sha256=self._hash_of(kind, name))
+        return replace(entry, origin=origin)
+
+    def _is_sound(self, kind: str, name: str, entry: Entry) -> bool:
+        if entry.bytes <= _COMPARED_BYTES:
+            return name not in self.snapshot.damaged([name])
+        try:
+            with open_inside(self.snapshot.store, self._place(kind, name)) as file:
+                return os.fstat(file.fileno()).st_size == entry.bytes
+        except OSError:
+            return False
+
+    def _hash_of(self, kind: str, name: str) -> str:
+        from hashlib import file_digest
+
+        with open_inside(self.snapshot.store, self._place(kind, name)) as file:
+            return file_digest(file, "sha256").hexdigest()
+
+    def _place(self, kind: str, name: str) -> str:
+        return f"{place_of(self.snapshot.store, self.folder)}/{file_of(name, ENDINGS[kind])}"
+
+    def _entries(self, name: str) -> dict[str, Any] | None:
+        """Return a document that grows, as far as it can be read; what is not what was written is foreign."""
+        with suppress(DamagedError):
+            return self.snapshot.read_document(name)
+        try:
+            with open_inside(self.snapshot.store, self._place("documents", name)) as file:
+                document = parse_json(file.read(_MOST_BYTES))
+        except (OSError, ValueError):
+            self._lost = name
+            return None
+        return with_origins(name, document, Entry(0), FOREIGN, self.snapshot.address)
+
+    def set_others_aside(self) -> None:
+        """Where nothing holds, keep what may hold a history: it is moved, not removed."""
+        if not self.there:
+            for folder in all_generations(self.snapshot.store):
+                if os.path.lexists(folder / file_of("history", ".json")):
+                    self._move(folder)
+
+    def set_aside(self) -> None:
+        """Keep the generation where its history could not be read: it is moved, not removed."""
+        if self.there and self._lost and self.folder.parent.name == GENERATIONS:
+            self._move(self.folder)
+
+    def _move(self, folder: Path) -> None:
+        place = self.snapshot.store / SET_ASIDE
+        with suppress(OSError):
+            place.mkdir(exist_ok=True)
+            folder.rename(place / folder.name)
+            notice(f"{place / folder.name}: a damaged part of the store was moved here with its history")
+
+
+def previous_generation(store: Store, folder: Path | None) -> Previous:
+    """Return what is known of the generation that holds; of a damaged index, that there may be a history.
+
+    Raises
+    ------
+    NewerError : it was written by a newer stiffcal.
+    """
+    found = folder or store.folder / GENERATIONS
+    index = Index()
+    if folder is not None:
+        try:
+            index = read_index(store.folder, place_of(store.folder, folder), store.shown)
+        except DamagedError:
+            documents = {name: Entry(0, origin=FOREIGN) for name in ENTRY_LISTS if _is_there(folder, name)}
+            index = Index(documents=documents)
+    snapshot = Snapshot(store.folder, found, index, store.shown, store.address, store.remote)
+    return Previous(snapshot, folder is not None)
+
+
+def _is_there(folder: Path, name: str) -> bool:
+    return os.path.lexists(folder / file_of(name, ENDINGS["documents"]))

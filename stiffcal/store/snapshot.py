@@ -1,0 +1,179 @@
+"""One generation of a store, held while it is read: each file is compared with its hash when it is first read."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import pyarrow as pa
+import pyarrow.parquet as parquet
+
+from stiffcal.errors import InputError
+from stiffcal.limits import DOCUMENT, PIECE
+from stiffcal.store.generations import place_of
+from stiffcal.store.index import OWN, DamagedError, Entry, Index, file_of, parse_json
+from stiffcal.store.inside import open_inside
+from stiffcal.store.origin import (
+    damaged,
+    origin_of_entry,
+    origin_of_generation,
+    verify,
+    with_origins,
+    worst_of,
+)
+
+if TYPE_CHECKING:
+    from stiffcal.store.remote import Remote
+
+BATCH_ROWS = 1 << 16
+RECORDINGS = "recordings/"
+# A file up to this size is held in memory while it is read; a larger one is read from the disk twice.
+_HELD_BYTES = 1 << 24
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """One generation of a store, held while it is read.
+
+    Attributes
+    ----------
+    store : the store's folder. folder : where the generation's files lie.
+    index : what it holds.
+    shown : the store's name in messages.
+    address : the store's place, as the user allows places: a path, or an address in an object store.
+    remote : the object store from which files are fetched when they are first read, or None.
+    """
+
+    store: Path
+    folder: Path
+    index: Index
+    shown: str
+    address: str
+    remote: Remote | None = None
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """The names of all tables."""
+        return tuple(self.index.tables)
+
+    @property
+    def documents(self) -> tuple[str, ...]:
+        """The names of all documents."""
+        return tuple(self.index.documents)
+
+    @cached_property
+    def origin(self) -> str:
+        """From whom the generation comes: "own", "trusted place" or "foreign"."""
+        return origin_of_generation(self.index, self.address)
+
+    def origin_of(self, *names: str) -> str:
+        """Return from whom tables or documents come, the worst of them; own where there are none of these names."""
+        return worst_of(
+            origin_of_entry(entries[name].origin, self.origin, self.address)
+            for entries in (self.index.tables, self.index.documents)
+            for name in names
+            if name in entries
+        )
+
+    def read_table(self, name: str, columns: Sequence[str] | None = None) -> pa.Table:
+        """Return a table, or some of its columns.
+
+        Raises
+        ------
+        InputError
+            If there is no such table, or its file is damaged.
+        """
+        with self._opened(name) as file:
+            if self.origin != OWN:
+                # What packs to a few bytes may be more than a memory holds.
+                PIECE.check(8 * file.metadata.num_rows * file.metadata.num_columns, self.shown, name)
+            return file.read(columns=None if columns is None else list(columns), use_threads=False)
+
+    def read_batches(
+        self, name: str, columns: Sequence[str] | None = None, rows: int = BATCH_ROWS
+    ) -> Iterator[pa.RecordBatch]:
+        """Yield a table in pieces of at most `rows` rows."""
+        with self._opened(name) as file:
+            chosen = None if columns is None else list(columns)
+            yield from file.iter_batches(batch_size=rows, columns=chosen, use_threads=False)
+
+    def read_document(self, name: str) -> dict[str, Any]:
+        """Return a document; raises `InputError` where there is none or it is damaged.
+
+        Of one that grows entry by entry each entry has its ``origin``, where that is not the user.
+        """
+        if name not in self.documents:
+            raise InputError.at(self.shown, name, "no such document", "run the command that makes it first")
+        entry = self.index.documents[name]
+        DOCUMENT.check(entry.bytes, self.shown, name)
+        try:
+            with self._verified(name, ".json", entry) as file:
+                content = file.read()
+            # What this user's own runs have written needs no second look.
+            document = json.loads(content) if self.origin == OWN else parse_json(content)
+        except ValueError as error:
+            raise damaged(self.shown, name, str(error)) from None
+        return with_origins(name, document, entry, self.origin, self.address)
+
+    def damaged(self, names: Iterable[str] | None = None) -> dict[str, str]:
+        """Return the names of tables and documents that are not what was written, each with the reason.
+
+        Parameters
+        ----------
+        names : which to look at; None: all but recordings, of which there may be many gigabytes.
+        """
+        found = {}
+        for entries, ending in ((self.index.tables, ".parquet"), (self.index.documents, ".json")):
+            for name, entry in entries.items():
+                if name.startswith(RECORDINGS) if names is None else name not in names:
+                    continue
+                try:
+                    with self._verified(name, ending, entry):
+                        pass
+                except DamagedError as error:
+                    found[name] = error.faults[0].reason
+        return found
+
+    def path_of_table(self, name: str) -> Path:
+        """Return the Parquet file of a table, compared with its hash."""
+        with self._verified(name, ".parquet", self.index.tables[name]):
+            return self.folder / file_of(name, ".parquet")
+
+    @contextmanager
+    def _verified(self, name: str, ending: str, entry: Entry) -> Iterator[IO[bytes]]:
+        path = self.folder / file_of(name, ending)
+        if self.remote is not None:
+            with self.remote.faults():
+                self.remote.fetch(path, entry.bytes)
+        try:
+            file = open_inside(self.store, f"{place_of(self.store, self.folder)}/{file_of(name, ending)}")
+        except OSError as error:
+            raise damaged(self.shown, name, error.strerror or str(error)) from None
+        with file:
+            verify(file, path, entry, self.shown, name)
+            yield file
+
+    @contextmanager
+    def _opened(self, name: str) -> Iterator[parquet.ParquetFile]:
+        if name not in self.tables:
+            raise InputError.at(self.shown, name, "no such table", "run the command that makes it first")
+        entry = self.index.tables[name]
+        try:
+            with (
+                self._verified(name, ".parquet", entry) as file,
+                _source_of(file, entry.bytes) as source,
+                parquet.ParquetFile(source, page_checksum_verification=True) as table,
+            ):
+                yield table
+        except (OSError, pa.ArrowException) as error:
+            raise damaged(self.shown, name, (str(error).splitlines() or [type(error).__name__])[0]) from None
+
+
+@contextmanager
+def _source_of(file: IO[bytes], size: int) -> Iterator[Any]:
+    yield pa.BufferReader(file.read()) if size <= _HELD_BYTES else pa.PythonFile(file, mode="r")
