@@ -5,10 +5,11 @@ Layout of a store folder::
     store/
       current -> generations/20261121T113400-3f9a1c    the generation that holds now
       generations/20261121T113400-3f9a1c/
-        generation.json      what lies here: tables with rows and bytes, documents, who wrote it and when
+        generation.json      what lies here: tables and documents with bytes, SHA-256 and origin; who wrote it and when
         states.parquet       a table; a name with slashes is a path below: recordings/pose01/ft.parquet
         provenance.json      a document
       lock                   held by the one process that writes
+      set-aside/             damaged generations whose history could not be read; there only where that happened
 
 Outside readers need one line: ``pandas.read_parquet("store/current/states.parquet")``, the same path in polars, in
 DuckDB ``select * from 'store/current/states.parquet'``.
@@ -17,6 +18,10 @@ Why generations: a reader must see the old store or the new one, whenever the wr
 folder, flushes it to the disk, and then replaces the link `current`, which is one atomic step of the file system; only
 then is the old folder removed. What a killed writer left behind is removed by the next one. A reader inside stiffcal
 holds a shared lock on its generation, so that it is not removed beneath it.
+
+A store may come from anybody. Files are found by the names of tables and documents alone (never by what an index says),
+opened without following links, and compared with their SHA-256; the user's record of trust knows the digests of the
+indexes that their own runs have written (`stiffcal.store.origin`).
 
 Where links cannot be replaced atomically (Windows, some network folders) a file ``current.id`` with the generation's
 name is the switch; ``current`` is then a directory junction, renewed right after it.
@@ -32,7 +37,8 @@ from stiffcal.store.provenance import (
     hash_sources,
     versions,
 )
-from stiffcal.store.reading import Snapshot, Store
+from stiffcal.store.reading import Store
+from stiffcal.store.snapshot import Snapshot
 from stiffcal.store.writing import TableStream, Writing
 
 __all__ = [

@@ -67,8 +67,8 @@ def _named_by_link(store: Path) -> str | None:
     except OSError:
         return None
     # A junction of Windows holds the whole path.
-    *folders, name = target.parts if os.name != "nt" else target.parts[-2:]
-    return name if folders == [GENERATIONS] and is_generation_name(name) else None
+    parts = target.parts if os.name != "nt" else target.parts[-2:]
+    return parts[1] if parts[:1] == (GENERATIONS,) and len(parts) == 2 and is_generation_name(parts[1]) else None
 
 
 def place_of(store: Path, folder: Path) -> str:

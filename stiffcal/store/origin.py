@@ -22,7 +22,7 @@ ENTRY_LISTS = {"history": "fits", "load_paths": "paths", "diagnoses": "entries"}
 
 CHUNK = 1 << 20
 _MOST_VERIFIED = 10_000
-_verified: dict[tuple[str, str, int, int, int], None] = {}
+_verified: set[tuple[str, str, int, int, int]] = set()
 
 
 def origin_of_generation(index: Index, place: str) -> str:
@@ -102,20 +102,21 @@ def verify(file: IO[bytes], path: Path, entry: Entry, shown: str, name: str) -> 
     key = (str(path), entry.sha256, found.st_ino, found.st_size, found.st_ctime_ns)
     if not entry.sha256 or key in _verified:
         return
+    found_hash = hash_of(file)
+    file.seek(0)
+    if found_hash != entry.sha256:
+        raise damaged(shown, name, "its content is not what was written")
+    if len(_verified) >= _MOST_VERIFIED:
+        _verified.clear()
+    _verified.add(key)
+
+
+def hash_of(file: IO[bytes]) -> str:
+    """Return the SHA-256 of the rest of an open file."""
     digest = hashlib.sha256()
     while chunk := file.read(CHUNK):
         digest.update(chunk)
-    file.seek(0)
-    if digest.hexdigest() != entry.sha256:
-        raise damaged(shown, name, "its content is not what was written")
-    note_verified(key)
-
-
-def note_verified(key: tuple[str, str, int, int, int]) -> None:
-    """Remember for this process that a file was compared with its hash."""
-    if len(_verified) >= _MOST_VERIFIED:
-        _verified.clear()
-    _verified[key] = None
+    return digest.hexdigest()
 
 
 def damaged(shown: str, name: str, why: str) -> InputError:

@@ -21,7 +21,7 @@ from stiffcal.store.index import (
     read_index,
 )
 from stiffcal.store.inside import open_inside
-from stiffcal.store.origin import ENTRY_LISTS, known_sources_state, with_origins
+from stiffcal.store.origin import ENTRY_LISTS, hash_of, known_sources_state, with_origins
 from stiffcal.store.snapshot import Snapshot
 from stiffcal.trust.notices import notice
 
@@ -115,10 +115,8 @@ class Previous:
             return False
 
     def _hash_of(self, kind: str, name: str) -> str:
-        from hashlib import file_digest
-
         with open_inside(self.snapshot.store, self._place(kind, name)) as file:
-            return file_digest(file, "sha256").hexdigest()
+            return hash_of(file)
 
     def _place(self, kind: str, name: str) -> str:
         return f"{place_of(self.snapshot.store, self.folder)}/{file_of(name, ENDINGS[kind])}"

@@ -86,12 +86,12 @@ class TrustRecord:
 
     def generation(self, index_sha256: str) -> CommittedGeneration | None:
         """Return the generation with this index as a run of this user has written it, None where none has."""
-        return self._content.generations.get(index_sha256) or _of_this_process.get(index_sha256)
+        return self._content.generations.get(index_sha256) or self._written_here().get(index_sha256)
 
     def entries(self) -> list[TrustEntry]:
         """Return everything that is trusted, what the user has allowed first."""
         allowed = sorted(self._content.allowed.values(), key=lambda entry: (entry.kind, entry.since))
-        known = {**self._content.generations, **_of_this_process}.values()
+        known = {**self._content.generations, **self._written_here()}.values()
         return [*allowed, *(TrustEntry("generation", row.index_sha256, "", row.committed) for row in known)]
 
     def allow_plugin(self, digest: str, note: str) -> None:
@@ -133,7 +133,7 @@ class TrustRecord:
             for entry in gone:
                 del content.allowed[entry.kind, entry.key]
             for name in names:
-                row = content.generations.pop(name, None) or _of_this_process.pop(name, None)
+                row = content.generations.pop(name, None) or self._written_here().pop(name, None)
                 if row is not None:
                     gone.append(TrustEntry("generation", name, "", row.committed))
 
@@ -148,10 +148,13 @@ class TrustRecord:
         for generation in generations:
             if SHA256.fullmatch(generation.index_sha256) is None:
                 raise ValueError(f"not a SHA-256: {generation.index_sha256!r}")
-            _of_this_process[generation.index_sha256] = generation
+            self._written_here()[generation.index_sha256] = generation
         fault = self._change(lambda content: content.add(generations))
         if fault:
             notice(f"{fault}: {_NOT_REMEMBERED}", RECORD)
+
+    def _written_here(self) -> dict[str, CommittedGeneration]:
+        return _of_this_process.setdefault(self.folder, {})
 
     def _allow(self, kind: Kind, key: str, note: str) -> None:
         if kind in ("plugin", "text") and SHA256.fullmatch(key) is None:
@@ -186,8 +189,8 @@ class TrustRecord:
         return ""
 
 
-_of_this_process: dict[str, CommittedGeneration] = {}
-"""What this process has written, also where no record can be kept: no step is computed twice in one command."""
+_of_this_process: dict[Path | None, dict[str, CommittedGeneration]] = {}
+"""What this process has written, by state folder, also where no record can be kept: no step is computed twice."""
 
 _Stamp = tuple[str, int, int, int]
 _cached: dict[_Stamp, RecordContent] = {}

@@ -147,9 +147,9 @@ def stored_states(
     try:
         return states_from_table(target.read_table(STATES))
     except ValueError as error:
-        raise InputError.at(
-            target.shown, STATES, str(error), "delete the store and run ingest again (its history goes too)"
-        ) from None
+        from stiffcal.store.origin import damaged
+
+        raise damaged(target.shown, STATES, str(error)) from None
 
 
 def source_files(campaign: Campaign) -> list[str]:

@@ -115,8 +115,9 @@ def ingested(folder: Path, means: Means) -> Ingested:
     try:
         states = states_from_table(table)
     except ValueError as error:
-        mend = "delete the store and run ingest again (its history goes too)"
-        raise InputError.at(store.shown, STATES, str(error), mend) from error
+        from stiffcal.store.origin import damaged
+
+        raise damaged(store.shown, STATES, str(error)) from error
     beside = {name: store.read_table(name) for name in BESIDE if name in store.tables}
     return Ingested(campaign, store, table, without_commands(states, campaign.chain), beside)
 
