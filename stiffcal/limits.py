@@ -16,6 +16,9 @@ variable                      default     what is counted
 ``STIFFCAL_MAX_COLUMNS``      20000       columns of one log
 ``STIFFCAL_MAX_TOML``         32 MiB      bytes of campaign.toml, robot.toml, model.toml and their kin
 ``STIFFCAL_MAX_RUNS``         100000      runs of one campaign, and likewise its sources, frames and excludes
+``STIFFCAL_MAX_ENTRIES``      1000        entries of any other list or table in a TOML file: frames, sources, effects
+``STIFFCAL_MAX_BALANCES``     1000000     balances of the loaded robot that one simulation solves
+``STIFFCAL_MAX_SAMPLES``      100000000   readings of all sensors that one simulation logs
 ``STIFFCAL_MAX_URDF``         64 MiB      bytes of a URDF
 ``STIFFCAL_MAX_URDF_NODES``   200000      elements of a URDF
 ``STIFFCAL_MAX_DOCUMENT``     1 GiB       bytes of one JSON document of a store
@@ -132,11 +135,14 @@ ROWS = Limit("STIFFCAL_MAX_ROWS", 4_000_000_000, "rows", in_bytes=False)
 COLUMNS = Limit("STIFFCAL_MAX_COLUMNS", 20_000, "columns", in_bytes=False)
 TOML = Limit("STIFFCAL_MAX_TOML", 32 * MIB, "of TOML")
 RUNS = Limit("STIFFCAL_MAX_RUNS", 100_000, "entries", in_bytes=False)
+ENTRIES = Limit("STIFFCAL_MAX_ENTRIES", 1000, "entries", in_bytes=False)
+BALANCES = Limit("STIFFCAL_MAX_BALANCES", 1_000_000, "balances of the robot", in_bytes=False)
+SAMPLES = Limit("STIFFCAL_MAX_SAMPLES", 100_000_000, "readings of sensors", in_bytes=False)
 URDF = Limit("STIFFCAL_MAX_URDF", 64 * MIB, "of URDF")
 URDF_NODES = Limit("STIFFCAL_MAX_URDF_NODES", 200_000, "elements", in_bytes=False)
 DOCUMENT = Limit("STIFFCAL_MAX_DOCUMENT", GIB, "of JSON")
 
-ALL = (UNPACKED, RATIO, PIECE, LINE, ROWS, COLUMNS, TOML, RUNS, URDF, URDF_NODES, DOCUMENT)
+ALL = (UNPACKED, RATIO, PIECE, LINE, ROWS, COLUMNS, TOML, RUNS, ENTRIES, BALANCES, SAMPLES, URDF, URDF_NODES, DOCUMENT)
 
 
 def check_unpacked(unpacked: int, packed: int, file: str, place: str = "") -> None:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Iterator
 from difflib import get_close_matches
+from itertools import chain, islice
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Any
 
 from stiffcal.campaign.explain import key_path
 from stiffcal.campaign.frame_checks import frame_fault, frame_faults
 from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.run_checks import MOST_COMPARED, MOST_FAULTS, choices, exclusion_faults, run_faults
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault, InputError
@@ -28,13 +28,14 @@ def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[F
     ----------
     manifest : as read. links : names that the robot's links go by; None where the robot could not be read.
     """
-    return [
-        *frame_faults(manifest, links),
-        *_run_faults(manifest),
-        *_source_faults(manifest),
-        *_signal_faults(manifest, links),
-        *_exclusion_faults(manifest),
-    ]
+    found = chain(
+        frame_faults(manifest, links),
+        run_faults(manifest),
+        _source_faults(manifest),
+        _signal_faults(manifest, links),
+        exclusion_faults(manifest),
+    )
+    return list(islice(found, MOST_FAULTS))
 
 
 def robot_match_faults(manifest: Manifest, joint_names: tuple[str, ...], robot_file: str) -> list[Fault]:
@@ -86,11 +87,14 @@ def model_match_faults(model: ModelFile, joint_names: tuple[str, ...], links: tu
 
 def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[Fault]:
     """Check every path in the manifest: inside the campaign folder, and there."""
-    faults = []
+    faults: list[Fault] = []
     absent: dict[str, list[tuple[str, str]]] = {}
     taken = {file for _, file, _ in _paths(manifest)}
+    named = {"runs": [{"id": run.id} for run in manifest.runs]}
     for location, file, fetched in _paths(manifest):
-        place = key_path(location, {"runs": [{"id": run.id} for run in manifest.runs]})
+        if len(faults) >= MOST_FAULTS:
+            break
+        place = key_path(location, named)
         if escapes(file):
             mend = "copy the file into the campaign folder, and write its path from there"
             faults.append(_fault(place, f'"{file}" lies outside the campaign folder', mend))
@@ -180,7 +184,7 @@ def _file_advice(folder: Path, file: str, taken: set[str]) -> str:
     wanted = folder / file
     others = {folder / other for other in taken}
     names = sorted(path.name for path in wanted.parent.iterdir() if path not in others)
-    near = get_close_matches(wanted.name, names, n=1)
+    near = get_close_matches(wanted.name, names[:MOST_COMPARED], n=1)
     return f'did you mean "{near[0]}"?' if near else "put it there, or correct the name"
 
 
@@ -208,46 +212,6 @@ def _fault(place: str, reason: str, mend: str) -> Fault:
     return Fault(MANIFEST_FILE, place, reason, mend)
 
 
-def _run_faults(manifest: Manifest) -> Iterator[Fault]:
-    counts = Counter(run.id for run in manifest.runs)
-    for number, run in enumerate(manifest.runs):
-        place = f"runs[{number + 1}] ({run.id})"
-        if counts[run.id] > 1 and run.id in {other.id for other in manifest.runs[:number]}:
-            yield _fault(place, f'{counts[run.id]} runs have the name "{run.id}"', "give each run a name of its own")
-        for key, names in (("files", run.files), ("clock_ahead_s", run.clock_ahead_s)):
-            for name in names:
-                if name not in manifest.sources:
-                    yield _fault(
-                        f"{place}.{key}.{name}", f'there is no source "{name}"', _choices(name, manifest.sources)
-                    )
-        yield from _shared_log_faults(manifest, number, place)
-        if not run.files and manifest.sources and not any(_has_own_file(held) for held in manifest.sources.values()):
-            yield _fault(place, "the run names no files", 'add files = { SOURCE = "raw/…" }')
-
-
-def _shared_log_faults(manifest: Manifest, number: int, place: str) -> Iterator[Fault]:
-    """See that a run does not name an earlier run's log, unless rows or holds tell the two apart."""
-    run = manifest.runs[number]
-    split = {entry.run for entry in manifest.exclude}
-    for name, file in run.files.items():
-        if name not in manifest.sources or manifest.sources[name].run is not None:
-            continue
-        for other in manifest.runs[:number]:
-            apart = run.states != other.states or run.id in split or other.id in split
-            if other.files.get(name) == file and other.id != run.id and not apart:
-                yield _fault(
-                    f"{place}.files.{name}", f"{file} is named by run {other.id} too", "name this run's own log"
-                )
-                break
-
-
-def _choices(wrong: str, known: Any) -> str:
-    near = get_close_matches(wrong, list(known), n=1)
-    if near:
-        return f'did you mean "{near[0]}"?'
-    return "use one of " + ", ".join(known) if known else "describe it first"
-
-
 def _source_faults(manifest: Manifest) -> Iterator[Fault]:
     for name, source in manifest.sources.items():
         place = f"sources.{name}"
@@ -259,7 +223,7 @@ def _source_faults(manifest: Manifest) -> Iterator[Fault]:
         for signal in source.files:
             if signal not in (*signals, "time", "run"):
                 yield _fault(
-                    f"{place}.files.{signal}", f'the source has no signal "{signal}"', _choices(signal, signals)
+                    f"{place}.files.{signal}", f'the source has no signal "{signal}"', choices(signal, signals)
                 )
         if not source.is_states and source.time is None:
             mend = (
@@ -328,7 +292,7 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
                     yield _fault(f"{place}.markers.{marker}", "its place on the body is not said", mend)
     for name, rod in manifest.ids.items():
         if links is not None and rod.link not in links:
-            yield _fault(f"ids.{name}.link", f'the robot has no link "{rod.link}"', _choices(rod.link, links))
+            yield _fault(f"ids.{name}.link", f'the robot has no link "{rod.link}"', choices(rod.link, links))
 
 
 def _frames_of(signal: Signal, name: str) -> list[tuple[str, str]]:
@@ -360,16 +324,3 @@ def _wrench_faults(wrench: Wrench, source: Source, place: str) -> Iterator[Fault
         yield _fault(place, "a force of one column needs a direction", "add direction = [0, 0, 1], say")
     if len(wrench.columns) != 1 and wrench.direction is not None:
         yield _fault(f"{place}.direction", "a direction is for a force of one column", "remove it")
-
-
-def _exclusion_faults(manifest: Manifest) -> Iterator[Fault]:
-    runs = {run.id for run in manifest.runs}
-    for number, entry in enumerate(manifest.exclude):
-        place = f"exclude[{number + 1}]"
-        if entry.source not in manifest.sources:
-            reason = f'there is no source "{entry.source}"'
-            yield _fault(f"{place}.source", reason, _choices(entry.source, manifest.sources))
-        elif entry.run is None and any(entry.source in run.files for run in manifest.runs[1:]):
-            yield _fault(place, "each run has a file of its own, so rows alone are not enough", "add run = …")
-        if entry.run is not None and runs and entry.run not in runs:
-            yield _fault(f"{place}.run", f'there is no run "{entry.run}"', _choices(entry.run, sorted(runs)))

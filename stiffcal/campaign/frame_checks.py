@@ -46,16 +46,18 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
 
 
 def _circles(manifest: Manifest) -> Iterator[Fault]:
-    told: set[str] = set()
+    done: set[str] = set()
     for name in manifest.frames:
-        path = [name]
-        while path[-1] in manifest.frames and (parent := manifest.frames[path[-1]].parent) not in path:
-            path.append(parent)
-        last = path[-1]
-        if last in manifest.frames and manifest.frames[last].parent == name and name not in told:
-            told.update(path)
-            circle = " → ".join([*path, name])
-            yield Fault(_MANIFEST, f"frames.{name}.parent", f"the parents go round in a circle: {circle}", "break it")
+        path: dict[str, None] = {}
+        here = name
+        while here in manifest.frames and here not in done and here not in path:
+            path[here] = None
+            here = manifest.frames[here].parent
+        if here in path:
+            names = list(path)
+            circle = " → ".join([*names[names.index(here) :], here])
+            yield Fault(_MANIFEST, f"frames.{here}.parent", f"the parents go round in a circle: {circle}", "break it")
+        done.update(path)
 
 
 def rides_on(manifest: Manifest, frame: str) -> str:

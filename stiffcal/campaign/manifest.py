@@ -21,7 +21,7 @@ from stiffcal.campaign.file_formats import (
     TdmsOptions,
     format_of,
 )
-from stiffcal.campaign.row_filter import ExcludedRows
+from stiffcal.campaign.row_filter import ExcludedRows, check_excluded, count_of_rows
 from stiffcal.campaign.signals import (
     DeadWeight,
     Deflection,
@@ -331,6 +331,15 @@ class Manifest(Table):
         "frame": "frames",
         "threshold": "thresholds",
     }
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_rows_left_out(cls, document: Any) -> Any:
+        """Count the rows that all excludes name together, before each of them becomes a list."""
+        entries = document.get("exclude") if isinstance(document, dict) else None
+        if isinstance(entries, list):
+            check_excluded(sum(count_of_rows(entry.get("rows")) for entry in entries if isinstance(entry, dict)))
+        return document
 
     def signals(self) -> list[tuple[str, str, Signal]]:
         """Return every signal as (source, signal name, signal), in the order of the file."""

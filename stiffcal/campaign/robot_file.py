@@ -17,10 +17,17 @@ from stiffcal.campaign.typed import (
     Table,
     Vector3,
     WrongValueError,
+    at_most,
 )
 
 if TYPE_CHECKING:
     from stiffcal.mechanics.chain import Chain
+
+
+MOST_JOINTS = 100
+"""Of one arm: humanoids have thirty; what a hundred cost is still fast."""
+MOST_CORNERS, MOST_HOLES = 500, 20
+"""Of an outline, and of a drawn section: the mesh grows with both."""
 
 
 class LinkMass(Table):
@@ -56,7 +63,7 @@ class JointEntry(Table):
     logged: dict[str, float] | None = None
     coupling: Literal["display", "mechanical"] = "display"
     gear_ratio: float = 1.0
-    gear_orders: Annotated[tuple[Counting, ...], Field(strict=False)] = ()
+    gear_orders: Annotated[tuple[Counting, ...], Field(strict=False), at_most(100, "name the orders that show")] = ()
     bearing_m: float = 0.0
     link: LinkMass = LinkMass()
 
@@ -84,6 +91,8 @@ class GravityCompensator(Table):
 
 def _outline(value: object) -> tuple[tuple[float, float], ...]:
     points: list[Any] = list(value) if isinstance(value, list | tuple) else []
+    if len(points) > MOST_CORNERS:
+        raise WrongValueError(f"an outline of {len(points)} points, more than {MOST_CORNERS}", "draw it with fewer")
     if len(points) < 3 or not all(isinstance(point, list | tuple) and len(point) == 2 for point in points):
         raise WrongValueError(
             "an outline is three or more points", "write [[x2, x3], …] in m, in order around the section"
@@ -119,7 +128,7 @@ class Section(Table):
 
     outline: Outline | None = None
     wall_m: Positive | None = None
-    holes: Annotated[tuple[Outline, ...], Field(strict=False)] = ()
+    holes: Annotated[tuple[Outline, ...], Field(strict=False), at_most(MOST_HOLES, "draw it with fewer")] = ()
     E_Pa: Positive | None = None
     G_Pa: Positive | None = None
     EI: Positive | None = None
@@ -164,7 +173,9 @@ class RobotFile(Table):
     base_link: Name | None = None
     tip_link: Name | None = None
     gravity_mps2: Vector3 = (0.0, 0.0, -9.81)
-    joints: Annotated[tuple[JointEntry, ...], Field(strict=False)] = ()
+    joints: Annotated[
+        tuple[JointEntry, ...], Field(strict=False), at_most(MOST_JOINTS, "describe one arm, base to flange")
+    ] = ()
     flange: Placement = Placement()
     gravity_compensator: GravityCompensator | None = None
     links: dict[str, LinkBeamEntry] = Field(default_factory=dict)

@@ -72,7 +72,7 @@ def _value(text: str) -> float | str:
         ) from None
 
 
-MOST_ROWS = 1_000_000  # named one by one by ranges: more than that is a run to be left out
+MOST_ROWS = 1_000_000  # of one campaign, each held in memory: more than that is a run to be left out
 _RANGE = re.compile(r"\s*(\d{1,12})\s*[-–…]\s*(\d{1,12})\s*")
 
 
@@ -84,19 +84,37 @@ def excluded_rows(value: object) -> tuple[int, ...]:
     >>> excluded_rows([3, "7-9"])
     (3, 7, 8, 9)
     """
+    ranges = _ranges(value)
+    check_excluded(sum(len(rows) for rows in ranges))
+    return tuple(row for rows in ranges for row in rows)
+
+
+def check_excluded(count: int) -> None:
+    """Raise a `WrongValueError` where more rows are left out one by one than memory should hold."""
+    if count > MOST_ROWS:
+        raise WrongValueError(f"more than {MOST_ROWS} rows are left out", "leave out the run, or filter: rows = …")
+
+
+def count_of_rows(value: object) -> int:
+    """Return how many rows such a list names; 0 where it is none, which its own check reports."""
+    try:
+        return sum(len(rows) for rows in _ranges(value))
+    except WrongValueError:
+        return 0
+
+
+def _ranges(value: object) -> list[range]:
     mend = 'count data rows from 1, ranges as text: rows = [3, "501-540"]'
     if not isinstance(value, list | tuple) or not value:
         raise WrongValueError(f"found {value!r}", mend)
-    rows: list[int] = []
+    ranges = []
     for item in value:
         found = _RANGE.fullmatch(item) if isinstance(item, str) else None
         low, high = (int(found[1]), int(found[2])) if found else (item, item)
         if not isinstance(low, int) or not isinstance(high, int) or isinstance(item, bool) or not 1 <= low <= high:
             raise WrongValueError(f"found {item!r}", mend)
-        if len(rows) + high - low >= MOST_ROWS:
-            raise WrongValueError(f"more than {MOST_ROWS} rows are left out", "leave out the run, or filter: rows = …")
-        rows += range(low, high + 1)
-    return tuple(rows)
+        ranges.append(range(low, high + 1))
+    return ranges
 
 
 ExcludedRows = Annotated[

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from stiffcal.campaign.explain import faults_of, key_path
 from stiffcal.errors import InputError
+from stiffcal.limits import ENTRIES, RUNS
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -20,6 +21,8 @@ LARGEST = 1e30  # in SI: what is larger overflows somewhere in the physics, and 
 MOST_DOTS = 100  # in one key
 MOST_NESTED = 20  # tables in tables: twice what any of our files needs
 WHOLE_NUMBERS = range(-(2**63), 2**63)  # TOML 1.0: what a reader has to hold
+_MANY = frozenset({"runs", "exclude", "rows", "campaigns", "parameters"})
+"""Keys of lists and tables that grow with what was measured; all others are a robot's or an instrument's."""
 _DEEP = "tables or lists lie in one another too deeply"
 
 _PLACE = re.compile(r"\s*\(at (?P<place>line \d+, column \d+|end of document)\)$")
@@ -86,6 +89,9 @@ def _check_sizes(document: dict[str, Any], file: str) -> None:
         place, value = waiting.pop()
         if len(place) > MOST_NESTED:
             raise InputError.at(file, key_path(place[:3]), _DEEP, "write them side by side")
+        if isinstance(value, dict | list):
+            limit = RUNS if place and place[-1] in _MANY else ENTRIES
+            limit.check(len(value), file, key_path(place, document))
         if isinstance(value, dict):
             waiting += [((*place, key), held) for key, held in value.items()]
         elif isinstance(value, list):

@@ -7,6 +7,7 @@ reason and a mend in the lab's words; `stiffcal.campaign.explain` turns everythi
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any, ClassVar, TypeAlias
 
@@ -14,7 +15,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from stiffcal.quantities import UnknownUnitError, unit, unit_names
 
-MOST_COLUMNS = 1000  # in one range: a robot has a handful of joints, the widest tables of rods a hundred
+MOST_COLUMNS = 1000  # of one signal: a robot has a handful of joints, the widest tables of rods a hundred
 
 
 class WrongValueError(ValueError):
@@ -35,6 +36,17 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, populate_by_name=True)
 
     look_alikes: ClassVar[dict[str, str]] = {}
+
+
+def at_most(count: int, mend: str) -> AfterValidator:
+    """Make a check that a list has at most `count` entries: more than any robot needs, and few enough to work on."""
+
+    def check(values: Sequence[Any]) -> Sequence[Any]:
+        if len(values) > count:
+            raise WrongValueError(f"found {len(values)} entries, more than {count}", mend)
+        return values
+
+    return AfterValidator(check)
 
 
 def _numbers(value: object, count: int) -> tuple[float, ...]:
@@ -112,9 +124,11 @@ def expand_columns(value: object) -> tuple[str, ...]:
     names: list[str] = []
     for item in items:
         names.extend(_expand_range(str(item)))
+        if len(names) > MOST_COLUMNS:
+            raise WrongValueError(f"more than {MOST_COLUMNS} columns", "name those that are needed")
     if not names or "" in names:
         raise WrongValueError("a column without a name", "write the column's name as in the file's header")
-    twice = sorted({name for name in names if names.count(name) > 1})
+    twice = sorted(name for name, times in Counter(names).items() if times > 1)
     if twice:
         raise WrongValueError(f'column "{twice[0]}" stands here twice', "name each column once")
     return tuple(names)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from stiffcal.campaign.robot_file import MOST_JOINTS
 from stiffcal.errors import InputError
 
 Triple: TypeAlias = tuple[float, float, float]
@@ -89,9 +90,10 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
     root = _parse(path, file)
     joints = [_joint(element, file) for element in root.findall("joint")]
     links = {link.name: link for link in (_link(element, file) for element in root.findall("link"))}
-    children: dict[str, tuple[UrdfJoint, ...]] = {}
+    leaving: dict[str, list[UrdfJoint]] = {}
     for joint in joints:
-        children[joint.parent] = (*children.get(joint.parent, ()), joint)
+        leaving.setdefault(joint.parent, []).append(joint)
+    children = {link: tuple(below) for link, below in leaving.items()}
     above = {joint.child: joint for joint in joints}
     base = _end(base_link, sorted(set(links) - set(above)), links, file, "base_link")
     tip = _end(tip_link, _leaves(base, children), links, file, "tip_link")
@@ -221,5 +223,8 @@ def _check_path(robot: UrdfRobot, file: str) -> None:
             )
         if joint.kind != "fixed" and not any(joint.axis):
             raise InputError.at(file, place, "the joint's axis is zero", "correct <axis xyz=…/>")
+    if len(robot.turning) > MOST_JOINTS:
+        reason = f"{len(robot.turning)} joints turn between {robot.base} and {robot.tip}, more than {MOST_JOINTS}"
+        raise InputError.at(file, "", reason, "name other links: base_link, tip_link")
     if not robot.turning:
         raise InputError.at(file, "", f"no joint turns between {robot.base} and {robot.tip}", "name other links")

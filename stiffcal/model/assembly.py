@@ -77,19 +77,23 @@ def _places(effect: Effect, entry: EffectEntry, chain: Chain, where: str, faults
 
 
 def _doubled(placed: list[PlacedEffect]) -> list[Fault]:
+    """Return a fault for each effect that stands twice at a place, and for each pair that exclude each other there."""
     faults = []
-    for i, one in enumerate(placed):
-        for other in placed[:i]:
-            if one.place.label != other.place.label:
-                continue
-            if one.effect.name == other.effect.name:
-                faults.append(Fault(MODEL_FILE, one.effect.name, f"stands twice at {one.place.label}", "leave one out"))
-            elif other.effect.name in (*one.effect.includes, *one.effect.excludes) or one.effect.name in (
-                *other.effect.includes,
-                *other.effect.excludes,
-            ):
-                reason = f"{one.effect.name} and {other.effect.name} cannot both sit at {one.place.label}"
-                faults.append(Fault(MODEL_FILE, one.effect.name, reason, "leave one out"))
+    at_place: dict[str, dict[str, Effect]] = {}
+    twice: set[tuple[str, str]] = set()
+    for one in placed:
+        label, effect = one.place.label, one.effect
+        others = at_place.setdefault(label, {})
+        if effect.name in others:
+            if (label, effect.name) not in twice:
+                faults.append(Fault(MODEL_FILE, effect.name, f"stands twice at {label}", "leave one out"))
+            twice.add((label, effect.name))
+            continue
+        for other in others.values():
+            if other.name in (*effect.includes, *effect.excludes) or effect.name in (*other.includes, *other.excludes):
+                reason = f"{effect.name} and {other.name} cannot both sit at {label}"
+                faults.append(Fault(MODEL_FILE, effect.name, reason, "leave one out"))
+        others[effect.name] = effect
     return faults
 
 

@@ -28,6 +28,7 @@ from stiffcal.files import replacing, write_whole
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.clamped import play_clamped
 from stiffcal.simulation.controller import compensated
+from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.friction import StrokesProgram, play_friction
 from stiffcal.simulation.logs import Column, dialect_of, write_log
 from stiffcal.simulation.motion import MotionProgram
@@ -105,6 +106,7 @@ def play_campaign(
     InputError
         as `simulate_campaign`.
     """
+    check_extent(settings, campaign.manifest)
     robot = valued_robot(campaign)
     frames = true_frames(campaign, settings)
     for name in settings.sensors:

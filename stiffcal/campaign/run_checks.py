@@ -1,0 +1,89 @@
+"""Runs and excluded rows: every name means something, and no two runs claim the same log."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Collection, Iterator
+from difflib import get_close_matches
+
+from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.errors import Fault
+
+MOST_FAULTS = 100
+"""Faults of one kind that are looked for: who has corrected these will ask again."""
+MOST_COMPARED = 300  # names that a misspelt one is compared with: each comparison takes a tenth of a millisecond
+
+
+def run_faults(manifest: Manifest) -> Iterator[Fault]:
+    """Check the runs' names, the sources they name, and that each log belongs to one run."""
+    counts = Counter(run.id for run in manifest.runs)
+    known: set[str] = set()
+    logs = _Logs(manifest)
+    no_source_has_a_file = not any(source.file is not None or source.files for source in manifest.sources.values())
+    for number, run in enumerate(manifest.runs):
+        place = f"runs[{number + 1}] ({run.id})"
+        if run.id in known:
+            yield _fault(place, f'{counts[run.id]} runs have the name "{run.id}"', "give each run a name of its own")
+        known.add(run.id)
+        for key, names in (("files", run.files), ("clock_ahead_s", run.clock_ahead_s)):
+            for name in names:
+                if name not in manifest.sources:
+                    reason = f'there is no source "{name}"'
+                    yield _fault(f"{place}.{key}.{name}", reason, choices(name, manifest.sources))
+        yield from logs.faults(number, place)
+        if not run.files and manifest.sources and no_source_has_a_file:
+            yield _fault(place, "the run names no files", 'add files = { SOURCE = "raw/…" }')
+
+
+class _Logs:
+    """Which runs name which log, among those that were asked about so far."""
+
+    def __init__(self, manifest: Manifest) -> None:
+        self._manifest = manifest
+        self._split = {entry.run for entry in manifest.exclude}
+        self._earlier: dict[tuple[str, str, str | None], list[str]] = defaultdict(list)
+
+    def faults(self, number: int, place: str) -> Iterator[Fault]:
+        """See that a run does not name an earlier run's log, unless rows or holds keep the two apart."""
+        run = self._manifest.runs[number]
+        for name, file in run.files.items():
+            if name not in self._manifest.sources or self._manifest.sources[name].run is not None:
+                continue
+            if run.id in self._split:  # rows keep it apart from every other run
+                continue
+            earlier = self._earlier[(name, file, run.states)]
+            other = next((identifier for identifier in earlier if identifier != run.id), None)
+            if other is not None:
+                reason = f"{file} is named by run {other} too"
+                yield _fault(f"{place}.files.{name}", reason, "name this run's own log")
+            if len(earlier) < 2 and run.id not in earlier:  # the first, and one of another name than the first
+                earlier.append(run.id)
+
+
+def exclusion_faults(manifest: Manifest) -> Iterator[Fault]:
+    """Check that excluded rows name a source, and a run where each run has its own file."""
+    runs = {run.id for run in manifest.runs}
+    in_later_runs = {name for run in manifest.runs[1:] for name in run.files}
+    for number, entry in enumerate(manifest.exclude):
+        place = f"exclude[{number + 1}]"
+        if entry.source not in manifest.sources:
+            reason = f'there is no source "{entry.source}"'
+            yield _fault(f"{place}.source", reason, choices(entry.source, manifest.sources))
+        elif entry.run is None and entry.source in in_later_runs:
+            yield _fault(place, "each run has a file of its own, so rows alone are not enough", "add run = …")
+        if entry.run is not None and runs and entry.run not in runs:
+            yield _fault(f"{place}.run", f'there is no run "{entry.run}"', choices(entry.run, sorted(runs)))
+
+
+def choices(wrong: str, known: Collection[str]) -> str:
+    """Return what to write instead of a name that does not exist."""
+    names = list(known)[:MOST_COMPARED]
+    near = get_close_matches(wrong, names, n=1)
+    if near:
+        return f'did you mean "{near[0]}"?'
+    return "use one of " + ", ".join(names) if names else "describe it first"
+
+
+def _fault(place: str, reason: str, mend: str) -> Fault:
+    return Fault(MANIFEST_FILE, place, reason, mend)

@@ -1,0 +1,54 @@
+"""How much a simulation would compute and log, counted before anything is drawn: settings may come from a stranger."""
+
+from __future__ import annotations
+
+from stiffcal.campaign.manifest import Manifest
+from stiffcal.errors import InputError
+from stiffcal.limits import BALANCES, SAMPLES, Limit
+from stiffcal.simulation.settings import FILE_NAME, SimulatedRun, SimulationSettings
+
+
+def check_extent(settings: SimulationSettings, manifest: Manifest) -> None:
+    """Raise where a simulation asks for more than a machine should spend on it (`stiffcal.limits`).
+
+    Parameters
+    ----------
+    settings : `simulate.toml`. manifest : says which runs are clamped or friction.
+
+    Raises
+    ------
+    InputError : it does; names the run with which a limit is exceeded.
+    """
+    kinds = {run.id: run.experiment for run in manifest.runs}
+    rates = [settings.sensor(name).rate_hz or 0.0 for name in manifest.sources]
+    solved, read = 0.0, 0.0
+    for run in settings.runs:
+        steps, seconds = _extent_of(settings, run, kinds.get(run.id, "load"))
+        solved += steps
+        read += sum(max(rate * seconds, steps) for rate in rates)
+        for amount, limit in ((solved, BALANCES), (read, SAMPLES)):
+            if amount > limit.most:
+                raise _exceeded(limit, run)
+
+
+def _extent_of(settings: SimulationSettings, run: SimulatedRun, experiment: str) -> tuple[float, float]:
+    """Return how many balances a run takes, and how many seconds it lasts, both at most."""
+    if experiment == "clamped":
+        clamping = settings.clamping_of(run)
+        return 2.0 * clamping.cycles * clamping.points, clamping.cycles * clamping.period_s + 2.0 * clamping.rest_s
+    if experiment == "friction":
+        motion = settings.friction_of(run)
+        strokes = len(motion.speeds_rad_s) * (1.0 + 2.0 * motion.cycles)
+        return strokes, strokes * (motion.longest_s + motion.rest_s)
+    loads = settings.loads_of(run)
+    holds = 1.0 + 4.0 * len(loads.directions) * len(loads.levels) * loads.cycles
+    steps = holds * (loads.ramp_points + loads.hold_points + 2.0 * loads.waves * (loads.waviness > 0.0))
+    # Six standard deviations of the scatter: no draw of a whole campaign lasts longer.
+    hold = loads.hold_s * (1.0 + 6.0 * loads.hold_scatter)
+    ramp = loads.ramp_s * (1.0 + 6.0 * loads.ramp_scatter)
+    return steps, loads.first_hold_s + holds * (hold + ramp + loads.settle_s)
+
+
+def _exceeded(limit: Limit, run: SimulatedRun) -> InputError:
+    mend = f"log at a lower rate or simulate fewer cycles, or raise {limit.variable}"
+    return limit.exceeded(FILE_NAME, f'runs "{run.id}"', mend)

@@ -1,0 +1,128 @@
+"""A few kilobytes of settings do not make stiffcal work for hours or fill the memory.
+
+Each of these folders kept the command busy for more than two minutes, or until the memory was full.
+"""
+
+from __future__ import annotations
+
+import shutil
+import time
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stiffcal.campaign.loading import load_campaign, load_manifest
+from stiffcal.errors import InputError
+from stiffcal.model.assembly import compliant_robot
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.simulation.extent import check_extent
+from stiffcal.simulation.settings import parse_settings
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+SECONDS = 5.0
+"""Of processor time; loading such a campaign without what is added takes 0.1."""
+
+
+@pytest.fixture
+def campaign(tmp_path: Path) -> Path:
+    folder = tmp_path / "campaign"
+    shutil.copytree(CAMPAIGNS / "hidden" / "01", folder)
+    return folder
+
+
+def add(folder: Path, file: str, text: str) -> None:
+    with (folder / file).open("a", encoding="utf-8") as stream:
+        stream.write("\n" + text)
+
+
+def refused(folder: Path) -> str:
+    """Load a campaign that is refused; return the first line."""
+    began = time.process_time()
+    with pytest.raises(InputError) as caught:
+        load_campaign(folder)
+    assert time.process_time() - began < SECONDS
+    return str(caught.value).splitlines()[0]
+
+
+def test_a_hundred_thousand_columns_of_one_signal(campaign: Path) -> None:
+    columns = ", ".join(f'"c{number}"' for number in range(100_000))
+    add(campaign, "campaign.toml", f'[sources.x]\nfile = "raw/states.csv"\ntemperature = {{ columns = [{columns}] }}')
+    assert "sources.x.temperature.columns: more than 1000 entries" in refused(campaign)
+
+
+def test_a_long_chain_of_frames_is_checked_in_a_moment(campaign: Path) -> None:
+    parents = ["base", *(f"f{number}" for number in range(900))]
+    add(campaign, "campaign.toml", "".join(f'[frames.f{n}]\nparent = "{p}"\n' for n, p in enumerate(parents[:-1])))
+    began = time.process_time()
+    load_campaign(campaign)
+    assert time.process_time() - began < SECONDS
+
+
+def test_frames_that_go_round_in_a_circle_are_named_once(campaign: Path) -> None:
+    add(campaign, "campaign.toml", '[frames.x]\nparent = "y"\n[frames.y]\nparent = "z"\n[frames.z]\nparent = "y"\n')
+    with pytest.raises(InputError) as caught:
+        load_campaign(campaign)
+    assert [fault.reason for fault in caught.value.faults] == ["the parents go round in a circle: y → z → y"]
+
+
+def test_excludes_that_name_rows_by_the_million(campaign: Path) -> None:
+    entry = '[[exclude]]\nsource = "table"\nrows = ["1-900000"]\nwhy = "x"\n'
+    add(campaign, "campaign.toml", 500 * entry)
+    assert "more than 1000000 rows are left out" in refused(campaign)
+
+
+def test_twenty_thousand_runs_that_name_the_same_log(campaign: Path) -> None:
+    source = '[sources.x]\nsampling = "states"\ntemperature = { columns = ["T"] }\n'
+    runs = "".join(f'[[runs]]\nid = "r{n}"\nfiles = {{ x = "raw/states.csv" }}\n' for n in range(20_000))
+    add(campaign, "campaign.toml", source + runs)
+    assert refused(campaign).startswith("campaign.toml: ")
+
+
+def test_an_effect_that_stands_in_the_model_a_thousand_times(campaign: Path) -> None:
+    entry = '[[effects]]\ntype = "joint-compliance"\njoints = [1, 1, 1, 1, 1, 1]\n'
+    (campaign / "model.toml").write_text('schema = "stiffcal/model/1"\n' + 999 * entry)
+    loaded = load_campaign(campaign)
+    with pytest.raises(InputError) as caught:
+        compliant_robot(loaded.chain, loaded.model, built_in_effects())
+    assert [fault.reason for fault in caught.value.faults] == ["stands twice at j1"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("[[joints]]", f"[[joints]]\ngear_orders = [{'1, ' * 900}1]", "found 901 entries, more than 100"),
+        ('name = "', f'logged = {{ {", ".join(f"J{n} = 1" for n in range(2000))} }}\nname = "', "more than 1000"),
+    ],
+)
+def test_lists_of_a_robot_that_no_robot_needs(campaign: Path, old: str, new: str, reason: str) -> None:
+    path = campaign / "robot.toml"
+    head, mark, rest = path.read_text().partition("[[joints]]")
+    path.write_text(head + (mark + rest).replace(old, new, 1))
+    assert reason in refused(campaign)
+
+
+def test_a_robot_of_a_thousand_joints(campaign: Path) -> None:
+    path = campaign / "robot.toml"
+    joint = '[[joints]]\nname = "x{}"\na_m = 0.1\nalpha_deg = 0.0\nd_m = 0.1\ntheta_deg = 0.0\n\n'
+    head, mark, rest = path.read_text().partition("[[joints]]")
+    path.write_text(head + "".join(joint.format(number) for number in range(900)) + mark + rest)
+    assert "more than 100" in refused(campaign)
+
+
+@pytest.mark.parametrize(
+    ("table", "change", "limit"),
+    [
+        ("sensors", {"force": {"rate_hz": 1e12}}, "STIFFCAL_MAX_SAMPLES"),
+        ("loads", {"cycles": 1_000_000}, "STIFFCAL_MAX_BALANCES"),
+        ("loads", {"waves": 100_000_000, "waviness": 1e-10}, "STIFFCAL_MAX_BALANCES"),
+        ("loads", {"hold_s": 1e9}, "STIFFCAL_MAX_SAMPLES"),
+    ],
+)
+def test_a_simulation_that_would_not_end(table: str, change: dict[str, Any], limit: str) -> None:
+    folder = CAMPAIGNS / "irb4400"
+    document = tomllib.loads((folder / "simulate.toml").read_text("utf-8"))
+    settings = parse_settings({**document, table: {**document[table], **change}})
+    with pytest.raises(InputError, match=limit):
+        check_extent(settings, load_manifest(folder))
