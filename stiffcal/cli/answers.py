@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stiffcal.cli.progress import ProgressBar
-from stiffcal.files import refusal
 from stiffcal.masking import mask, masked
 
 if TYPE_CHECKING:
@@ -44,10 +43,6 @@ class Answer:
         then : the next sensible step, a line to copy.
         """
         self.progress.stop()
-        with standard_output():
-            self._give(document, show, then)
-
-    def _give(self, document: Document, show: Show, then: str) -> None:
         if document.get("warnings"):
             document = document | {"warnings": masked(document["warnings"])}
         if self.as_json:
@@ -63,23 +58,6 @@ class Answer:
             self.say(f"warning: {warning}")
         if then:
             console.print(f"\nnext: {then}", soft_wrap=True)
-
-
-@contextmanager
-def standard_output() -> Iterator[None]:
-    """Say of what cannot be printed that it is standard output: a full disk behind it, a closed one.
-
-    Raises
-    ------
-    InputError : the system refuses.
-    """
-    try:
-        yield
-        sys.stdout.flush()
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise (refusal(error, "standard output") or error) from None
 
 
 @contextmanager

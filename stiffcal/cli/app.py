@@ -6,7 +6,6 @@ once.
 
 from __future__ import annotations
 
-import contextlib
 import difflib
 import importlib
 import inspect
@@ -26,6 +25,7 @@ from stiffcal.cli.endings import (
     report_traceback,
     report_usage,
 )
+from stiffcal.cli.streams import guarded_streams, quiet_libraries
 from stiffcal.errors import InputError
 from stiffcal.files import refusal
 from stiffcal.module_path import leave_out_current_folder
@@ -60,30 +60,30 @@ COMMANDS = {
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run `stiffcal` with `arguments` (the process's own where None) and leave with its exit code."""
     leave_out_current_folder()
-    for stream in (sys.stdout, sys.stderr):
-        if (stream.encoding or "").lower().replace("-", "") != "utf8" and hasattr(stream, "reconfigure"):
-            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
     given = list(sys.argv[1:] if arguments is None else arguments)
-    try:
+    if arguments is None and "--debug" not in given:
+        quiet_libraries()
+    with guarded_streams():
         code = _run(given)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        # the reader (head, less) has gone: nothing more to say, and Python must not complain while it closes
-        with contextlib.suppress(OSError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = OK
+        if code != WRONG_INPUT:
+            try:
+                sys.stdout.flush()
+            except InputError as error:
+                report_input_error(error, as_json=False)
+                code = WRONG_INPUT
     sys.exit(code)
 
 
 def _run(given: list[str]) -> int:
-    # Not an option of the application: typer loads pydantic for the first option it reads, which doubles the start-up.
-    if "--version" in given[:1]:
-        print(f"stiffcal {__version__}")  # noqa: T201
-        return OK
     as_json = "--json" in given
     debug = "--debug" in given or bool(os.environ.get("STIFFCAL_DEBUG"))
     given = [word for word in given if word != "--debug"]
     try:
+        # Not an option of the application: typer loads pydantic for the first option it reads, which doubles the
+        # start-up.
+        if "--version" in given[:1]:
+            sys.stdout.write(f"stiffcal {__version__}\n")
+            return OK
         code = _application(given)()
     except InputError as error:
         report_input_error(error, as_json)
@@ -93,12 +93,10 @@ def _run(given: list[str]) -> int:
         return WRONG_INPUT
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
-    except BrokenPipeError:
-        raise
     except Exception as error:
         if debug:
             return report_traceback(error)
-        refused = refusal(error) if isinstance(error, OSError) else None
+        refused = _refused(error)
         if refused is None:
             return report_fault(error, given, as_json)
         report_input_error(refused, as_json)
@@ -107,6 +105,16 @@ def _run(given: list[str]) -> int:
     if code == INTERRUPTED:
         sys.stderr.write("interrupted; the store is whole: finished steps stay, of the one that was not nothing does\n")
     return code if isinstance(code, int) else OK
+
+
+def _refused(error: Exception) -> InputError | None:
+    """Return what the machine has refused as an error of the user's, None where it is a fault of ours."""
+    if isinstance(error, MemoryError):
+        reason = (
+            f"more memory is needed than there is ({error})" if str(error) else "more memory is needed than there is"
+        )
+        return InputError.at("", "", reason, "take fewer rows or runs, or a machine with more")
+    return refusal(error) if isinstance(error, OSError) else None
 
 
 def _application(given: list[str]) -> Callable[[], object]:

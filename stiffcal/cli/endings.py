@@ -6,10 +6,12 @@ import json
 import shlex
 import sys
 import traceback
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from stiffcal import __version__
-from stiffcal.errors import InputError
+from stiffcal.cli.streams import StandardStream
+from stiffcal.errors import InputError, one_line
 from stiffcal.fault_log import write_fault_log
 from stiffcal.masking import mask
 
@@ -32,30 +34,28 @@ def report_input_error(error: InputError, as_json: bool) -> None:
         document: dict[str, object] = {"error": first}
         if others:
             document["others"] = others
-        _print_document(document)
-        return
+        if _print_document(document):
+            return
     for fault in error.faults:
-        sys.stderr.write(_one_line(str(fault)) + "\n")
+        sys.stderr.write(str(fault) + "\n")
 
 
 def report_usage(error: typer.TyperException, command: str, as_json: bool) -> None:
     """Say what is wrong with the command line itself, and where the help is of `command` (of all where "")."""
     mend = f"see stiffcal {command} --help" if command else "see stiffcal --help"
-    reason = mask(_one_line(error.format_message()).rstrip("."))
-    if as_json:
-        _print_document({"error": {"file": "", "place": "command line", "reason": reason, "mend": mend}})
-    else:
+    reason = mask(one_line(" ".join(error.format_message().split())).rstrip("."))
+    document = {"error": {"file": "", "place": "command line", "reason": reason, "mend": mend}}
+    if not (as_json and _print_document(document)):
         sys.stderr.write(f"command line: {reason}; {mend}\n")
 
 
 def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
     """Write the traceback of an internal fault to a log file, say in one line where it is; return the exit code."""
     log = write_fault_log(error, __version__, f"stiffcal {shlex.join(given)}")
-    reason = mask(f"internal fault, not your input: {type(error).__name__}: {_one_line(str(error))}")
+    reason = mask(f"internal fault, not your input: {type(error).__name__}: {one_line(' '.join(str(error).split()))}")
     mend = f"please report it with the log file {log}" if log else "please report it; no log file could be written"
-    if as_json:
-        _print_document({"error": {"file": log or "", "place": "stiffcal", "reason": reason, "mend": mend}})
-    else:
+    document = {"error": {"file": log or "", "place": "stiffcal", "reason": reason, "mend": mend}}
+    if not (as_json and _print_document(document)):
         sys.stderr.write(f"{reason}; {mend} (--debug shows the traceback)\n")
     return INTERNAL_FAULT
 
@@ -66,9 +66,11 @@ def report_traceback(error: Exception) -> int:
     return INTERNAL_FAULT
 
 
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
-
-
-def _print_document(document: dict[str, object]) -> None:
-    sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+def _print_document(document: Mapping[str, object]) -> bool:
+    """Print a document; return False where standard output does not take it."""
+    try:
+        sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+        sys.stdout.flush()
+    except InputError:
+        return False
+    return not (isinstance(sys.stdout, StandardStream) and sys.stdout.lost)
