@@ -110,9 +110,7 @@ def _run(given: list[str]) -> int:
 def _refused(error: Exception) -> InputError | None:
     """Return what the machine has refused as an error of the user's, None where it is a fault of ours."""
     if isinstance(error, MemoryError):
-        reason = (
-            f"more memory is needed than there is ({error})" if str(error) else "more memory is needed than there is"
-        )
+        reason = "more memory is needed than there is" + (f" ({error})" if str(error) else "")
         return InputError.at("", "", reason, "take fewer rows or runs, or a machine with more")
     return refusal(error) if isinstance(error, OSError) else None
 

@@ -51,8 +51,9 @@ def report_usage(error: typer.TyperException, command: str, as_json: bool) -> No
 
 def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
     """Write the traceback of an internal fault to a log file, say in one line where it is; return the exit code."""
+    words = one_line(" ".join(str(error).split()))
     log = write_fault_log(error, __version__, f"stiffcal {shlex.join(given)}")
-    reason = mask(f"internal fault, not your input: {type(error).__name__}: {one_line(' '.join(str(error).split()))}")
+    reason = mask(f"internal fault, not your input: {type(error).__name__}: {words}")
     mend = f"please report it with the log file {log}" if log else "please report it; no log file could be written"
     document = {"error": {"file": log or "", "place": "stiffcal", "reason": reason, "mend": mend}}
     if not (as_json and _print_document(document)):

@@ -102,6 +102,7 @@ def quiet_libraries() -> None:
     They name lines of code, not the user's files; where one matters the command says so in words of its own.
     """
     warnings.simplefilter("ignore")
+    os.environ["MPLBACKEND"] = "agg"  # pictures are files, and a backend that is not installed ends matplotlib's import
 
 
 def unwritable(error: OSError) -> InputError:
