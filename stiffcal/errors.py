@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from stiffcal.escapes import terminal
 from stiffcal.masking import mask
 
 Progress: TypeAlias = Callable[[str, float | None], None]
@@ -36,8 +37,7 @@ def one_line(text: str, most: int = MOST_SHOWN) -> str:
     >>> print(one_line("two\nlines"), one_line("x" * 50, 9))
     two\nlines xxxx…xxxx
     """
-    if not text.isprintable():
-        text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    text = terminal.escaped(text)
     return text if len(text) <= most else f"{text[: most // 2]}…{text[-(most // 2) :]}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import unicodedata
 from collections.abc import Iterator
 from difflib import get_close_matches
 from itertools import chain, islice
@@ -12,6 +13,7 @@ from stiffcal.campaign.explain import key_path
 from stiffcal.campaign.frame_checks import frame_fault, frame_faults
 from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
+from stiffcal.campaign.name_checks import odd_character
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.run_checks import MOST_COMPARED, MOST_FAULTS, choices, exclusion_faults, run_faults
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
@@ -95,7 +97,9 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
         if len(faults) >= MOST_FAULTS:
             break
         place = key_path(location, named)
-        if escapes(file):
+        if wrong := odd_character(file):
+            faults.append(_fault(place, *wrong))
+        elif escapes(file):
             mend = "copy the file into the campaign folder, and write its path from there"
             faults.append(_fault(place, f'"{file}" lies outside the campaign folder', mend))
         elif leading := links_outside(folder, file):
@@ -184,6 +188,8 @@ def _file_advice(folder: Path, file: str, taken: set[str]) -> str:
     wanted = folder / file
     others = {folder / other for other in taken}
     names = sorted(path.name for path in wanted.parent.iterdir() if path not in others)
+    if any(unicodedata.normalize("NFC", name) == unicodedata.normalize("NFC", wanted.name) for name in names):
+        return "the file there composes the letters of its name in another way (NFD, as macOS does): rename it"
     near = get_close_matches(wanted.name, names[:MOST_COMPARED], n=1)
     return f'did you mean "{near[0]}"?' if near else "put it there, or correct the name"
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.escapes import csv_cell
 from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.measurements.scope_export import PROPERTIES, TIME, TIME_UNIT, is_scope_header, scope_columns, scope_units
 from stiffcal.quantities import UnknownUnitError, quantities, unit
@@ -71,7 +72,7 @@ def sniff_table(path: Path) -> SniffedTable:
     """
     shown = path.name
     text, encoding = _decoded(path, shown)
-    lines = text.splitlines()[: ROWS_LOOKED_AT + 100]
+    lines = re.split("\r\n|[\n\r]", text)[: ROWS_LOOKED_AT + 100]  # not what else Unicode takes for an end of a line
     delimiter = _delimiter(lines, shown)
     rows = [[cell.strip() for cell in row] for line in lines for row in csv.reader([line], delimiter=delimiter)]
     width = _width(rows)
@@ -86,6 +87,7 @@ def sniff_table(path: Path) -> SniffedTable:
         raise InputError.at(shown, "", "there is no line of numbers", "give a table with one row per load state")
     header, names, units = scope[:3] if scope is not None else _header(rows, first, width, shown)
     data = [row for row in rows[first:] if len(row) == width]
+    names = [csv_cell.original(name) for name in names]
     columns = tuple(_column(names[k], units[k], [row[k] for row in data], decimal) for k in range(width))
     _check_names(columns, shown, header + 1)
     options: dict[str, str | int | bool] = {}

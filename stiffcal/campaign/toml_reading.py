@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from stiffcal.campaign.explain import faults_of, key_path
-from stiffcal.errors import InputError
+from stiffcal.campaign.name_checks import name_faults
+from stiffcal.errors import InputError, raise_faults
 from stiffcal.limits import ENTRIES, RUNS
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -19,6 +21,7 @@ Model = TypeVar("Model", bound=BaseModel)
 MOST_BYTES = 32 << 20  # ten thousand runs with a file each stay below a tenth of it
 LARGEST = 1e30  # in SI: what is larger overflows somewhere in the physics, and is a slip
 MOST_DOTS = 100  # in one key
+MOST_ODD_NAMES = 20  # that are shown, each on its line
 MOST_NESTED = 20  # tables in tables: twice what any of our files needs
 WHOLE_NUMBERS = range(-(2**63), 2**63)  # TOML 1.0: what a reader has to hold
 _MANY = frozenset({"runs", "exclude", "rows", "campaigns", "parameters"})
@@ -79,6 +82,7 @@ def read_toml(path: Path, file: str) -> dict[str, Any]:
         reason = "a whole number of thousands of digits"
         raise InputError.at(file, "", reason, "write a number that can be") from None
     _check_sizes(document, file)
+    raise_faults(list(islice(name_faults(document, file), MOST_ODD_NAMES)))
     return document
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from stiffcal.campaign.name_checks import check_name
 from stiffcal.campaign.robot_file import MOST_JOINTS
 from stiffcal.errors import InputError
 
@@ -213,8 +214,12 @@ def _end(wanted: str | None, found: list[str], links: dict[str, UrdfLink], file:
 
 
 def _check_path(robot: UrdfRobot, file: str) -> None:
+    check_name(robot.name, file, "robot")
+    for link in (robot.base, *(joint.child for joint in robot.path)):
+        check_name(link, file, f"link {link}")
     for joint in robot.path:
         place = f"joint {joint.name}"
+        check_name(joint.name, file, place)
         if joint.kind not in ("revolute", "continuous", "fixed"):
             raise InputError.at(file, place, f"a {joint.kind} joint cannot be calibrated", "name another tip_link")
         if joint.kind != "fixed" and joint.mimics:

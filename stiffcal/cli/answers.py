@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,6 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stiffcal.cli.progress import ProgressBar
+from stiffcal.escapes import shell
+from stiffcal.escapes.json_text import document_text
+from stiffcal.escapes.terminal import escaped, escaped_document
 from stiffcal.masking import mask, masked
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ class Answer:
     def say(self, text: str) -> None:
         """Write one line to standard error: a step that is run first, a file that was written."""
         self.progress.stop()
-        sys.stderr.write(mask(" ".join(text.split())) + "\n")
+        sys.stderr.write(escaped(mask(text)) + "\n")
         sys.stderr.flush()
 
     def give(self, document: Document, show: Show, then: str = "") -> None:
@@ -46,14 +47,14 @@ class Answer:
         if document.get("warnings"):
             document = document | {"warnings": masked(document["warnings"])}
         if self.as_json:
-            sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+            sys.stdout.write(document_text(document) + "\n")
             return
         from rich.console import Console
 
         # Without a terminal there is no width to keep to: a file or a pipe takes whole lines.
         width = None if sys.stdout.isatty() else 120
         console = Console(highlight=False, emoji=False, markup=False, width=width)
-        show(console, document)
+        show(console, escaped_document(document))
         for warning in document.get("warnings", ()):
             self.say(f"warning: {warning}")
         if then:
@@ -80,6 +81,6 @@ def command_line(command: str, folder: Path, *words: str, store: str | None = No
     >>> command_line("validate", Path("."))
     'stiffcal validate'
     """
-    place = [] if folder == Path() else [str(folder)]
-    elsewhere = ["--store", store] if store else []
-    return shlex.join(["stiffcal", command, *place, *words, *elsewhere])
+    place = [] if folder == Path() else [shell.escaped_path(str(folder))]
+    elsewhere = ["--store", shell.escaped(store)] if store else []
+    return " ".join(["stiffcal", command, *place, *map(shell.escaped, words), *elsewhere])

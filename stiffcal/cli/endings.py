@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import shlex
 import sys
 import traceback
 from collections.abc import Mapping
@@ -12,6 +10,9 @@ from typing import TYPE_CHECKING
 from stiffcal import __version__
 from stiffcal.cli.streams import StandardStream
 from stiffcal.errors import InputError, one_line
+from stiffcal.escapes import shell
+from stiffcal.escapes.json_text import document_text
+from stiffcal.escapes.terminal import escaped_lines
 from stiffcal.fault_log import write_fault_log
 from stiffcal.masking import mask
 
@@ -52,7 +53,7 @@ def report_usage(error: typer.TyperException, command: str, as_json: bool) -> No
 def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
     """Write the traceback of an internal fault to a log file, say in one line where it is; return the exit code."""
     words = one_line(" ".join(str(error).split()))
-    log = write_fault_log(error, __version__, f"stiffcal {shlex.join(given)}")
+    log = write_fault_log(error, __version__, f"stiffcal {' '.join(map(shell.escaped, given))}")
     reason = mask(f"internal fault, not your input: {type(error).__name__}: {words}")
     mend = f"please report it with the log file {log}" if log else "please report it; no log file could be written"
     document = {"error": {"file": log or "", "place": "stiffcal", "reason": reason, "mend": mend}}
@@ -63,14 +64,14 @@ def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
 
 def report_traceback(error: Exception) -> int:
     """Print the traceback of an internal fault, for who asked with --debug; return the exit code."""
-    sys.stderr.write(mask("".join(traceback.format_exception(error))))
+    sys.stderr.write(escaped_lines(mask("".join(traceback.format_exception(error)))))
     return INTERNAL_FAULT
 
 
 def _print_document(document: Mapping[str, object]) -> bool:
     """Print a document; return False where standard output does not take it."""
     try:
-        sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+        sys.stdout.write(document_text(document) + "\n")
         sys.stdout.flush()
     except InputError:
         return False

@@ -21,13 +21,17 @@ def export(
         Path,
         typer.Option("-o", "--output", metavar="FILE", help="*.csv, *.parquet: states; *.json, *.urdf: the model."),
     ] = Path("states.csv"),
+    raw_text: Annotated[
+        bool, typer.Option("--raw-text", help="CSV: no ' before texts that a spreadsheet takes for formulas.")
+    ] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
 ) -> int:
     """Write the states or the model for other programs.
 
-    States with measured, predicted and residual as CSV or Parquet; the model as JSON or URDF.
+    States with measured, predicted and residual as CSV or Parquet; the model as JSON or URDF. In CSV a text that a
+    spreadsheet would take for a formula (= + - @ first) gets a ' before it, which stiffcal takes off again.
 
     Example: stiffcal export demo -o states.parquet
     """
@@ -36,7 +40,7 @@ def export(
         from stiffcal.workflow.steps import Means
 
         means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = export_campaign(folder, means, output)
+        document = export_campaign(folder, means, output, raw_text=raw_text)
         answer.give(document, show_export, command_line("plot", folder, store=store))
     return OK
 

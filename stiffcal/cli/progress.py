@@ -6,6 +6,8 @@ import sys
 import threading
 from typing import TYPE_CHECKING
 
+from stiffcal.escapes.terminal import escaped
+
 if TYPE_CHECKING:
     import rich.progress
 
@@ -36,6 +38,7 @@ class ProgressBar:
         """Show what is being done and how much of it is."""
         if not self._drawn:
             return
+        text = escaped(text)
         if self._bar is None:
             self._prepare(text)
         if self._bar is None or self._task is None:
@@ -49,7 +52,7 @@ class ProgressBar:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+        columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
         self._bar = Progress(*columns, console=Console(stderr=True), transient=True)
         self._task = self._bar.add_task(text, total=None)
         self._timer = threading.Timer(PATIENCE_S, self._bar.start)

@@ -15,6 +15,7 @@ import difflib
 import importlib
 import importlib.metadata
 import pkgutil
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -221,6 +222,10 @@ def check_columns(wanted: Wanted, columns: Sequence[str], shown: str, place: str
         raise InputError(*faults)
 
 
+_C1 = re.compile("[\x80-\x9f]")
+_CP1252 = 'the names seem to be Windows text read as latin-1: set csv = { encoding = "cp1252" }'
+
+
 def nearest_name(name: str, columns: Sequence[str]) -> str:
     """Return a mend for a missing column: the nearest name, or the names there are.
 
@@ -236,7 +241,9 @@ def nearest_name(name: str, columns: Sequence[str]) -> str:
         close = difflib.get_close_matches(name.casefold(), list(folded), n=1, cutoff=0.6)
         near = folded[close[0]] if close else None
     if near is not None:
-        return f"did you mean {near!r}?"
+        return f"did you mean {near!r}?" + (f" if so, {_CP1252}" if _C1.search(near) else "")
+    if any(_C1.search(column) for column in columns):
+        return _CP1252
     there = ", ".join(repr(column) for column in columns[:12]) + (", …" if len(columns) > 12 else "")
     return f"the file has {there}" if columns else "the file has no columns"
 

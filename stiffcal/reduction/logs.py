@@ -17,6 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_rpy, rotation_from_vector
 from stiffcal.quantities import unit
 from stiffcal.readers import Batch, NotAFile, Wanted, find_reader
+from stiffcal.reduction.log_names import in_file_words, in_manifest_words, names_in_file, with_run_names_checked
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -273,7 +274,12 @@ def read_batches(folder: Path, source: Source, file: str, wanted: Wanted) -> Ite
     if not is_there(folder, source, file):
         raise InputError.at(file, "", "no such file", "correct its name in campaign.toml, or put the log there")
     reader = find_reader(path, source.format_for(file), file)
-    yield from reader.read_batches(path, reader_options(source, reader.name, file), wanted, file)
+    options = reader_options(source, reader.name, file)
+    names = names_in_file(wanted, lambda: reader.read_header(path, options, file).columns)
+    batches = reader.read_batches(path, options, in_file_words(wanted, names) if names else wanted, file)
+    if names:
+        batches = (in_manifest_words(batch, names) for batch in batches)
+    yield from with_run_names_checked(batches, source.run.column if source.run is not None else None, file)
 
 
 def is_there(folder: Path, source: Source, file: str) -> bool:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.manifest import Source
 from stiffcal.errors import InputError
+from stiffcal.escapes import csv_cell
 from stiffcal.files import replacing
 
 Floats = NDArray[np.float64]
@@ -128,18 +129,28 @@ def _write_text(path: Path, columns: Mapping[str, Column], dialect: Dialect) -> 
             values.append(column.tolist())
         else:
             cells.append("%s")
-            values.append([word.replace(".", _POINT_IN_WORDS) for word in column])
+            values.append([_text_cell(word, dialect).replace(".", _POINT_IN_WORDS) for word in column])
     template = _CELL_END.join(cells)
     rows = [template % row for row in zip(*values, strict=True)]
     body = "\n".join(rows) + "\n"
     # Points that end a number's whole part become the decimal sign, those in words stay.
     for sign, written in ((".", dialect.decimal), (_POINT_IN_WORDS, "."), (_CELL_END, dialect.delimiter)):
         body = body.replace(sign, written)
-    head = [*dialect.preamble, dialect.delimiter.join(names)]
+    head = [*dialect.preamble, dialect.delimiter.join(_text_cell(name, dialect) for name in names)]
     if dialect.units is not None:
         head.append(dialect.delimiter.join(dialect.units.get(name, "") for name in names))
     text = "".join(line + "\n" for line in head) + body
-    path.write_bytes(text.encode(dialect.encoding))
+    try:
+        path.write_bytes(text.encode(dialect.encoding))
+    except UnicodeEncodeError as error:
+        reason = f"a name holds {error.object[error.start]!r}, which {dialect.encoding} does not have"
+        raise InputError.at("campaign.toml", "csv.encoding", reason, 'set encoding = "utf-8"') from None
+
+
+def _text_cell(text: str, dialect: Dialect) -> str:
+    """Return a text as a cell, in quotation marks where it holds what ends one."""
+    cell = csv_cell.escaped(text)
+    return '"' + cell.replace('"', '""') + '"' if '"' in cell or dialect.delimiter in cell else cell
 
 
 def _write_hdf5(path: Path, columns: Mapping[str, Column], group: str) -> None:

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 TABLES, MODELS = (".csv", ".parquet"), (".json", ".urdf")
 
 
-def export_campaign(folder: Path, means: Means | None = None, output: Path = Path("states.csv")) -> Document:
+def export_campaign(
+    folder: Path, means: Means | None = None, output: Path = Path("states.csv"), *, raw_text: bool = False
+) -> Document:
     """Write a campaign's states or model to a file, whose ending says which.
 
     Parameters
@@ -28,6 +30,7 @@ def export_campaign(folder: Path, means: Means | None = None, output: Path = Pat
     means : store, progress and so on.
     output : ``*.csv`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit with its
         model; ``*.urdf``: the robot, with the stiffness of its joints beside it.
+    raw_text : leave texts in a CSV file as they are, also those that a spreadsheet takes for formulas.
 
     Returns
     -------
@@ -48,7 +51,7 @@ def export_campaign(folder: Path, means: Means | None = None, output: Path = Pat
     if ending in TABLES:
         validated(data, identified, means)
         table = states_with_residuals(data) if len(data.states) else _readings(data)
-        write_table(table, output)
+        write_table(table, output, raw_text=raw_text)
         holds = f"{table.num_rows} readings with measured, predicted and residual"
         if len(data.states):
             holds = f"{table.num_rows} load states with measured, predicted and residual (unseen poses)"
@@ -95,8 +98,13 @@ def _readings(data: Ingested) -> pa.Table:
     raise InputError.at(str(data.campaign.folder), "runs", reason, "export the model instead: -o model.json")
 
 
-def write_table(table: pa.Table | Mapping[str, Any], output: Path) -> None:
+def write_table(table: pa.Table | Mapping[str, Any], output: Path, *, raw_text: bool = False) -> None:
     """Write a table as CSV or Parquet, by the file's ending.
+
+    Parameters
+    ----------
+    table : columns by name. output : the file.
+    raw_text : CSV only: leave texts as they are, also those that a spreadsheet takes for formulas.
 
     Raises
     ------
@@ -115,7 +123,24 @@ def write_table(table: pa.Table | Mapping[str, Any], output: Path) -> None:
         else:
             from pyarrow import csv
 
-            csv.write_csv(whole, beside, csv.WriteOptions(quoting_style="needed"))
+            written = whole if raw_text else _for_spreadsheets(whole)
+            csv.write_csv(written, beside, csv.WriteOptions(quoting_style="needed"))
+
+
+def _for_spreadsheets(table: pa.Table) -> pa.Table:
+    """Return a table whose texts, names of columns included, are no formulas of a spreadsheet."""
+    import pyarrow as pa
+
+    from stiffcal.escapes import csv_cell
+
+    for number, name in enumerate(table.column_names):
+        column = table.column(number)
+        if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
+            words = column.to_pylist()
+            cells = {word: csv_cell.escaped(word) for word in set(words) if word is not None}
+            if any(word != cell for word, cell in cells.items()):
+                table = table.set_column(number, name, pa.array([cells.get(word) for word in words], column.type))
+    return table.rename_columns([csv_cell.escaped(name) for name in table.column_names])
 
 
 def _model_document(data: Ingested, identified: Document) -> Document:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.escapes import csv_cell
 from stiffcal.quantities import unit
 
 Floats = NDArray[np.float64]
@@ -123,7 +124,7 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
         raise InputError.at(shown, "line 1", "the table is empty", "write a header and at least one row")
     delimiter = ";" if ";" in lines[0] else "\t" if "\t" in lines[0] else ","
     header, *rows = list(csv.reader(lines, delimiter=delimiter))
-    columns = [_column(word, joint_names, (*asked, *words), shown) for word in header]
+    columns = [_column(csv_cell.original(word), joint_names, (*asked, *words), shown) for word in header]
     at = np.array([number for number, _ in numbered[1:]], dtype=np.int64)
     numbers = {name: np.zeros(len(rows)) for name, _ in columns if name in asked}
     texts: dict[str, list[str]] = {name: [] for name, _ in columns if name in words}
@@ -135,7 +136,7 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
             if name in numbers:
                 numbers[name][number] = factor * _number(cell, shown, int(at[number]), name, delimiter)
             elif name in texts:
-                texts[name].append(cell.strip())
+                texts[name].append(csv_cell.original(cell.strip()))
     return WrittenTable(shown, numbers, {name: tuple(cells) for name, cells in texts.items()}, at)
 
 

@@ -23,6 +23,7 @@ import pyarrow as pa
 import pyarrow.csv as arrow_csv
 
 from stiffcal.errors import InputError
+from stiffcal.escapes import csv_cell
 from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.readers import (
@@ -164,7 +165,7 @@ def _batch(records: pa.RecordBatch, layout: Layout, wanted: Wanted, first_row: i
         if name in wanted.times:
             numbers[name] = seconds_of_times(words, shown, name, first_row)
         else:
-            texts[name] = words
+            texts[name] = [csv_cell.original(word) if word.startswith("'") else word for word in words]
     if (bad := first_not_finite(numbers, wanted, first_row)) is not None:
         raise pa.ArrowInvalid(f"row {bad[0]}, column {bad[1]}: {bad[2]} is not a finite number")
     return Batch(first_row, numbers, texts)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.escapes import csv_cell
 from stiffcal.measurements.scope_export import NAME, PROPERTIES, is_scope_header, scope_columns, scope_units
 from stiffcal.readers import Options, Wanted, check_columns, check_options
 from stiffcal.readers.csv.lines import LogText, find_codec
@@ -129,7 +130,9 @@ def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted
     header = decode_line(text, line, shown)
     delimiter = _single(options, "delimiter", shown) or _find_delimiter(header, wanted, decimal)
     header_line = text.line_number
-    columns = tuple(Layout((), {}, delimiter, decimal, "", 0, False).split(header))
+    cells = Layout((), {}, delimiter, decimal, "", 0, False).split(header)
+    asked = set(wanted.names)
+    columns = tuple(cell if cell in asked else csv_cell.original(cell) for cell in cells)
     scope = _read_scope(text, columns, delimiter, decimal) if columns[:1] == (NAME,) else None
     if scope is not None:
         check_columns(wanted, scope.columns, shown, f"line {header_line}")
