@@ -116,7 +116,7 @@ def test_empty_names(tmp_path: Path) -> None:
 
 
 def test_many_odd_names_are_few_lines(tmp_path: Path) -> None:
-    (tmp_path / "c.toml").write_text("".join(f'"a\\u001b{k}" = 1\n' for k in range(5000)), encoding="utf-8")
+    (tmp_path / "c.toml").write_text("".join(f'"a\\u001b{k}" = 1\n' for k in range(900)), encoding="utf-8")
     with pytest.raises(InputError) as refused:
         read_toml(tmp_path / "c.toml", "c.toml")
     assert len(refused.value.faults) == 20
