@@ -118,6 +118,8 @@ class RosOptions(Table):
 class PostgresOptions(Table):
     """How a PostgreSQL database is reached; which table or query is read, `file` says. No password stands here.
 
+    The user allows databases by environment, ``STIFFCAL_POSTGRES_ENV`` and ``STIFFCAL_POSTGRES``, and trusts queries.
+
     Attributes
     ----------
     uri_env : the environment variable that holds the address (``postgresql://…``), its password included if need be.

@@ -7,14 +7,15 @@ import random
 import select
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
+from unittest import mock
 from urllib.parse import parse_qs, urlsplit
 
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes
-from tests.readers.database import VARIABLE
+from tests.readers.database import VARIABLE, VARIABLES, trusting
 
 SPOILT = "STIFFCAL_FUZZ_DATABASE"
 IDLE_S = 0.3  # neither side speaks: what was cut out would be waited for without end, so the line is cut
@@ -86,6 +87,17 @@ def spoilt_options(chance: random.Random, folder: Path) -> dict[str, object]:
             os.environ["STIFFCAL_FUZZ_ADDRESS"] = chance.choice(ADDRESSES)
             found["uri_env"] = "STIFFCAL_FUZZ_ADDRESS"
     return found
+
+
+@contextmanager
+def allowing(folder: Path, options: Mapping[str, object]) -> Iterator[None]:
+    """Allow what such options ask for, so that the server and libpq come to see it."""
+    further = {
+        VARIABLES: f"{VARIABLE} {SPOILT} STIFFCAL_FUZZ_ADDRESS",
+        "STIFFCAL_POSTGRES": f"127.0.0.1/* {folder}/* /nowhere/*",
+    }
+    with mock.patch.dict(os.environ, further), trusting(str(options.get("from") or "")):
+        yield
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader, formats
 from tests.campaign.folders import DATA, MANIFEST, ROBOT
-from tests.fuzz.databases import SPOILT, odd_query, spoiling_line, spoilt_options, wanted_of_database
+from tests.fuzz.databases import SPOILT, allowing, odd_query, spoiling_line, spoilt_options, wanted_of_database
 from tests.fuzz.inputs import MAKERS, make_bag, make_csv, packed
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes, spoilt_lines, spoilt_toml
 
@@ -123,9 +123,11 @@ def feed_postgres(chance: random.Random, folder: Path) -> None:
     """Ask a real server: odd columns, spoilt queries, options and addresses, and a line that spoils its answers."""
     wanted = wanted_of_database(chance)
     if chance.random() < 0.7:
-        return read_log(folder, "postgres", spoilt_options(chance, folder), wanted)
-    with spoiling_line(chance, folder):
-        return read_log(folder, "postgres", {"uri_env": SPOILT, "from": odd_query(chance)}, wanted)
+        options = spoilt_options(chance, folder)
+        with allowing(folder, options):
+            return read_log(folder, "postgres", options, wanted)
+    with spoiling_line(chance, folder), allowing(folder, options := {"uri_env": SPOILT, "from": odd_query(chance)}):
+        return read_log(folder, "postgres", options, wanted)
 
 
 def feed_campaign(folder: Path, manifest: bytes, robot: bytes, model: bytes) -> None:

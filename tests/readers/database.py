@@ -10,10 +10,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import pytest
 
-VARIABLE = "STIFFCAL_TEST_DATABASE"
+from stiffcal.trust.queries import query_digest
+
+VARIABLE, VARIABLES = "STIFFCAL_TEST_DATABASE", "STIFFCAL_POSTGRES_ENV"
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,13 @@ class Database:
 
 
 @contextmanager
+def trusting(*queries: str) -> Iterator[None]:
+    """Have the texts of queries trusted, as a CI system does it."""
+    with mock.patch.dict(os.environ, STIFFCAL_TRUST=" ".join(map(query_digest, queries))):
+        yield
+
+
+@contextmanager
 def running_server() -> Iterator[Database]:
     """Start a server, name it in `VARIABLE`, and take it down with its data."""
     # Not in pytest's folder: run by root the server is another user's, and pytest shuts others out whenever it starts.
@@ -37,11 +47,13 @@ def running_server() -> Iterator[Database]:
 
     server = get_server(folder / "data", cleanup_mode="delete")
     os.environ[VARIABLE] = server.get_uri()
+    os.environ[VARIABLES] = VARIABLE
     try:
         yield Database(server)
     finally:
         server.cleanup()
         os.environ.pop(VARIABLE, None)
+        os.environ.pop(VARIABLES, None)
         if before is None:
             os.environ.pop("XDG_RUNTIME_DIR", None)
         shutil.rmtree(folder, ignore_errors=True)

@@ -6,20 +6,22 @@ What is read, the manifest says under `file`: a table (``daq.ft``) or a query (`
 uri_env : the environment variable that holds the address, ``postgresql://user@host/database``.
 host, port, database, user : instead of it. What is left out comes from libpq's own PGHOST, PGDATABASE, … and the
     password from PGPASSWORD or ~/.pgpass: there is no option for it, and it is never written or shown.
+    Both only where the user allows them, see `address`; a query, only where the user has trusted its text.
 order_by : the columns that put the rows of a table into order; a table has none of its own.
 
-Rows come over in the server's binary form in batches of bounded size, in one read-only transaction.
+Rows come over in the server's binary form in batches of bounded size, in one read-only transaction whose statements
+end after half an hour (``STIFFCAL_POSTGRES_STATEMENT_S``).
 """
 
 from __future__ import annotations
 
 import os
 import re
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote, urlsplit
 
 import numpy as np
 import pyarrow as pa
@@ -38,10 +40,15 @@ from stiffcal.readers import (
     missing_library,
     nearest_name,
 )
+from stiffcal.readers.postgres.address import Address, address_of
+from stiffcal.trust.queries import query_digest, query_text, table_of
+from stiffcal.trust.record import open_record
 
 BATCH_BYTES = 4 << 20
 BATCH_ROWS = 1 << 16
-PATIENCE_S = 20
+STATEMENT_S, LONGEST_S = "STIFFCAL_POSTGRES_STATEMENT_S", 1800
+"""The variable that says how long a statement may take, s, and what holds without it."""
+_CANCELLED, _NO_TABLE = "57014", "42P01"  # SQLSTATE query_canceled and undefined_table
 # `from` is the manifest's `file`.
 KNOWN_OPTIONS: dict[str, type] = {
     "uri_env": str, "host": str, "port": int, "database": str, "user": str, "order_by": str, "from": str,
@@ -109,18 +116,26 @@ class _What:
 
     Attributes
     ----------
-    inner : its SQL. shown : how messages call it.
+    inner : its SQL. shown : how messages call it. table : the parts of the table's name, None of a query.
     """
 
     def __init__(self, options: Options) -> None:
-        text = str(options.get("from") or "").strip().rstrip(";").strip()
+        text = query_text(str(options.get("from") or ""))
         if not text:
             raise InputError.at("campaign.toml", "file", "no table or query is named", 'add file = "schema.table"')
-        self.is_query = re.match(r"(select|with|table|values)\s", text, re.IGNORECASE) is not None
+        self.table = table_of(text)
         self.order_by = [name.strip() for name in str(options.get("order_by") or "").split(",") if name.strip()]
-        self.inner = text if self.is_query else f"select * from {_table(text)}"
+        self.inner = text if self.table is None else f"select * from {'.'.join(map(_quoted, self.table))}"
         words = " ".join(text.split())
-        self.shown = f"query {words[:60]}{'…' if len(words) > 60 else ''}" if self.is_query else f"table {text}"
+        self.shown = f"table {text}" if self.table else f"query {words[:60]}{'…' if len(words) > 60 else ''}"
+
+    def check_trusted(self) -> None:
+        """Raise an `InputError` where this is a query that the user has not allowed."""
+        digest = query_digest(self.inner)
+        if self.table is None and not open_record().text_allowed(digest):
+            reason = f"a query runs on your database with your rights, and you have not allowed this one ({digest})"
+            mend = "read it and allow it: stiffcal trust DIR; or name a table alone: schema.table"
+            raise InputError.at(self.shown, "", reason, mend)
 
     def statement(self, names: tuple[str, ...], columns: tuple[str, ...]) -> str:
         """Return the SQL that reads these columns in order; raises `InputError` where there is none."""
@@ -130,15 +145,10 @@ class _What:
         if self.order_by:
             order = ", ".join(_quoted(name) for name in self.order_by)
             return f"select {', '.join(_quoted(name) for name in names)} from ({self.inner}\n) as rows order by {order}"
-        if self.is_query and re.search(r"\border\s+by\b", self.inner, re.IGNORECASE):
+        if self.table is None and re.search(r"\border\s+by\b", self.inner, re.IGNORECASE):
             return self.inner
-        mend = 'add postgres.order_by = "…", the column of the time' + (", or order by …" if self.is_query else "")
+        mend = 'add postgres.order_by = "…", the column of the time' + (", or order by …" if self.table is None else "")
         raise InputError.at(self.shown, "", "its rows have no order", mend)
-
-
-def _table(text: str) -> str:
-    parts = re.findall(r'"(?:[^"]|"")+"|[^".]+', text)
-    return ".".join(part if part.startswith('"') else _quoted(part.strip()) for part in parts)
 
 
 def _quoted(name: str) -> str:
@@ -154,30 +164,45 @@ def _connected(options: Options) -> Iterator[tuple[Any, _What]]:
         from adbc_driver_postgresql import StatementOptions, dbapi
     except ImportError:
         raise missing_library("postgres", what.shown) from None
-    address = _address(options, what.shown)
+    what.check_trusted()
+    address, most_s = address_of(options, what.shown), _longest_statement_s()
     try:
-        connection = dbapi.connect(address)
+        connection = dbapi.connect(address.text)
     except dbapi.Error as error:
         reason = f"the database cannot be reached ({_told(error, address)})"
         mend = "correct postgres.host, .port, .database, .user or the variable of postgres.uri_env, or start the server"
         raise InputError.at(what.shown, "postgres", reason, mend) from None
     hint = {StatementOptions.BATCH_SIZE_HINT_BYTES.value: str(BATCH_BYTES)}
+    began = time.monotonic()
     with connection, connection.cursor(adbc_stmt_kwargs=hint) as cursor:
         try:
             cursor.execute("set transaction read only")
+            cursor.execute(f"set local statement_timeout = '{most_s}s'")
             yield cursor, what
         except (dbapi.Error, pa.ArrowException, OSError) as error:
-            told = _told(error, address)
+            state = getattr(error, "sqlstate", None)  # what fails half-way through the rows carries none
             mend = "correct the table's name or the query"
-            with suppress(dbapi.Error, pa.ArrowException, OSError):
-                mend = _near_table(connection, told) or mend
-            raise InputError.at(what.shown, "", f"the database refused ({told})", mend) from None
+            if state == _CANCELLED or (state is None and time.monotonic() - began >= most_s):
+                mend = f"ask for fewer rows, or raise {STATEMENT_S}, which is {most_s} s now"
+            elif state == _NO_TABLE:
+                with suppress(dbapi.Error, pa.ArrowException, OSError):
+                    mend = _near_table(connection, str(error), what) or mend
+            raise InputError.at(what.shown, "", f"the database refused ({_told(error, address)})", mend) from None
 
 
-def _near_table(connection: Any, told: str) -> str:
-    """Return the nearest table's name where the server says that there is none of this name."""
+def _longest_statement_s() -> int:
+    text = os.environ.get(STATEMENT_S, "").strip() or str(LONGEST_S)
+    if not re.fullmatch(r"[1-9]\d{0,5}", text):
+        mend = f"write a whole number of seconds, as in {STATEMENT_S}={LONGEST_S}"
+        raise InputError.at("", STATEMENT_S, f"{text!r} is no time in seconds", mend)
+    return int(text)
+
+
+def _near_table(connection: Any, told: str, what: _What) -> str:
+    """Return the nearest name of a table in the database, where that can be said."""
     found = re.search(r'relation "(.*)" does not exist', told)
-    if found is None:
+    wanted = ".".join(what.table) if what.table else found[1] if found else None
+    if wanted is None:
         return ""
     connection.rollback()
     with connection.cursor() as cursor:
@@ -187,48 +212,13 @@ def _near_table(connection: Any, told: str) -> str:
         )
         rows = cursor.fetchall()
     names = [table if schema == "public" else f"{schema}.{table}" for schema, table in rows]
-    near = nearest_name(found[1], names).replace("the file has columns", "the database has tables")
+    near = nearest_name(wanted, names).replace("the file has columns", "the database has tables")
     return near.replace("the file has no columns", "the database has no tables").replace("the file has", "tables:")
 
 
-def _address(options: Options, shown: str) -> str:
-    variable = options.get("uri_env")
-    parts = {"host": options.get("host"), "port": options.get("port"), "dbname": options.get("database"),
-             "user": options.get("user")}  # fmt: skip
-    if variable is not None:
-        if any(value is not None for value in parts.values()):
-            place, mend = "postgres.uri_env", "keep one: the variable, or host, port, database, user"
-            raise InputError.at(shown, place, "the address is given twice", mend)
-        address = os.environ.get(str(variable), "")
-        if not address:
-            mend = f"export {variable}=postgresql://USER@HOST/DATABASE"
-            raise InputError.at(shown, "postgres.uri_env", f"the environment variable {variable} is not set", mend)
-        for key, value in _patience().items():
-            if key not in address:
-                joint = " " if "://" not in address else "&" if "?" in address else "?"
-                address += f"{joint}{key}={value}"
-        return address
-    said = {key: str(value) for key, value in parts.items() if value is not None}
-    said |= _patience()
-    quoted = {key: value.replace("\\", "\\\\").replace("'", "\\'") for key, value in said.items()}
-    return " ".join(f"{key}='{value}'" for key, value in quoted.items())
-
-
-def _patience() -> dict[str, str]:
-    """Return how long a server may not answer: a line that is dead would else be waited at for hours."""
-    first = {} if "PGCONNECT_TIMEOUT" in os.environ else {"connect_timeout": str(PATIENCE_S)}
-    return {**first, "keepalives_idle": "30", "keepalives_interval": "10", "keepalives_count": "3"}
-
-
-def _told(error: Exception, address: str) -> str:
-    """Return what the server says, on one line, without the address and its password."""
-    told = " ".join(str(error).split())
-    secrets = [address, os.environ.get("PGPASSWORD", "")]
-    secrets += re.findall(r"(?:password\s*=\s*'?|://[^:/@\s]*:)([^'@\s&]+)", address)
-    with suppress(ValueError):
-        secrets.append(urlsplit(address).password or "")
-    for secret in sorted({*secrets, *(unquote(secret) for secret in secrets)}, key=len, reverse=True):
-        told = told.replace(secret, "…") if secret else told
+def _told(error: Exception, address: Address) -> str:
+    """Return what the server says, on one line, without the address's secrets."""
+    told = address.without_secrets(" ".join(str(error).split()))
     found = re.search(r"(?:ERROR|FATAL): .*?(?= LINE \d| Query was|$)", told)
     return (found.group() if found else told)[:300]
 
