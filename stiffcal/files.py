@@ -139,6 +139,7 @@ def check_regular(path: Path, shown: str = "") -> None:
     found = path.stat()
     if not stat.S_ISDIR(found.st_mode):
         _check_kind(found, path, shown or str(path))
+        _check_place(path, shown or str(path))
 
 
 def read_regular(path: Path, shown: str = "", *, limit: Limit = DOCUMENT, follow: bool = True) -> bytes:
@@ -162,6 +163,7 @@ def read_regular(path: Path, shown: str = "", *, limit: Limit = DOCUMENT, follow
 
 def _descriptor(path: Path, shown: str, further: int) -> int:
     _check_kind(path.stat(), path, shown)  # before it is opened: opening some devices has an effect
+    _check_place(path, shown)
     try:
         return os.open(path, _FLAGS | _NONBLOCK | further)
     except BlockingIOError:  # a file server has lent the file out: it gives it back to a reader that waits
@@ -173,6 +175,9 @@ def _check_kind(found: os.stat_result, path: Path, shown: str) -> None:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(found.st_mode):
         _refuse(found.st_mode, shown)
+
+
+def _check_place(path: Path, shown: str) -> None:
     if os.name == "posix" and os.path.realpath(path).startswith(tuple(f"{place}/" for place in _OF_THE_SYSTEM)):
         raise InputError.at(shown, "", "this is a file of the running system, not of a disk", _REGULAR)
 

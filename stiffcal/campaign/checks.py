@@ -19,6 +19,7 @@ from stiffcal.campaign.run_checks import MOST_COMPARED, MOST_FAULTS, choices, ex
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault, InputError
+from stiffcal.files import check_regular
 
 ALLOW = "STIFFCAL_ALLOW"
 
@@ -109,6 +110,8 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
                 faults.append(_fault(place, f"no such file: {file}", _file_advice(folder, file, taken)))
             else:
                 absent.setdefault(str(PurePosixPath(file).parent), []).append((place, file))
+        elif fetched:
+            faults += _special(folder, file, place)
     for name, missing in absent.items():  # one line for a folder, not one for each of its files
         place, file = missing[0]
         if len(missing) == 1:
@@ -118,6 +121,17 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
             reason = f"no such folder: {name}; {len(missing)} files are named in it, {file} first"
             faults.append(_fault(place, reason, "put the files there"))
     return faults
+
+
+def _special(folder: Path, file: str, place: str) -> Iterator[Fault]:
+    """Yield the fault of a file that is no regular one: a pipe would let its reader wait for ever."""
+    try:
+        check_regular(folder / file, file)
+    except InputError as error:
+        for fault in error.faults:
+            yield _fault(place, f'"{file}": {fault.reason}', fault.mend)
+    except (OSError, ValueError):  # not there, or not to be reached: whoever opens it says so
+        return
 
 
 def escapes(file: str) -> bool:

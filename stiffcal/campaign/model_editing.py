@@ -12,7 +12,8 @@ from tomlkit.items import AoT, Comment, Table, Whitespace
 from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile, default_model_text, place_names
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import InputError
-from stiffcal.files import replacing
+from stiffcal.files import read_regular, replacing
+from stiffcal.limits import TOML
 
 Places: TypeAlias = dict[str, list[Any]]
 """``joints``, ``links`` and ``pairs``, as far as they are not empty."""
@@ -152,7 +153,7 @@ def _document(folder: Path, n_joints: int) -> tomlkit.TOMLDocument:
     path = folder / MODEL_FILE
     if path.exists():
         validate(read_toml(path, MODEL_FILE), MODEL_FILE, ModelFile)
-        return tomlkit.parse(path.read_bytes().decode("utf-8-sig"))
+        return tomlkit.parse(read_regular(path, MODEL_FILE, limit=TOML).decode("utf-8-sig"))
     document = tomlkit.parse(default_model_text(_experiments(folder)))
     for entry in document["effects"]:
         if entry.get("joints") == "all":

@@ -112,7 +112,7 @@ def load_thresholds(path: Path) -> ThresholdsFile:
     ------
     InputError : it cannot be read, or a key is wrong.
     """
-    file = validate(read_toml(path, str(path)), str(path), ThresholdsFile)
+    file = validate(read_toml(path, str(path), from_user=True), str(path), ThresholdsFile)
     campaigns = {
         name: held.model_copy(update={"limits": _from(path.parent, held.limits)})
         for name, held in file.campaigns.items()

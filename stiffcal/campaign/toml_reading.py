@@ -14,11 +14,11 @@ from pydantic import BaseModel, ValidationError
 from stiffcal.campaign.explain import faults_of, key_path
 from stiffcal.campaign.name_checks import name_faults
 from stiffcal.errors import InputError, raise_faults
-from stiffcal.limits import ENTRIES, RUNS
+from stiffcal.files import read_regular
+from stiffcal.limits import ENTRIES, RUNS, TOML
 
 Model = TypeVar("Model", bound=BaseModel)
 
-MOST_BYTES = 32 << 20  # ten thousand runs with a file each stay below a tenth of it
 LARGEST = 1e30  # in SI: what is larger overflows somewhere in the physics, and is a slip
 MOST_DOTS = 100  # in one key
 MOST_ODD_NAMES = 20  # that are shown, each on its line
@@ -31,24 +31,23 @@ _DEEP = "tables or lists lie in one another too deeply"
 _PLACE = re.compile(r"\s*\(at (?P<place>line \d+, column \d+|end of document)\)$")
 
 
-def read_toml(path: Path, file: str) -> dict[str, Any]:
+def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, Any]:
     """Read a TOML document.
 
     Parameters
     ----------
     path : where it lies.
     file : how to call it in a fault.
+    from_user : True where the user named the file on the command line: it may be a pipe then.
 
     Raises
     ------
     InputError
-        No such file, not UTF-8, or not TOML; with the line.
+        No such file, no regular one, not UTF-8, or not TOML; with the line.
     """
     try:
-        if path.stat().st_size > MOST_BYTES:
-            reason = f"{path.stat().st_size / 1e6:.0f} MB: no such file is written by hand"
-            raise InputError.at(file, "", reason, "name the right file")
-        text = path.read_bytes().decode("utf-8-sig")  # Windows editors write a byte-order mark
+        content = _piped(path, file) if from_user else read_regular(path, file, limit=TOML)
+        text = content.decode("utf-8-sig")  # Windows editors write a byte-order mark
     except FileNotFoundError:
         raise InputError.at(file, "", "no such file", f"write it, or correct the path ({path.parent})") from None
     except IsADirectoryError:
@@ -84,6 +83,13 @@ def read_toml(path: Path, file: str) -> dict[str, Any]:
     _check_sizes(document, file)
     raise_faults(list(islice(name_faults(document, file), MOST_ODD_NAMES)))
     return document
+
+
+def _piped(path: Path, file: str) -> bytes:
+    with path.open("rb") as stream:
+        content = stream.read(TOML.most + 1)
+    TOML.check(len(content), file)
+    return content
 
 
 def _check_sizes(document: dict[str, Any], file: str) -> None:

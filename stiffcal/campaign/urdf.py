@@ -14,6 +14,8 @@ from typing import TypeAlias
 from stiffcal.campaign.name_checks import check_name
 from stiffcal.campaign.robot_file import MOST_JOINTS
 from stiffcal.errors import InputError
+from stiffcal.files import read_regular
+from stiffcal.limits import URDF
 
 Triple: TypeAlias = tuple[float, float, float]
 
@@ -112,7 +114,7 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
 
 def _parse(path: Path, file: str) -> ElementTree.Element:
     try:
-        root = ElementTree.fromstring(path.read_bytes())
+        root = ElementTree.fromstring(read_regular(path, file, limit=URDF))
     except FileNotFoundError:
         raise InputError.at(file, "", "no such file", "correct urdf in the robot file") from None
     except OSError as error:

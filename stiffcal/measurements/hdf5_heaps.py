@@ -13,7 +13,9 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
-from typing import Any, BinaryIO
+from typing import IO, Any
+
+from stiffcal.files import open_regular
 
 SIGNATURE = b"GCOL\x01"
 FILE_SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -41,14 +43,14 @@ def check_heaps(path: Path, data: Iterable[Region] = ()) -> None:
     data : where numbers lie, which need not be searched in a large file.
     """
     size = path.stat().st_size
-    with path.open("rb", buffering=0) as file:
+    with open_regular(path, buffering=0) as file:
         layout = "<Q" if _bytes_of_length(file) != 4 else "<I"
         for start, end in _between(data if size > SMALL_FILE else (), size):
             for at in _signatures(file, start, end):
                 _check_heap(file, at, size, layout)
 
 
-def _bytes_of_length(file: BinaryIO) -> int:
+def _bytes_of_length(file: IO[bytes]) -> int:
     """Return how many bytes a size has in this file, as its first block says: eight in all but odd files."""
     at = 0
     while head := _read(file, at, 16):
@@ -58,7 +60,7 @@ def _bytes_of_length(file: BinaryIO) -> int:
     return 8
 
 
-def _read(file: BinaryIO, at: int, count: int) -> bytes:
+def _read(file: IO[bytes], at: int, count: int) -> bytes:
     file.seek(at)
     return file.read(count)
 
@@ -74,7 +76,7 @@ def _between(data: Iterable[Region], size: int) -> Iterator[Region]:
         yield at, size
 
 
-def _signatures(file: BinaryIO, start: int, end: int) -> Iterator[int]:
+def _signatures(file: IO[bytes], start: int, end: int) -> Iterator[int]:
     """Yield where heaps begin."""
     kept = len(SIGNATURE) - 1  # a signature may lie across two pieces
     while start < end:
@@ -86,7 +88,7 @@ def _signatures(file: BinaryIO, start: int, end: int) -> Iterator[int]:
         start += PIECE
 
 
-def _check_heap(file: BinaryIO, at: int, file_size: int, layout: str) -> None:
+def _check_heap(file: IO[bytes], at: int, file_size: int, layout: str) -> None:
     number = struct.calcsize(layout)
     head = _read(file, at, 8 + number)
     size = struct.unpack(layout, head[8:])[0] if len(head) == 8 + number else 0

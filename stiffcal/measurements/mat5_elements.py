@@ -14,6 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
+from stiffcal.files import open_regular
+
 HEADER = 128
 MATRIX, COMPRESSED = 14, 15
 CELL, STRUCT, OBJECT, CHARACTERS, SPARSE = 1, 2, 3, 4, 5
@@ -36,7 +38,7 @@ class _Element:
 
 def check_elements(path: Path) -> None:
     """Walk through a file; raises `DamagedError` where sizes, kinds and dimensions contradict each other."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         head = file.read(HEADER)
         order = {b"IM": "<", b"MI": ">"}.get(head[126:128])
         if order is None:  # version 4, or none: the library says so itself

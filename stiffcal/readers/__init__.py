@@ -17,7 +17,7 @@ import importlib.metadata
 import pkgutil
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias, cast
@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Fault, InputError
+from stiffcal.files import check_regular
 from stiffcal.measurements.moments import seconds_of_moments, seconds_of_times
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -161,6 +162,8 @@ def find_reader(path: Path, log_format: str | None = None, shown: str = "") -> R
                 shown or str(path), "format", f"no reader for format {log_format!r}", _suggest_format(log_format, known)
             )
         return reader
+    with suppress(OSError):  # what is not there at all has no format
+        check_regular(path, shown)
     endings = [suffix.lstrip(".").lower() for suffix in reversed(path.suffixes)]
     # The module named like the ending first, so that a .csv does not import h5py.
     ordered = [name for name in endings if name in known] + [name for name in known if name not in endings]
@@ -296,7 +299,13 @@ def missing_library(log_format: str, shown: str) -> InputError:
 
 
 def check_there(path: Path, shown: str) -> None:
-    """Raise `InputError` where there is no such file."""
+    """Raise `InputError` where there is no such file, or no regular one."""
+    try:
+        check_regular(path, shown)
+    except OSError as error:
+        if not isinstance(error, FileNotFoundError | NotADirectoryError):
+            reason = f"cannot be read: {error.strerror}"
+            raise InputError.at(shown, "", reason, "correct the file's name or its rights") from None
     if not path.is_file():
         raise InputError.at(shown, "", "no such file", "correct the file's name")
 

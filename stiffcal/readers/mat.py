@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.files import open_regular
 from stiffcal.measurements.hdf5_heaps import attribute_of
 from stiffcal.measurements.mat5_elements import check_elements
 from stiffcal.readers import (
@@ -77,7 +78,7 @@ class MatReader:
         if path.suffix.lower() == ".mat":
             return True
         try:
-            with path.open("rb") as file:
+            with open_regular(path) as file:
                 return file.read(7) == b"MATLAB "
         except OSError:
             return False

@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
+from stiffcal.files import open_regular
 from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.readers import (
@@ -41,7 +42,7 @@ class ParquetReader:
         if path.suffix.lower() in (".parquet", ".pq"):
             return True
         try:
-            with path.open("rb") as file:
+            with open_regular(path) as file:
                 return file.read(4) == b"PAR1"
         except OSError:
             return False

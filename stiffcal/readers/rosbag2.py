@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from stiffcal.errors import InputError
+from stiffcal.files import open_regular
 from stiffcal.readers import (
     Batch,
     Header,
@@ -65,7 +66,7 @@ class RosReader:
         if path.suffix.lower() == ".mcap":
             return True
         try:
-            with path.open("rb") as file:
+            with open_regular(path) as file:
                 return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC
         except OSError:
             return False

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.files import open_regular
 from stiffcal.readers import (
     Batch,
     Header,
@@ -54,7 +55,7 @@ class TdmsReader:
         if path.suffix.lower() == ".tdms":
             return True
         try:
-            with path.open("rb") as file:
+            with open_regular(path) as file:
                 return file.read(4) == b"TDSm"
         except OSError:
             return False
@@ -124,7 +125,7 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Mapping[st
     except ImportError:
         raise missing_library("tdms", shown) from None
     # Opened here, as the library lets go of no file that it cannot read.
-    with path.open("rb") as raw:
+    with open_regular(path, shown) as raw:
         with whole("TDMS file", shown):
             # What it logs of a damaged file is said below, as a fault.
             log_manager.set_level(logging.CRITICAL)

@@ -24,7 +24,8 @@ from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError, Progress, no_progress
-from stiffcal.files import replacing, write_whole
+from stiffcal.files import check_regular, read_regular, replacing, write_whole
+from stiffcal.limits import TOML
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.clamped import play_clamped
 from stiffcal.simulation.controller import compensated
@@ -220,15 +221,16 @@ def _copy_documents(campaign: Campaign, out: Path) -> list[str]:
         names.append(str(Path(campaign.manifest.robot).parent / campaign.robot.urdf))
     # The manifest last: without it a folder that was left half-made is no campaign yet.
     names.append(MANIFEST_FILE)
-    text = campaign.model_path.read_text(encoding="utf-8") if campaign.model_written else None
-    if text is not None:
-        write_whole(out / MODEL_FILE, without_values(text))
+    content = read_regular(campaign.model_path, MODEL_FILE, limit=TOML) if campaign.model_written else None
+    if content is not None:
+        write_whole(out / MODEL_FILE, without_values(content.decode("utf-8-sig")))
     for name in names:
         check_inside(out, name)
+        check_regular(campaign.folder / name, name)
         (out / name).parent.mkdir(parents=True, exist_ok=True)
         with replacing(out / name) as beside:
             shutil.copyfile(campaign.folder / name, beside)
-    return [Path(name).as_posix() for name in (*names, *([MODEL_FILE] if text is not None else []))]
+    return [Path(name).as_posix() for name in (*names, *([MODEL_FILE] if content is not None else []))]
 
 
 def without_values(model: str) -> str:

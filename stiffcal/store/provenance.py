@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.errors import InputError
+from stiffcal.files import open_regular
 
 SCHEMA = "stiffcal/provenance/1"
 CHUNK = 1 << 20
@@ -257,7 +258,7 @@ def _hash_file(folder: Path, file: str, stop: threading.Event | None = None) -> 
     digest = hashlib.sha256()
     try:
         for path in _parts(folder / file):
-            with path.open("rb", buffering=0) as stream:
+            with open_regular(path, file, buffering=0) as stream:
                 while (chunk := stream.read(CHUNK)) and not (stop is not None and stop.is_set()):
                     digest.update(chunk)
     except OSError as error:

@@ -17,6 +17,7 @@ from stiffcal import __version__
 from stiffcal.campaign.thresholds import ThresholdsFile
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_log import write_fault_log
+from stiffcal.files import read_regular
 from stiffcal.workflow.batch_outcome import BROKEN, FAULT, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
 from stiffcal.workflow.report import report_campaign
@@ -151,7 +152,7 @@ def _report_key(data: Ingested) -> str:
 
 
 def _digest(file: Path) -> str | None:
-    return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else None
+    return hashlib.sha256(read_regular(file)).hexdigest() if file.is_file() else None
 
 
 def _fault(error: Exception, folder: str) -> Document:

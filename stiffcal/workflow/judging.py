@@ -11,6 +11,7 @@ from stiffcal.campaign.checks import escapes, leads_outside
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.thresholds import ThresholdsFile, strange_joints
 from stiffcal.errors import InputError
+from stiffcal.files import read_regular
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import Document, Ingested, Means, ingested
 
@@ -83,8 +84,8 @@ def _baseline(data: Ingested, limits: Thresholds, means: Means) -> Baseline | No
 def _read_model(path: Path, shown: str) -> Document:
     mend = "write it with stiffcal export DIR -o baseline.json"
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        document = json.loads(read_regular(path, shown))
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError.at(shown, "", f"cannot be read as a model ({error})", mend) from None
     if not isinstance(document, dict) or document.get("schema") not in MODEL_SCHEMAS:
         raise InputError.at(shown, "schema", "this is not a fitted model", mend)

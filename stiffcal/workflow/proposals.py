@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.file_formats import format_of
 from stiffcal.errors import InputError
+from stiffcal.files import open_regular
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -146,9 +147,9 @@ def _look(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
 
 def _first_bytes(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             return file.read(FIRST_BYTES)
-    except OSError:
+    except (OSError, InputError):
         return b""
 
 

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.errors import InputError
+from stiffcal.files import read_regular
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tables import states_from_table
 from stiffcal.mechanics.kinematics import attached_poses
@@ -55,9 +57,9 @@ def _played(data: Ingested) -> str:
     """Return what a simulated campaign's delay is made of; a measured one has no truth.json."""
     file = data.campaign.folder / TRUTH_FILE
     try:
-        made = json.loads(file.read_text(encoding="utf-8"))["controller"]
+        made = json.loads(read_regular(file))["controller"]
         delay, lag, cycle = (1e3 * float(made[key]) for key in ("delay_s", "filter_lag_s", "cycle_s"))
-    except (OSError, ValueError, KeyError, TypeError):
+    except (InputError, OSError, ValueError, KeyError, TypeError, RecursionError):
         return ""
     filtered = f"its filter lags by {lag:.3g} ms" if lag else "it does not filter"
     return (

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import Joints, Wrench
+from stiffcal.files import read_regular
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
@@ -269,7 +270,7 @@ def _sources(data: Ingested, read: list[Document]) -> tuple[SourceFile, ...]:
     found = []
     for name in dict.fromkeys(own):
         if name not in named and (folder / name).is_file():
-            content = (folder / name).read_bytes()
+            content = read_regular(folder / name, name)
             found.append(SourceFile(name, hashlib.sha256(content).hexdigest(), len(content)))
     return (*found, *(SourceFile(one["file"], one["sha256"], int(one["bytes"])) for one in read))
 

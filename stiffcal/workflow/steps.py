@@ -17,6 +17,8 @@ from stiffcal import __version__
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.files import read_regular
+from stiffcal.limits import TOML
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -209,7 +211,7 @@ def free_names(campaign: Campaign, robot: CompliantRobot) -> tuple[list[str], li
 def model_text(campaign: Campaign) -> str:
     """Return model.toml as it stands, "" where there is none and the default model holds."""
     path = campaign.folder / MODEL_FILE
-    return path.read_text(encoding="utf-8") if path.exists() else ""
+    return read_regular(path, MODEL_FILE, limit=TOML).decode("utf-8") if path.exists() else ""
 
 
 def without_update(means: Means) -> Means:

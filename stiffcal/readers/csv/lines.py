@@ -19,6 +19,7 @@ from threading import Lock
 from typing import IO, cast
 
 from stiffcal.errors import InputError
+from stiffcal.files import open_regular
 
 CHUNK = 1 << 20
 TAIL = 1 << 14
@@ -217,17 +218,17 @@ class LogText(io.RawIOBase):
 def _open_bytes(path: Path, shown: str) -> tuple[IO[bytes], IO[bytes]]:
     """Return the bytes of the log, and of the file itself, which are others where it is packed."""
     try:
-        file = path.open("rb", buffering=0)
+        file = open_regular(path, shown, buffering=0)
         start = file.read(6)
         file.seek(0)
     except OSError as error:
         raise InputError.at(
             shown, "", f"cannot be read: {error.strerror}", "correct the file's name or rights"
         ) from None
-    return cast("IO[bytes]", _unpacked(file, start)), cast("IO[bytes]", file)
+    return cast("IO[bytes]", _unpacked(file, start)), file
 
 
-def _unpacked(file: io.FileIO, start: bytes) -> object:
+def _unpacked(file: IO[bytes], start: bytes) -> object:
     """Return what reads the text of a file that begins with `start`: packed files are known by their first bytes."""
     if start.startswith(b"\x1f\x8b"):
         return gzip.GzipFile(fileobj=file)
