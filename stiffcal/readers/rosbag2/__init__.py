@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
+from stiffcal.limits import COLUMNS, ROWS
 from stiffcal.readers import (
     Batch,
     Header,
@@ -36,6 +38,8 @@ from stiffcal.readers import (
     nearest_name,
     whole,
 )
+from stiffcal.readers.rosbag2.definitions import checked_types, parsed_types
+from stiffcal.readers.rosbag2.storage import QuotedPath, check_bag, check_chunks, fence_rosbags, unzstd
 
 BATCH_MESSAGES = 1 << 14
 KNOWN_OPTIONS: dict[str, type] = {"topic": str, "child_frame": str, "types": str}
@@ -104,6 +108,7 @@ class RosReader:
                         mend = "leave the file out, or write a copy without such messages"
                         raise InputError.at(shown, place, f"it has no {name!r}", mend) from None
                 n_held += 1
+                ROWS.check(start + n_held, shown, f"topic {topic.name}")
                 if n_held == BATCH_MESSAGES:
                     yield _batch(held, wanted, start, n_held, shown)
                     held, start, n_held = {name: [] for name in wanted.names}, start + n_held, 0
@@ -120,16 +125,20 @@ class RosReader:
         if not path.exists():
             raise InputError.at(shown, "", "no such file", "correct the file's name")
         try:
-            from rosbags.highlevel import AnyReader
-            from rosbags.typesys import Stores, get_typestore
+            from rosbags.rosbag2 import Reader
+            from rosbags.typesys import Stores
         except ImportError:
             raise missing_library(self.name, shown) from None
         releases = [store.value for store in Stores if store.value.startswith("ros2_")]
         types = str(options.get("types") or BY_THEN_NOT_TOLD)
         if types not in releases:
             raise InputError.at(shown, f"{self.name}.types", f"no release {types!r}", nearest_name(types, releases))
-        with whole("bag", shown, MEND), AnyReader([path], default_typestore=get_typestore(Stores(types))) as bag:
-            yield _topic(bag, self.name, options, shown)
+        fence_rosbags()
+        with whole("bag", shown, MEND):
+            check_bag(path, shown)
+            with Reader(QuotedPath(path)) as reader:
+                check_chunks(reader, path, shown)
+                yield _topic(reader, self.name, {**options, "types": types}, shown)
 
 
 READER = RosReader("rosbag2")
@@ -138,9 +147,11 @@ ALSO = {"mcap": RosReader("mcap")}
 
 @dataclass(frozen=True)
 class _Topic:
-    """One topic of an open bag."""
+    """One topic of an open bag, and how its messages are read."""
 
     bag: Any
+    types: Any
+    packed: bool
     connections: list[Any]
     child_frame: str | None
     shown: str
@@ -159,7 +170,7 @@ class _Topic:
         seen: set[str] = set()
         found = False
         for connection, recorded, raw in self.bag.messages(connections=self.connections):
-            message = self.bag.deserialize(raw, connection.msgtype)
+            message = self.types.deserialize_cdr(unzstd(raw) if self.packed else raw, connection.msgtype)
             if self.child_frame is None:
                 yield recorded, message
                 continue
@@ -177,7 +188,9 @@ class _Topic:
     def columns(self) -> tuple[str, ...]:
         """Return the columns of the first message."""
         for _, message in self.messages():
-            return (RECORDED, *_paths(message, ""))
+            found = tuple(islice(_paths(message, ""), COLUMNS.most + 1))
+            COLUMNS.check(len(found), self.shown, f"topic {self.name}")
+            return (RECORDED, *found)
         raise InputError.at(self.shown, f"topic {self.name}", "it has no messages", "log again, or leave the file out")
 
 
@@ -197,7 +210,32 @@ def _topic(bag: Any, option: str, options: Options, shown: str) -> _Topic:
     if transforms and child is None:
         mend = f'add {option}.child_frame = "…", the frame that was tracked'
         raise InputError.at(shown, f"topic {name}", "its messages hold transforms of several frames", mend)
-    return _Topic(bag, connections, str(child) if transforms else None, shown, option)
+    types = _type_store(bag, connections, str(options["types"]), shown)
+    storage = bag.storage
+    packed = storage.metadata.compression_mode == "message"
+    if packed:  # unpacked here, within bounds
+        storage.metadata = storage.metadata._replace(compression_mode=None)
+    return _Topic(bag, types, packed, connections, str(child) if transforms else None, shown, option)
+
+
+def _type_store(bag: Any, connections: list[Any], release: str, shown: str) -> Any:
+    """Return what reads the messages of some connections: by the bag's own definitions, else by those of a release."""
+    from rosbags.interfaces import MessageDefinitionFormat
+    from rosbags.typesys import Stores, get_typestore
+
+    if all(connection.msgdef.format == MessageDefinitionFormat.NONE for connection in bag.connections):
+        return get_typestore(Stores(release))
+    types = parsed_types(connections, shown)
+    if any(connection.msgtype not in types for connection in connections):
+        types = parsed_types(bag.connections, shown)
+    store = get_typestore(Stores.EMPTY)
+    for connection in connections:
+        store.register(checked_types(types, connection.msgtype, shown))
+        if connection.digest and store.hash_rihs01(connection.msgtype) != connection.digest:
+            raise InputError.at(
+                shown, f"message type {connection.msgtype}", "its definition is of another version", MEND
+            )
+    return store
 
 
 def _paths(item: Any, path: str) -> Iterator[str]:

@@ -1,0 +1,188 @@
+"""The definitions of messages that a bag brings with it, checked before a library generates code from them.
+
+rosbags makes Python source of the names, types and sizes in a definition and executes it. Here only what the read topic
+needs is kept, constants and default values are dropped, and every name has to be a plain identifier, every type known,
+every size within bounds. Its parser, too, is kept from texts on which it would not come to an end.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from stiffcal.errors import InputError
+
+MOST_TEXT = 4 << 20  # bytes of one definition; the largest of ROS itself has below 100 kB
+MOST_TEXT_IN_ALL = 64 << 20
+MOST_TYPES = 5000
+MOST_FIELDS = 5000  # of one message
+MOST_NAME = 255
+MOST_LEVELS = 64  # messages in messages
+MOST_UNROLLED = 20_000  # elements of arrays of messages or words: the library writes lines of code for each
+MOST_ELEMENTS = 1 << 30
+NUMBERS = frozenset(
+    {"bool", "byte", "char", "float32", "float64"} | {f"{u}int{n}" for u in ("", "u") for n in (8, 16, 32, 64)}
+)
+MEND = "write the topic anew with a plain definition, or export it to CSV"
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+_TYPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*){1,8}", re.ASCII)
+# What may stand in an IDL definition without being one: texts, letters, remarks.
+_NO_CODE = re.compile(r'"(?:\\.|[^"\\])*+"|\'[^\']{0,2}\'|//[^\n]*|/[*](?:[^*]|[*](?!/))*+[*]/', re.DOTALL)
+_MOST_BRACKETS = 4  # round ones in one another: the library's time grows by a factor with each
+_MOST_MODULES = 32
+
+Types = dict[str, tuple[list[Any], list[tuple[str, Any]]]]
+"""Message type to (constants, fields); a field is (name, description), as rosbags parses them."""
+
+
+def parsed_types(connections: Iterable[Any], shown: str) -> Types:
+    """Return the types that the definitions of some connections hold, as the library parses them.
+
+    Raises
+    ------
+    InputError
+        A definition is too long, or one on which the library's parser would not come to an end.
+    """
+    from rosbags.interfaces import MessageDefinitionFormat
+    from rosbags.typesys import get_types_from_idl, get_types_from_msg
+
+    found: Types = {}
+    read: set[tuple[str, str]] = set()
+    total = 0
+    for connection in connections:
+        text, kind = connection.msgdef.data, connection.msgdef.format
+        if kind == MessageDefinitionFormat.NONE or (connection.msgtype, text) in read:
+            continue
+        read.add((connection.msgtype, text))
+        total += len(text)
+        if len(text) > MOST_TEXT or total > MOST_TEXT_IN_ALL:
+            raise _refused(shown, connection.msgtype, f"the definition has {len(text) / 1e6:.1f} MB")
+        if kind == MessageDefinitionFormat.MSG:
+            _check_type_name(connection.msgtype, shown)
+            found.update(get_types_from_msg(text, connection.msgtype))
+            continue
+        for part in _idl_parts(text):
+            _check_idl(part, connection.msgtype, shown)
+            found.update(get_types_from_idl(part))
+    return found
+
+
+def checked_types(types: Types, wanted: str, shown: str) -> Types:
+    """Return a message type with all that it is made of, without constants, every part of it checked.
+
+    Parameters
+    ----------
+    types : as parsed. wanted : the topic's message type. shown : the file, for messages.
+
+    Raises
+    ------
+    InputError
+        A name is no identifier, a type is unknown or holds itself, a size is beyond all use.
+    """
+    kept: Types = {}
+    levels: dict[str, int] = {}
+    waiting: list[tuple[str, tuple[str, ...]]] = [(wanted, ())]
+    while waiting:
+        name, above = waiting.pop()
+        if name in above:
+            raise _refused(shown, name, "the message holds itself")
+        if len(above) > MOST_LEVELS:
+            raise _refused(shown, name, f"more than {MOST_LEVELS} messages lie in one another")
+        if levels.get(name, -1) >= len(above):
+            continue
+        levels[name] = len(above)
+        if name not in kept:
+            if name not in types:
+                raise _refused(shown, name, "no definition of this type")
+            kept[name] = ([], _checked_fields(name, types[name][1], shown))
+            if len(kept) > MOST_TYPES:
+                raise _refused(shown, name, f"more than {MOST_TYPES} types")
+        waiting += [(inner, (*above, name)) for inner in dict.fromkeys(_inner_types(kept[name][1]))]
+    if len({name.replace("/", "__") for name in kept}) < len(kept):
+        raise _refused(shown, wanted, "two of its types have one name")
+    return kept
+
+
+def _checked_fields(type_name: str, fields: Sequence[tuple[str, Any]], shown: str) -> list[tuple[str, Any]]:
+    _check_type_name(type_name, shown)
+    if len(fields) > MOST_FIELDS:
+        raise _refused(shown, type_name, f"more than {MOST_FIELDS} fields")
+    unrolled, names = 0, set()
+    checked: list[tuple[str, Any]] = []
+    for name, description in fields:
+        python_name = f"{name}_" if keyword.iskeyword(name) else name
+        if not _NAME.fullmatch(name) or len(name) > MOST_NAME or python_name in names or "__" in (name[-2:], name[:2]):
+            raise _refused(shown, type_name, f"a field has the name {name!r}")
+        names.add(python_name)
+        plain, count = _checked_description(type_name, name, description, shown)
+        unrolled += count
+        if unrolled > MOST_UNROLLED:
+            raise _refused(shown, type_name, f"arrays of more than {MOST_UNROLLED} messages or words")
+        checked.append((name, plain))
+    return checked
+
+
+def _checked_description(type_name: str, name: str, description: Any, shown: str) -> tuple[Any, int]:
+    """Return a field's description made anew of plain values, and how many elements are written out as code."""
+    from rosbags.interfaces import Nodetype
+
+    node, content = description
+    if node == Nodetype.BASE:
+        base = content[0]
+        if not isinstance(base, str) or (base not in NUMBERS and base != "string"):
+            raise _refused(shown, type_name, f"field {name!r} is of type {base}, which is not read")
+        return (Nodetype.BASE, (base, 0)), 0
+    if node == Nodetype.NAME:
+        _check_type_name(content, shown)
+        return (Nodetype.NAME, content), 0
+    if node not in (Nodetype.ARRAY, Nodetype.SEQUENCE) or content[0][0] not in (Nodetype.BASE, Nodetype.NAME):
+        raise _refused(shown, type_name, f"field {name!r} is an array of arrays")
+    inner, _ = _checked_description(type_name, name, content[0], shown)
+    size = content[1]
+    fixed = node == Nodetype.ARRAY
+    if type(size) is not int or not (1 if fixed else 0) <= size <= MOST_ELEMENTS:
+        raise _refused(shown, type_name, f"field {name!r} is an array of {size!r} elements")
+    in_code = fixed and (inner[0] == Nodetype.NAME or inner[1][0] == "string")
+    return (node, (inner, size)), size if in_code else 0
+
+
+def _inner_types(fields: Sequence[tuple[str, Any]]) -> list[str]:
+    from rosbags.interfaces import Nodetype
+
+    inner = [content[0] if node in (Nodetype.ARRAY, Nodetype.SEQUENCE) else (node, content)
+             for _, (node, content) in fields]  # fmt: skip
+    return [content for node, content in inner if node == Nodetype.NAME]
+
+
+def _check_type_name(name: object, shown: str) -> None:
+    if not isinstance(name, str) or not _TYPE.fullmatch(name) or len(name) > MOST_NAME:
+        raise _refused(shown, str(name), "this is no name of a message type")
+
+
+def _idl_parts(text: str) -> list[str]:
+    """Return the definitions that stand in one text, each under a line of its own, as recorders write them."""
+    line = "=" * 80 + "\n"
+    if not text.startswith(f"{line}IDL: "):
+        return [text]
+    return [part.split("\n", 1)[1] if "\n" in part else "" for part in text.split(line)[1:]]
+
+
+def _check_idl(text: str, type_name: str, shown: str) -> None:
+    """Refuse what the library's parser takes for ever for, or computes beyond all memory."""
+    code = _NO_CODE.sub(" ", text)
+    deepest = {"(": 0, "{": 0}
+    level = {"(": 0, "{": 0}
+    for mark in re.findall(r"[(){}]", code):
+        opening = {")": "(", "}": "{"}.get(mark, mark)
+        level[opening] += 1 if mark == opening else -1
+        deepest[opening] = max(deepest[opening], level[opening])
+    if deepest["("] > _MOST_BRACKETS or deepest["{"] > _MOST_MODULES:
+        raise _refused(shown, type_name, "brackets lie in one another too deeply")
+    if re.search(r"<<|[*]", code):
+        raise _refused(shown, type_name, "the definition computes its sizes (* or <<)")
+
+
+def _refused(shown: str, type_name: str, reason: str) -> InputError:
+    return InputError.at(shown, f"message type {type_name}", reason, MEND)

@@ -1,0 +1,213 @@
+"""The files that a bag is made of, checked before a library opens them: nothing outside, nothing that never ends."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Iterator
+from contextlib import closing
+from functools import cache
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from stiffcal.errors import InputError
+from stiffcal.files import check_regular, open_regular
+from stiffcal.limits import PIECE, UNPACKED, check_unpacked
+
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+MOST_METADATA = 16 << 20
+MOST_SETTINGS = 1 << 20  # bytes of a topic's settings
+MOST_NESTED = 50  # lists and tables in one another in metadata.yaml
+STEP = 1 << 22
+COPY = "copy the bag again from its origin"
+
+
+class QuotedPath(type(Path())):  # type: ignore[misc]  # pathlib's own class differs between systems
+    """A path that is quoted where it is written out: rosbags opens ``file:<path>?immutable=1``.
+
+    A name with ``%2f``, ``?`` or ``#`` in it would lead to another file than the one that was checked.
+    """
+
+    def __str__(self) -> str:
+        return quote(os.fsencode(self.__fspath__()))
+
+    def __fspath__(self) -> str:
+        return str(super().__str__())
+
+
+def check_bag(path: Path, shown: str) -> None:
+    """Check the files of a bag.
+
+    Parameters
+    ----------
+    path : the bag's folder or file. shown : how to call it.
+
+    Raises
+    ------
+    InputError
+        A file is no regular one, an SQLite file computes rather than holds its messages, or was left half-written; a
+        packed file unpacks to more than is allowed.
+    """
+    if not path.is_dir():
+        _check_file(path, shown)
+        return
+    for part in sorted(path.iterdir()):
+        _check_file(part, f"{shown}/{part.name}")
+    _check_metadata(path / "metadata.yaml", f"{shown}/metadata.yaml")
+
+
+def _check_file(path: Path, shown: str) -> None:
+    try:
+        check_regular(path, shown)
+        if path.is_dir():
+            return
+        with open_regular(path, shown) as file:
+            start = file.read(16)
+    except FileNotFoundError:
+        raise InputError.at(shown, "", "this link leads nowhere", COPY) from None
+    if start.startswith(ZSTD_MAGIC):
+        _check_packed(path, shown)
+    elif start.startswith(b"SQLite format 3"):
+        _check_database(path, shown)
+
+
+def _check_metadata(path: Path, shown: str) -> None:
+    """Bound the size and depth of metadata.yaml, for which the library's parser would need minutes."""
+    with open_regular(path, shown) as file:
+        content = file.read(MOST_METADATA + 1)
+    if len(content) > MOST_METADATA:
+        raise InputError.at(shown, "", f"more than {MOST_METADATA >> 20} MiB", COPY)
+    if _nests(content.decode("utf-8", "replace")):
+        raise InputError.at(shown, "", "lists lie in one another too deeply", COPY)
+
+
+def _nests(text: str) -> bool:
+    """Return True where YAML holds lists or tables in one another beyond all use."""
+    level = deepest = 0
+    for mark in re.findall(r"[\[\]{}]", text):
+        level += 1 if mark in "[{" else -1
+        deepest = max(deepest, level)
+    indented = max((len(line) - len(line.lstrip(" ")) for line in text.splitlines()), default=0)
+    in_a_row = any(mark * (MOST_NESTED + 1) in text for mark in ("- ", "? ", "-\t"))
+    return deepest > MOST_NESTED or indented > 4 * MOST_NESTED or in_a_row
+
+
+def _check_packed(path: Path, shown: str) -> None:
+    """Unpack a file to nowhere: the library would write all of it to the disk first."""
+    import pyarrow as pa
+
+    unpacked, packed = 0, path.stat().st_size
+    room = min(UNPACKED.most, shutil.disk_usage(tempfile.gettempdir()).free)
+    with pa.CompressedInputStream(pa.OSFile(str(path)), "zstd") as stream:
+        while piece := stream.read(STEP):
+            unpacked += len(piece)
+            check_unpacked(unpacked, packed, shown)
+            if unpacked > room:
+                mend = "free some space, name another folder in TMPDIR, or unpack the bag yourself"
+                raise InputError.at(shown, "", "it unpacks to more than fits where temporary files lie", mend)
+
+
+def _check_database(path: Path, shown: str) -> None:
+    """Refuse a database whose rows are computed, or whose newest rows lie in a file of their own.
+
+    Views, generated columns and virtual tables are programs: one can yield rows for ever, or a row of gigabytes.
+    """
+    for ending in ("-wal", "-journal"):
+        rest = path.with_name(path.name + ending)
+        if rest.exists() and rest.stat().st_size > 0:
+            reason = f"the recorder was interrupted: part of the messages lies in {rest.name}"
+            mend = f"""put both into one file in a copy: sqlite3 {path.name} "PRAGMA wal_checkpoint(TRUNCATE)\""""
+            raise InputError.at(shown, "", reason, mend)
+    with closing(sqlite3.connect(f"file:{QuotedPath(path)}?mode=ro&immutable=1", uri=True)) as database:
+        database.execute("PRAGMA trusted_schema = OFF")
+        for kind, name, root in database.execute("SELECT type, name, rootpage FROM sqlite_master"):
+            if kind not in ("table", "index") or not root:
+                raise InputError.at(shown, str(name), f"the bag holds a {kind} that computes its rows", COPY)
+            if kind == "index":
+                columns = database.execute("SELECT cid FROM pragma_index_info(?)", (name,))
+                computed = any(number < 0 for (number,) in columns)
+            else:
+                columns = database.execute("SELECT hidden FROM pragma_table_xinfo(?)", (name,))
+                computed = any(hidden for (hidden,) in columns)
+            if computed:
+                raise InputError.at(shown, str(name), "the bag holds columns that are computed", COPY)
+
+
+@cache
+def fence_rosbags() -> None:
+    """Bound what rosbags unpacks and parses while it opens a bag; what a recorder writes goes through as before.
+
+    It unpacks all of a chunk before it compares its size with the stated one, and its parser of YAML needs seconds for
+    some bytes of a topic's settings.
+    """
+    from rosbags.rosbag2 import metadata, reader, storage_mcap, storage_sqlite3
+
+    storage_mcap.DECOMPRESSORS.update({"lz4": _unlz4, "zstd": unzstd})  # type: ignore[attr-defined]
+    parse = metadata.parse_qos
+
+    def parse_qos(settings: Any) -> Any:
+        if isinstance(settings, str) and (len(settings) > MOST_SETTINGS or _nests(settings)):
+            raise ValueError("a topic's settings are no plain list")
+        return parse(settings)
+
+    for module in (reader, storage_mcap, storage_sqlite3):
+        module.parse_qos = parse_qos  # type: ignore[attr-defined]
+
+
+def _unlz4(data: bytes, size: int) -> bytes:
+    from lz4.frame import LZ4FrameDecompressor
+
+    PIECE.check(size, "a chunk")
+    check_unpacked(size, len(data), "a chunk")
+    unpacking = LZ4FrameDecompressor()
+    content = unpacking.decompress(data, max_length=size + 1)
+    if not unpacking.eof and len(content) <= size:
+        content += unpacking.decompress(b"", max_length=1)
+    return bytes(content)
+
+
+def unzstd(data: bytes, size: int | None = None) -> bytes:
+    """Unpack a chunk or message; with `size`, to one byte more at most, which its reader then finds wrong.
+
+    Raises
+    ------
+    InputError
+        It unpacks to more than is allowed.
+    """
+    import pyarrow as pa
+
+    most = PIECE.most if size is None else size
+    PIECE.check(most, "a chunk")
+    check_unpacked(0 if size is None else size, len(data), "a chunk")
+    pieces, unpacked = [], 0
+    with pa.CompressedInputStream(pa.BufferReader(data), "zstd") as stream:
+        while unpacked <= most and (piece := stream.read(min(STEP, most + 1 - unpacked))):
+            pieces.append(piece)
+            unpacked += len(piece)
+            check_unpacked(unpacked, len(data), "a message")
+    PIECE.check(unpacked, "a message")
+    return b"".join(pieces)
+
+
+def check_chunks(reader: Any, path: Path, shown: str) -> None:
+    """Refuse an MCAP file whose index lists chunks that overlap: one could be read any number of times."""
+    for chunks in _chunks_of(reader):
+        end = unpacked = 0
+        for chunk in sorted(chunks, key=lambda chunk: chunk.chunk_start_offset):
+            if chunk.chunk_start_offset < end or chunk.compressed_size > chunk.chunk_length:
+                raise InputError.at(shown, "", "its index lists a chunk twice", COPY)
+            end = chunk.chunk_start_offset + chunk.chunk_length
+            unpacked += chunk.uncompressed_size
+        if chunks:
+            packed = sum(part.stat().st_size for part in path.iterdir()) if path.is_dir() else path.stat().st_size
+            check_unpacked(unpacked, packed, shown)
+
+
+def _chunks_of(reader: Any) -> Iterator[list[Any]]:
+    storage = reader.storage
+    for part in getattr(storage, "storages", None) or [storage]:
+        yield getattr(part, "chunks", [])

@@ -1,0 +1,249 @@
+"""Logs from a stranger: nothing in them runs, leads outside, never ends or takes the machine's memory."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+import struct
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.readers import Options, Wanted, find_reader
+from tests.readers.bags import wrench, write_bag
+
+FORCE = Wanted(numbers=("wrench.force.x",))
+
+
+def read(path: Path, wanted: Wanted = FORCE, options: Options | None = None) -> int:
+    """Return the number of rows of a log."""
+    reader = find_reader(path, shown=path.name)
+    options = options or {}
+    reader.read_header(path, options, path.name, wanted)
+    return sum(len(batch) for batch in reader.read_batches(path, options, wanted, path.name))
+
+
+def refusal(path: Path, wanted: Wanted = FORCE, options: Options | None = None) -> str:
+    """Return the one line with which a log is refused, within a second or so."""
+    begun = time.monotonic()
+    with pytest.raises(InputError) as refused:
+        read(path, wanted, options)
+    assert time.monotonic() - begun < 5.0
+    (fault,) = refused.value.faults
+    assert fault.mend
+    assert "\n" not in str(fault)
+    return str(fault)
+
+
+@contextmanager
+def most_memory(extra: int) -> Iterator[None]:
+    """Let the process grow by at most `extra` bytes, where the system can bound that."""
+    resource = pytest.importorskip("resource")
+    if not sys.platform.startswith("linux"):
+        pytest.skip("memory cannot be bounded here")
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + extra, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    messages = [(10**18 + k, wrench(10**18 + k, np.arange(6.0) + k)) for k in range(20)]
+    return write_bag(tmp_path_factory.mktemp("bag") / "ft.db3", {"/ft": messages})
+
+
+class TestBags:
+    """Definitions of messages are made into Python by rosbags; the rest of a bag is SQLite, YAML and packed chunks."""
+
+    @pytest.fixture
+    def bag(self, sound: Path, tmp_path: Path) -> Path:
+        shutil.copy(sound, tmp_path / "ft.db3")
+        return tmp_path / "ft.db3"
+
+    def change(self, bag: Path, *commands: str, values: tuple[object, ...] = ()) -> None:
+        with closing(sqlite3.connect(bag)) as database:
+            for command in commands:
+                database.execute(command, values)
+            database.commit()
+
+    def define(self, bag: Path, definition: str, encoding: str = "ros2msg") -> None:
+        values = (definition, encoding)
+        self.change(bag, "UPDATE message_definitions SET encoded_message_definition = ?, encoding = ?", values=values)
+        self.change(bag, "UPDATE topics SET type_description_hash = ''")
+        self.change(bag, "UPDATE message_definitions SET type_description_hash = ''")
+
+    def test_a_sound_bag_is_read(self, bag: Path) -> None:
+        assert read(bag) == 20
+
+    @pytest.mark.parametrize(
+        ("definition", "reason"),
+        [
+            ("Other other\n", "no definition of this type"),
+            ("geometry_msgs/WrenchStamped inside\n", "the message holds itself"),
+            ("float64[2000000000] x\n", "an array of 2000000000 elements"),
+            ("float64[-1] x\n", "an array of -1 elements"),
+            ("float64[0] x\n", "an array of 0 elements"),
+            ("string[1000000] x\n", "arrays of more than 20000"),
+            ("float64 x\nfloat64 x\n", "a field has the name 'x'"),
+            ("float64 x__\n", "a field has the name 'x__'"),
+            ("float64 x\n" * 6000, "more than 5000 fields"),
+            ("# " + "x" * (5 << 20) + "\nfloat64 x\n", "the definition has 5.2 MB"),
+        ],
+    )
+    def test_hostile_definitions(self, bag: Path, definition: str, reason: str) -> None:
+        self.define(bag, definition)
+        line = refusal(bag)
+        assert reason in line
+        assert "message type geometry_msgs/msg/" in line
+
+    @pytest.mark.parametrize(
+        ("constant", "reason"),
+        [
+            ("(" * 30 + "1" + ")" * 30, "brackets lie in one another"),
+            ("1 << 100000000000", "computes its sizes"),
+            ("9 * 9", "computes its sizes"),
+        ],
+    )
+    def test_definitions_in_idl_that_would_be_computed_for_ever(self, bag: Path, constant: str, reason: str) -> None:
+        struct_text = f"const long N = {constant}; struct WrenchStamped {{ double x; }};"
+        self.define(bag, f"module geometry_msgs {{ module msg {{ {struct_text} }}; }};", "ros2idl")
+        assert reason in refusal(bag)
+
+    def test_constants_and_defaults_reach_no_generated_code(self, bag: Path, tmp_path: Path) -> None:
+        from rosbags.typesys import store
+
+        seen = []
+        generate = store.generate_python_code
+        store.generate_python_code = lambda types, *rest: seen.append(types) or generate(types, *rest)
+        try:
+            text = 'string ATTACK=\'"""\\n__import__("os").system("false")\'\nfloat64 inf 1e999\nfloat64 SIZE=1e999\n'
+            self.define(bag, text)
+            with pytest.raises(InputError):
+                read(bag)
+        finally:
+            store.generate_python_code = generate
+        (types,) = seen
+        assert types == {"geometry_msgs/msg/WrenchStamped": ([], [("inf", (1, ("float64", 0)))])}
+
+    @pytest.mark.parametrize("name", ["a", "a/b c", "a/b\nimport os", "a//b", "a/b.c", "../a/b", "a/" + "b" * 300])
+    def test_names_of_types_that_are_none(self, bag: Path, name: str) -> None:
+        self.change(bag, "UPDATE topics SET type = ?", values=(name,))
+        self.change(bag, "UPDATE message_definitions SET topic_type = ?", values=(name,))
+        refusal(bag)
+
+    def test_a_view_that_never_ends(self, bag: Path) -> None:
+        endless = "WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n) SELECT k AS id, 1 AS topic_id"
+        self.change(
+            bag,
+            "ALTER TABLE messages RENAME TO kept",
+            f"CREATE VIEW messages AS {endless}, k AS timestamp, zeroblob(10) AS data FROM n",
+        )
+        assert "view that computes its rows" in refusal(bag)
+
+    def test_columns_that_are_computed(self, bag: Path) -> None:
+        self.change(
+            bag,
+            "ALTER TABLE messages RENAME TO kept",
+            "CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id, timestamp, data AS (zeroblob(900000000)))",
+        )
+        assert "columns that are computed" in refusal(bag)
+
+    def test_messages_that_lie_in_a_journal_are_not_lost_in_silence(self, bag: Path) -> None:
+        with closing(sqlite3.connect(bag)) as database:
+            database.execute("PRAGMA journal_mode = WAL")
+            database.execute("INSERT INTO messages SELECT id + 100, topic_id, timestamp + 100, data FROM messages")
+            database.commit()
+            for ending in ("", "-wal"):
+                shutil.copy(bag.with_name(f"ft.db3{ending}"), bag.with_name(f"copy.db3{ending}"))
+        assert "part of the messages lies in copy.db3-wal" in refusal(bag.with_name("copy.db3"))
+
+    def test_nothing_is_written_into_the_folder(self, bag: Path) -> None:
+        before = {path: path.stat().st_mtime_ns for path in bag.parent.iterdir()}
+        read(bag)
+        assert {path: path.stat().st_mtime_ns for path in bag.parent.iterdir()} == before
+
+    @pytest.mark.parametrize("name", ["..%2fsecret%2fft.db3", "x?immutable=0&y=.db3", "100 % #1.db3", "käse.db3"])
+    def test_a_file_name_leads_to_no_other_file(self, bag: Path, tmp_path: Path, name: str) -> None:
+        secret = tmp_path / "secret"
+        secret.mkdir()
+        shutil.copy(bag, secret / "ft.db3")
+        self.change(secret / "ft.db3", "DELETE FROM messages WHERE id > 3")
+        raw = tmp_path / "raw"
+        raw.mkdir()
+        shutil.copy(secret / "ft.db3", raw / "x")
+        shutil.copy(bag, raw / name)
+        assert read(raw / name) == 20
+
+    @pytest.mark.parametrize("text", ["[" * 20000, "{a: " * 5000, "- " * 5000, "a: " + "&a [*a]" + "[" * 4000])
+    def test_metadata_that_nests(self, bag: Path, text: str) -> None:
+        folder = bag.parent / "bag"
+        folder.mkdir()
+        (folder / "metadata.yaml").write_text(text)
+        assert "lists lie in one another too deeply" in refusal(folder)
+        self.change(bag, "UPDATE topics SET offered_qos_profiles = ?", values=(text,))
+        assert "settings are no plain list" in refusal(bag)
+
+    def test_files_of_a_folder_lie_in_it_and_are_regular(self, bag: Path) -> None:
+        folder = bag.parent / "bag"
+        folder.mkdir()
+        (folder / "metadata.yaml").write_text("rosbag2_bagfile_information: {}")
+        import os
+
+        if hasattr(os, "mkfifo"):
+            os.mkfifo(folder / "bag_0.db3")
+            assert refusal(folder).startswith("bag/bag_0.db3: this is a pipe")
+
+    def test_a_packed_file_that_unpacks_to_far_more(self, bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        import pyarrow as pa
+
+        folder = bag.parent / "bag"
+        folder.mkdir()
+        with pa.CompressedOutputStream(str(folder / "bag_0.db3.zstd"), "zstd") as stream:
+            for _ in range(600):
+                stream.write(b"\0" * (1 << 20))
+        (folder / "metadata.yaml").write_text("x: 1")
+        assert "STIFFCAL_MAX_RATIO" in refusal(folder)
+
+    @pytest.mark.parametrize("packing", ["lz4", "zstd"])
+    def test_a_chunk_that_unpacks_to_more_than_it_states(self, packing: str) -> None:
+        import lz4.frame
+        import pyarrow as pa
+        from rosbags.rosbag2 import storage_mcap
+
+        from stiffcal.readers.rosbag2.storage import fence_rosbags
+
+        fence_rosbags()
+        content = b"\0" * (256 << 20)
+        packed = lz4.frame.compress(content) if packing == "lz4" else pa.compress(content, "zstd", asbytes=True)
+        with most_memory(64 << 20), pytest.raises(storage_mcap.ReaderError, match="size mismatch"):
+            storage_mcap.decompress(packed, packing, 1000, 0)
+        with pytest.raises(InputError, match="STIFFCAL_MAX_PIECE"):
+            storage_mcap.decompress(packed, packing, 1 << 40, 0)
+        right = (
+            lz4.frame.compress(b"abc" * 999) if packing == "lz4" else pa.compress(b"abc" * 999, "zstd", asbytes=True)
+        )
+        assert storage_mcap.decompress(right, packing, 2997, 0) == b"abc" * 999
+
+    def test_an_index_that_lists_a_chunk_twice(self, tmp_path: Path) -> None:
+        messages = [(10**18 + k, wrench(10**18 + k, np.arange(6.0) + k)) for k in range(20)]
+        path = write_bag(tmp_path / "ft.mcap", {"/ft": messages})
+        content = path.read_bytes()
+        assert read(path) == 20
+        (summary,) = struct.unpack("<Q", content[-28:-20])
+        place, records = summary, b""
+        while content[place] != 0x0E and content[place] != 0x02:
+            (size,) = struct.unpack("<Q", content[place + 1 : place + 9])
+            records += content[place : place + 9 + size] * (2 if content[place] == 0x08 else 1)
+            place += 9 + size
+        path.write_bytes(content[:summary] + records + content[-37:])
+        assert "its index lists a chunk twice" in refusal(path)
