@@ -119,19 +119,21 @@ class TestBags:
         self.define(bag, f"module geometry_msgs {{ module msg {{ {struct_text} }}; }};", "ros2idl")
         assert reason in refusal(bag)
 
-    def test_constants_and_defaults_reach_no_generated_code(self, bag: Path, tmp_path: Path) -> None:
+    def test_constants_and_defaults_reach_no_generated_code(self, bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         from rosbags.typesys import store
 
-        seen = []
-        generate = store.generate_python_code
-        store.generate_python_code = lambda types, *rest: seen.append(types) or generate(types, *rest)
-        try:
-            text = 'string ATTACK=\'"""\\n__import__("os").system("false")\'\nfloat64 inf 1e999\nfloat64 SIZE=1e999\n'
-            self.define(bag, text)
-            with pytest.raises(InputError):
-                read(bag)
-        finally:
-            store.generate_python_code = generate
+        seen: list[object] = []
+        generate = vars(store)["generate_python_code"]
+
+        def generated(types: object, *rest: object) -> object:
+            seen.append(types)
+            return generate(types, *rest)
+
+        monkeypatch.setitem(vars(store), "generate_python_code", generated)
+        text = 'string ATTACK=\'"""\\n__import__("os").system("false")\'\nfloat64 inf 1e999\nfloat64 SIZE=1e999\n'
+        self.define(bag, text)
+        with pytest.raises(InputError):
+            read(bag)
         (types,) = seen
         assert types == {"geometry_msgs/msg/WrenchStamped": ([], [("inf", (1, ("float64", 0)))])}
 
@@ -216,16 +218,16 @@ class TestBags:
 
     @pytest.mark.parametrize("packing", ["lz4", "zstd"])
     def test_a_chunk_that_unpacks_to_more_than_it_states(self, packing: str) -> None:
-        import lz4.frame
+        import lz4.frame  # type: ignore[import-untyped]
         import pyarrow as pa
-        from rosbags.rosbag2 import storage_mcap
+        from rosbags.rosbag2 import ReaderError, storage_mcap
 
         from stiffcal.readers.rosbag2.storage import fence_rosbags
 
         fence_rosbags()
         content = b"\0" * (256 << 20)
         packed = lz4.frame.compress(content) if packing == "lz4" else pa.compress(content, "zstd", asbytes=True)
-        with most_memory(64 << 20), pytest.raises(storage_mcap.ReaderError, match="size mismatch"):
+        with most_memory(64 << 20), pytest.raises(ReaderError, match="size mismatch"):
             storage_mcap.decompress(packed, packing, 1000, 0)
         with pytest.raises(InputError, match="STIFFCAL_MAX_PIECE"):
             storage_mcap.decompress(packed, packing, 1 << 40, 0)

@@ -146,7 +146,7 @@ def fence_rosbags() -> None:
     """
     from rosbags.rosbag2 import metadata, reader, storage_mcap, storage_sqlite3
 
-    storage_mcap.DECOMPRESSORS.update({"lz4": _unlz4, "zstd": unzstd})  # type: ignore[attr-defined]
+    storage_mcap.DECOMPRESSORS.update({"lz4": _unlz4, "zstd": unzstd})
     parse = metadata.parse_qos
 
     def parse_qos(settings: Any) -> Any:
@@ -159,7 +159,7 @@ def fence_rosbags() -> None:
 
 
 def _unlz4(data: bytes, size: int) -> bytes:
-    from lz4.frame import LZ4FrameDecompressor
+    from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
 
     PIECE.check(size, "a chunk")
     check_unpacked(size, len(data), "a chunk")
