@@ -11,7 +11,7 @@ millimetres that is exact to micrometres.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,14 +26,15 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.simulation.correction import Correction
 from stiffcal.simulation.play import Played, Settle, ToolWeight, play
+from stiffcal.simulation.secant import SecantSteps
 from stiffcal.simulation.settings import FILE_NAME, Controller
 
 Floats = NDArray[np.float64]
 
 # The controller runs from before any log starts until after all have stopped, s.
 _RUNS_BESIDE = 5.0
-# Rounds until a guide's side force has settled to so many newtons: each leaves k C / (1 + k C) of it.
-_GUIDED_ROUNDS, _SETTLED_N = 60, 0.02
+# Settled: the corrections are those for the force that they lead to, to a millionth of the largest.
+_SETTLED, _MOST_ROUNDS = 1e-6, 60
 
 
 def controllers_model(robot: CompliantRobot, controller: Controller) -> CompliantRobot:
@@ -77,31 +78,47 @@ def compensated(
 
     Raises
     ------
-    InputError : the controller's settings do not fit the robot.
+    InputError : the controller's settings do not fit the robot, or no correction agrees with the force of a guide.
     """
     if not played:
         return []
     model = controllers_model(robot, controller)
-    told: Sequence[Played] = played
+    acts = [off.act for off in played]
+    offsets = _joined(_offsets(model, off, tool) for off in played)
     # Where a guide pushes a displaced tool back, the correction changes the force that it is made for.
-    for _ in range(_GUIDED_ROUNDS):
-        before = told
-        offsets = {one.act.name: _offsets(model, one, tool) for one in before}
-        told = play(robot, [one.act for one in played], frames, tool, settle, offsets)
-        changes = [_change(*pair) for pair in zip(before, told, strict=True)]
-        if max(changes) < _SETTLED_N:
+    guided = any(act.loads.guide_N_per_m > 0.0 for act in acts)
+    steps = SecantSteps(np.ones(len(offsets)), offsets.shape[1])
+    for _ in range(_MOST_ROUNDS):
+        corrections = _by_run(played, offsets)
+        on_runs = play(robot, acts, frames, tool, settle, corrections)
+        left = _joined(_offsets(model, on, tool) for on in on_runs) - offsets if guided else np.zeros_like(offsets)
+        if np.abs(left).max(initial=0.0) <= _SETTLED * np.abs(offsets).max(initial=0.0):
             break
+        offsets = steps.step(offsets, left)
+    else:
+        raise InputError.at(
+            FILE_NAME, "loads.guide_N_per_m",
+            f"correction and side force of the guide do not settle: {np.abs(left).max():.2g} rad are left after "
+            f"{_MOST_ROUNDS} rounds",
+            "lower guide_N_per_m, or simulate these runs without a correcting controller",
+        )  # fmt: skip
     return [
-        replace(off, wrench=on.wrench, correction=_in_time(off, on, offsets[off.act.name], list(frames), controller))
-        for off, on in zip(played, told, strict=True)
+        replace(
+            off, wrench=on.wrench, correction=_in_time(off, on, corrections[off.act.name], list(frames), controller)
+        )
+        for off, on in zip(played, on_runs, strict=True)
     ]
 
 
-def _change(before: Played, after: Played) -> float:
-    """Return by how much the force on a run has changed, N."""
-    if before.wrench is None or after.wrench is None:
-        return 0.0
-    return float(np.abs(after.wrench[:, :3] - before.wrench[:, :3]).max())
+def _joined(parts: Iterable[Floats]) -> Floats:
+    """Return the runs' (s, L) joint offsets one below the other."""
+    return np.concatenate(list(parts))
+
+
+def _by_run(played: Sequence[Played], offsets: Floats) -> dict[str, Floats]:
+    """Return run to (s, L), the other way round."""
+    ends = np.cumsum([run.node.size for run in played])[:-1]
+    return {run.act.name: part for run, part in zip(played, np.split(offsets, ends), strict=True)}
 
 
 def _offsets(model: CompliantRobot, played: Played, tool: ToolWeight) -> Floats:

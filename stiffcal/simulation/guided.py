@@ -8,13 +8,36 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.simulation.secant import SecantSteps
+
 if TYPE_CHECKING:
     from stiffcal.simulation.play import Places
 
 Floats = NDArray[np.float64]
 
-# Such a guide is about as stiff as a robot: the side force then settles to a thousandth in a dozen steps.
-_STEPS = 12
+# Settled: the side force is the guide's to a millionth of the run's largest load, or to what the guide makes of a
+# nanometre, which is where balances and engines of others end.
+SETTLED, SETTLED_M = 1e-6, 1e-9
+# A smooth robot takes six steps, one with play, friction and creep a dozen.
+MOST_STEPS = 100
+# Loads below this share of the run's largest say nothing of the compliance: what moves there is rounding or play.
+_TELLING_LOAD = 1e-3
+
+
+class GuideError(ArithmeticError):
+    """No side force is found at which guide and robot agree.
+
+    Attributes
+    ----------
+    run : number of the first such run, from 0.
+    left_N : by how much the side force still is not the guide's, N.
+    """
+
+    def __init__(self, run: int, left_N: float) -> None:
+        super().__init__(
+            f"the side force of the guide does not settle: {left_N:.2g} N are left after {MOST_STEPS} steps"
+        )
+        self.run, self.left_N = run, left_N
 
 
 def settle_guided(
@@ -22,8 +45,8 @@ def settle_guided(
 ) -> tuple[Places, Floats]:
     """Find where a robot with a guided tool comes to rest, and what acts on it there.
 
-    The side force is −k u, u the load point's displacement across the run's load since its start; found by iteration,
-    each step cut down by what the force itself would move.
+    The side force is −k u, u the load point's displacement across the run's load since its start. It is the root of
+    s + k u(s), found by secant steps that start from the run's own compliance.
 
     Parameters
     ----------
@@ -36,33 +59,57 @@ def settle_guided(
     Returns
     -------
     Places, and (b, 6) what acts.
+
+    Raises
+    ------
+    GuideError : the side force does not settle to `SETTLED`.
     """
     places = solve(wrench)
     if not stiffness.any():
         return places, wrench
     runs = [slice(end - size, end) for size, end in zip(sizes, np.cumsum(sizes), strict=True)]
-    along = _directions(wrench, runs)
+    along, largest = _directions(wrench, runs)
+    enough = np.maximum(SETTLED * largest, SETTLED_M * stiffness)
+    gives = _compliances(wrench, places.displacement[:, point, :3], runs)
+    steps = SecantSteps(1.0 + stiffness * gives, 3)
     side, acting = np.zeros((len(wrench), 3)), wrench
-    for _ in range(_STEPS):
+    size = np.zeros(len(wrench))
+    for _ in range(MOST_STEPS):
         moved = places.position[:, point].copy()
         for run in runs:
             moved[run] -= moved[run][0].copy()
         across = moved - along * np.sum(along * moved, axis=1, keepdims=True)
-        # What a newton moves, by the load's own deflection: a controller's motion is none of it.
-        load, given = (np.linalg.norm(one, axis=1) for one in (acting[:, :3], places.displacement[:, point, :3]))
-        gives = float(np.max(given[load > 0.0] / load[load > 0.0], initial=0.0))
-        side = side + (-stiffness[:, None] * across - side) / (1.0 + stiffness[:, None] * gives)
+        left = -stiffness[:, None] * across - side
+        size = np.linalg.norm(left, axis=1)
+        if np.all(size <= enough):
+            return places, acting
+        side = steps.step(side, left)
         acting = wrench.copy()
         acting[:, :3] += side
         places = solve(acting)
-    return places, acting
+    first = int(np.argmax(~(size <= enough)))
+    raise GuideError(int(np.searchsorted(np.cumsum(sizes), first, side="right")), float(size[first]))
 
 
-def _directions(wrench: Floats, runs: Sequence[slice]) -> Floats:
-    """Return (b, 3) the direction of each run's largest load."""
-    along = np.zeros((len(wrench), 3))
+def _directions(wrench: Floats, runs: Sequence[slice]) -> tuple[Floats, Floats]:
+    """Return (b, 3) the direction of each run's largest load, and (b,) its size, N."""
+    along, size = np.zeros((len(wrench), 3)), np.zeros(len(wrench))
     for run in runs:
         force = wrench[run, :3]
         largest = force[int(np.argmax(np.linalg.norm(force, axis=1)))]
+        size[run] = np.linalg.norm(largest)
         along[run] = largest / max(float(np.linalg.norm(largest)), 1e-12)
-    return along
+    return along, size
+
+
+def _compliances(wrench: Floats, moved: Floats, runs: Sequence[slice]) -> Floats:
+    """Return (b,) m/N: the most that a newton moves the load point in each run, by the load's own deflection.
+
+    A controller's motion is none of it: ``moved`` (b, 3) is the deflection under the load alone, m.
+    """
+    gives = np.zeros(len(wrench))
+    for run in runs:
+        load, way = np.linalg.norm(wrench[run, :3], axis=1), np.linalg.norm(moved[run], axis=1)
+        telling = load > _TELLING_LOAD * load.max(initial=0.0)
+        gives[run] = np.max(way[telling] / load[telling], initial=0.0)
+    return gives

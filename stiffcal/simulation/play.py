@@ -25,7 +25,7 @@ from stiffcal.model.effect import Observed, Sort, StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.simulation.correction import Correction
 from stiffcal.simulation.cycles import LoadProgram
-from stiffcal.simulation.guided import settle_guided
+from stiffcal.simulation.guided import GuideError, settle_guided
 from stiffcal.simulation.settings import FILE_NAME, Loads
 
 Floats = NDArray[np.float64]
@@ -174,7 +174,7 @@ def play(
     Raises
     ------
     InputError
-        the robot does not hold the load.
+        the robot does not hold the load, or no side force is found that agrees with a guide.
     """
     _refuse_setup_effects(robot)
     names = list(frames)
@@ -189,7 +189,13 @@ def play(
         solve = partial(_solve, robot, asked, settle=settle or _balanced(robot))
         stiffness = [act.loads.guide_N_per_m for act in group]
         sizes, at = [mine.first.size for mine in nodes], names.index(point)
-        places, acting = settle_guided(np.concatenate(wrench), np.repeat(stiffness, sizes), sizes, at, solve)
+        try:
+            places, acting = settle_guided(np.concatenate(wrench), np.repeat(stiffness, sizes), sizes, at, solve)
+        except GuideError as error:
+            raise InputError.at(
+                FILE_NAME, f'runs "{group[error.run].name}": loads.guide_N_per_m', str(error),
+                "lower guide_N_per_m, or take effects with play or friction out of model.toml",
+            ) from None  # fmt: skip
         start = 0
         for act, mine in zip(group, nodes, strict=True):
             stop = start + mine.first.size
