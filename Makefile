@@ -8,13 +8,17 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test bench coverage practice rates campaigns faults fuzz lint lock example clean
+.PHONY: demo test test-kernels bench coverage practice rates campaigns faults fuzz lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
 
 test: $(VENV)/test.stamp
 	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
+
+# the tests that judge numbers, under the BLAS kernels of several processors
+test-kernels: $(VENV)/test.stamp
+	$(BIN)/python -m tests.kernels --workers $(WORKERS)
 
 bench: $(VENV)/test.stamp
 	$(BIN)/python -m tests.benchmarks

@@ -10,6 +10,20 @@ from tests.readers.database import database
 
 __all__ = ["database"]
 
+# Folders and files whose tests judge numbers: they run under the kernels of several processors (`tests/kernels.py`).
+NUMERICAL = (
+    "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "experiments", "identification", "independent",
+    "mechanics", "planning", "reduction", "simulation", "test_bounded.py", "validation",
+)  # fmt: skip
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that judge numbers, where they do not do so themselves."""
+    places = [Path(__file__).parent / name for name in NUMERICAL]
+    for item in items:
+        if any(place in (item.path, *item.path.parents) for place in places):
+            item.add_marker(pytest.mark.numerical)
+
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 
 from stiffcal.cli import progress
@@ -22,9 +20,9 @@ def test_slow_things_draw_a_bar(capsys: pytest.CaptureFixture[str], monkeypatch:
     monkeypatch.setenv("FORCE_COLOR", "1")
     bar = ProgressBar(terminal=True)
     bar("reading the force log", 0.25)
-    time.sleep(0.3)
+    assert bar._timer is not None
+    bar._timer.join()  # it ends when the bar is on the screen
     bar("reading the force log", 2.0)
-    time.sleep(0.2)
     bar.stop()
     told = capsys.readouterr()
     assert "reading the force log" in told.err

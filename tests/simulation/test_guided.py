@@ -17,8 +17,6 @@ from stiffcal.simulation.simulate import play_campaign
 from tests.simulation.folders import FRAMES, MODEL, SETTINGS, TABLE, write_folder
 from tests.simulation.test_controller import POSES, SAME, TWICE
 
-pytestmark = pytest.mark.numerical
-
 STIFFNESS = 5e4
 DRILL = "directions = [[0.3, 0.2, -1.0]]\nboth_ways = false\nguide_N_per_m = {}\n"
 FRICTION = """

@@ -20,7 +20,7 @@ from stiffcal.workflow.batch import Wishes, batch_campaigns
 from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_task import run_task
 from tests.workflow.small_campaign import write_small_campaign
-from tests.workflow.test_batch import PLUGIN, by_name, with_plugin
+from tests.workflow.test_batch import LONGEST_S, PLUGIN, by_name, with_plugin
 
 # The worker of stiffcal is a child of the worker of Dask, which is what dies here, the first time only.
 KILL_THE_CLUSTERS_WORKER = """
@@ -47,12 +47,13 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     file = tmp_path_factory.mktemp("dask") / "scheduler.json"
     words = ("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
     with started(*words) as process:
-        end = time.monotonic() + 60
-        while not file.exists() and time.monotonic() < end:
-            assert process.poll() is None
+        end = time.monotonic() + LONGEST_S
+        # The scheduler makes the file, and then writes into it.
+        while not (text := file.read_text() if file.exists() else "").rstrip().endswith("}"):
+            assert process.poll() is None, "the scheduler ended before it wrote its address"
+            assert time.monotonic() < end, "the scheduler never wrote its address"
             time.sleep(0.05)
-        time.sleep(0.1)
-        yield json.loads(file.read_text())["address"]
+        yield json.loads(text)["address"]
 
 
 @contextmanager
@@ -81,10 +82,7 @@ def test_a_cluster_gives_the_same_and_a_killed_worker_costs_a_retry(scheduler: s
         document = batch_campaigns([cells], Wishes(scheduler=scheduler, report=False))
         killed = int((cells / "b" / "killed").read_text())
         assert killed in {worker.pid for worker in running}
-        end = time.monotonic() + 20
-        while [worker.poll() for worker in running].count(None) > 1 and time.monotonic() < end:
-            time.sleep(0.05)
-        assert [worker.poll() for worker in running if worker.pid == killed] == [-signal.SIGKILL]
+        assert [worker.wait(LONGEST_S) for worker in running if worker.pid == killed] == [-signal.SIGKILL]
     assert document["workers"]["kind"] == "dask"
     found = by_name(document)
     for name in "abc":

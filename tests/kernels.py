@@ -1,0 +1,111 @@
+"""The numerical tests under the BLAS kernels of several processors: `python -m tests.kernels [NAME ...]`.
+
+numpy and scipy bring OpenBLAS with them, which holds kernels for many processors and takes those of the one it runs on.
+They sum in different orders, so that the last digits differ. `OPENBLAS_CORETYPE` asks for others; one that the
+processor cannot run, or that the library does not hold, is not taken, which the library itself is asked about.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+KERNELS = ("Haswell", "SkylakeX", "Zen")
+ROOT = Path(__file__).parents[1]
+# OpenBLAS takes a kernel on demand without asking whether the processor has its instructions.
+INSTRUCTIONS = {
+    "Haswell": {"avx2", "fma"},
+    "Zen": {"avx2", "fma"},
+    "SkylakeX": {"avx512f", "avx512dq", "avx512bw", "avx512vl"},
+}
+# Prints the kernels in use by each OpenBLAS that numpy and scipy have loaded, one per line.
+ASK = """
+import ctypes, glob, os
+import numpy, scipy.linalg
+for package in (numpy, scipy):
+    inside = os.path.dirname(package.__file__)
+    places = inside + ".libs", os.path.join(inside, ".dylibs")
+    for file in sorted(file for place in places for file in glob.glob(os.path.join(place, "*openblas*"))):
+        library = ctypes.CDLL(file)
+        for start in ("scipy_", ""):
+            for end in ("64_", ""):
+                name = start + "openblas_get_corename" + end
+                if hasattr(library, name):
+                    ask = getattr(library, name)
+                    ask.restype = ctypes.c_char_p
+                    print(ask().decode())
+"""
+
+
+def flags() -> set[str] | None:
+    """Return the processor's instruction sets; None where the system does not list them."""
+    file = Path("/proc/cpuinfo")
+    if not file.exists():
+        return None
+    found = [line for line in file.read_text(encoding="utf-8").splitlines() if line.startswith("flags")]
+    return set(found[0].partition(":")[2].split()) if found else None
+
+
+def taken(kernel: str) -> set[str]:
+    """Return the kernels that numpy's and scipy's libraries take where ``kernel`` is asked for."""
+    ended = subprocess.run([sys.executable, "-c", ASK], env=environment(kernel), capture_output=True, text=True)
+    return set(ended.stdout.split()) if ended.returncode == 0 else set()
+
+
+def environment(kernel: str) -> dict[str, str]:
+    """Return the environment in which a process takes these kernels."""
+    return {**os.environ, "OPENBLAS_CORETYPE": kernel}
+
+
+def why_skipped(kernel: str, done: Sequence[str], has: set[str] | None) -> str:
+    """Return the reason for which these kernels cannot be tried here; empty where they can.
+
+    Parameters
+    ----------
+    kernel : name, as OpenBLAS spells it.
+    done : kernels that have been tried.
+    has : of `flags`.
+    """
+    lacking = INSTRUCTIONS.get(kernel, set()) - (has if has is not None else INSTRUCTIONS.get(kernel, set()))
+    if lacking:
+        return f"this processor has no {', '.join(sorted(lacking))}"
+    found = taken(kernel)
+    if not found:
+        return "numpy and scipy do not say which kernels they take"
+    if found != {kernel}:
+        names = ", ".join(sorted(found))
+        again = ", which have been tried" if found <= set(done) else ""
+        return f"the libraries take {names} in their place{again}"
+    return ""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the tests marked `numerical` once under each kernel; return 1 where any fails."""
+    parser = argparse.ArgumentParser(prog="python -m tests.kernels", description=main.__doc__)
+    parser.add_argument("kernels", nargs="*", default=KERNELS, help="as OpenBLAS spells them: Haswell, Nehalem, …")
+    parser.add_argument("--workers", default="2", help="processes of pytest")
+    given = parser.parse_args(arguments)
+    has, done, failed = flags(), [], []
+    for kernel in given.kernels:
+        if reason := why_skipped(kernel, done, has):
+            print(f"{kernel}: skipped, {reason}", flush=True)
+            continue
+        began = time.monotonic()
+        words = ["-m", "pytest", "-q", "-m", "numerical", "-n", given.workers, "--dist", "worksteal"]
+        code = subprocess.run([sys.executable, *words], cwd=ROOT, env=environment(kernel)).returncode
+        print(f"{kernel}: {'passed' if code == 0 else 'FAILED'} in {time.monotonic() - began:.0f} s", flush=True)
+        done.append(kernel)
+        if code:
+            failed.append(kernel)
+    if not done:
+        print("no kernels could be tried")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,49 @@
+"""Which kernels are tried: those that processor and library have, each once; what is left out says why."""
+
+from __future__ import annotations
+
+import subprocess
+from typing import Any
+
+import pytest
+
+from tests import kernels
+
+
+@pytest.fixture
+def runs(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Keep what would be run, with the kernels asked for; no test is started."""
+    asked: list[str] = []
+
+    def run(words: list[str], env: dict[str, str], **_: Any) -> subprocess.CompletedProcess[str]:
+        asked.append(env["OPENBLAS_CORETYPE"])
+        return subprocess.CompletedProcess(words, 1 if env["OPENBLAS_CORETYPE"] == "Bad" else 0)
+
+    monkeypatch.setattr(kernels.subprocess, "run", run)
+    monkeypatch.setattr(kernels, "flags", lambda: {"avx2", "fma"})
+    return asked
+
+
+def test_kernels_that_cannot_be_tried_are_skipped_with_a_reason(
+    runs: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(kernels, "taken", lambda kernel: {"Haswell"} if kernel == "Zen" else {kernel})
+    assert kernels.main([]) == 0
+    assert runs == ["Haswell"]
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("Haswell: passed in ")
+    assert lines[1] == "SkylakeX: skipped, this processor has no avx512bw, avx512dq, avx512f, avx512vl"
+    assert lines[2] == "Zen: skipped, the libraries take Haswell in their place, which have been tried"
+
+
+def test_a_failure_under_one_kernel_is_a_failure(runs: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels, "taken", lambda kernel: {kernel})
+    assert kernels.main(["Bad", "Haswell"]) == 1
+    assert runs == ["Bad", "Haswell"]
+
+
+def test_the_libraries_say_which_kernels_they_take() -> None:
+    has = kernels.flags()
+    if has is None or not kernels.INSTRUCTIONS["Haswell"] <= has:
+        pytest.skip("this processor cannot run Haswell's kernels")
+    assert kernels.taken("Haswell") == {"Haswell"}
