@@ -28,6 +28,10 @@ from stiffcal.store import Store
 # A killed process leaves what it wrote to the system; flushing to the disk matters for power cuts and only takes time.
 os.fsync = lambda descriptor: None
 
+def say(word, number):
+    # In one piece, which a pipe keeps together: several processes write to it, and some are killed meanwhile.
+    os.write(1, f"{word} {number}\\n".encode())
+
 def write(start):
     store = Store(sys.argv[1])
     for value in range(start, start + 1000):
@@ -38,7 +42,7 @@ def write(start):
             writing.write_table("states", {"value": np.full(3, value)})
             writing.write_document("fit", {"value": value})
             writing.commit()
-            print("committed", value, flush=True)
+            say("committed", value)
 
 write_start = 0
 for line in sys.stdin:
@@ -46,7 +50,7 @@ for line in sys.stdin:
     if child == 0:
         write(int(line))
         os._exit(0)
-    print("started", child, flush=True)
+    say("started", child)
 """
 
 LONGEST = 120.0  # s
