@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 
+# Exchanges per unknown: the active set changes by one at a time, and each unknown comes and goes a few times.
+MOST_EXCHANGES = 20
+
 
 def least_squares(matrix: Floats, wanted: Floats) -> Floats:
     """Return the x (n,) of smallest norm that minimises |matrix x − wanted|, columns taken as equally long.
@@ -31,6 +34,10 @@ def least_squares_within(matrix: Floats, wanted: Floats, lower: Floats, upper: F
     ----------
     matrix : (m, n). wanted : (m,).
     lower, upper : (n,), infinite where there is none.
+
+    Raises
+    ------
+    ArithmeticError : the active set does not settle.
     """
     free = least_squares(matrix, wanted)
     if np.all(free >= lower) and np.all(free <= upper):
@@ -53,7 +60,7 @@ def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple
     barred = np.zeros(len(x), dtype=np.bool_)
     least = 1e-12 * float(np.sqrt(np.sum(target**2)))
     entering = -1
-    for _ in range(20 * len(x) + 20):
+    for _ in range(MOST_EXCHANGES * (len(x) + 1)):
         aim = x.copy()
         if free.any():
             aim[free] = np.linalg.lstsq(unit[:, free], target - unit[:, ~free] @ x[~free], rcond=1e-12)[0]
@@ -77,6 +84,8 @@ def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple
         if wanted[entering] <= least:
             break
         free[entering] = True
+    else:
+        raise ArithmeticError(f"bounded least squares of {len(x)} unknowns do not settle")
     return x, ~free
 
 

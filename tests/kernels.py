@@ -90,7 +90,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("kernels", nargs="*", default=KERNELS, help="as OpenBLAS spells them: Haswell, Nehalem, …")
     parser.add_argument("--workers", default="2", help="processes of pytest")
     given = parser.parse_args(arguments)
-    has, done, failed = flags(), [], []
+    has = flags()
+    done: list[str] = []
+    failed: list[str] = []
     for kernel in given.kernels:
         if reason := why_skipped(kernel, done, has):
             print(f"{kernel}: skipped, {reason}", flush=True)

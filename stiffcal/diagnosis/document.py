@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice, leaders
-from stiffcal.diagnosis.scan import Scan, Trial, chosen_in_every_fold, confidence
+from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial, chosen_in_every_fold, confidence
 from stiffcal.diagnosis.search import Found, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, TOLD_LINGERING
@@ -198,7 +198,10 @@ def _explains(scan: Scan, trial: Trial) -> float | None:
     """Return the share of the avoidable error that goes, whitened."""
     before, after = float(scan.base.unseen.sum()), float(trial.score.unseen.sum())
     floor = float(scan.dof) if scan.fit.noise is not None else 0.0
-    return (before - after) / (before - floor) if before > floor else None
+    if before <= floor * (1.0 + ROUNDING):
+        return None
+    # What is left of equal errors is rounding.
+    return (before - after) / (before - floor) if abs(before - after) > ROUNDING * before else 0.0
 
 
 def _why_rejected(scan: Scan, trial: Trial) -> str:

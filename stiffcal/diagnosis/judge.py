@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.diagnosis.scan import Scan, Trial, chosen_in_every_fold
+from stiffcal.diagnosis.scan import Scan, Trial, chosen_in_every_fold, ranked_error
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import (
     ADEQUATE_RATIO,
@@ -281,7 +281,7 @@ def leaders(scan: Scan) -> list[Trial]:
         return []
     # Of those that can be, only candidates that help at all by themselves.
     near = [trial for trial in scan.trials if judge(scan, trial).supported and alike(scan, trial, best)] or [best]
-    near.sort(key=lambda trial: (trial.candidate.n_parameters, float(trial.score.unseen.sum())))
+    near.sort(key=lambda trial: (trial.candidate.n_parameters, ranked_error(trial)))
     return near[:1] + [trial for trial in near[1:] if not _holds(scan, trial, near[0])]
 
 

@@ -29,6 +29,8 @@ REFINED = 8
 # Grids step by a factor of two to three; four rounds of square roots from 1.6 bring a shape to within three per cent.
 REFINING_FACTOR = 1.6
 REFINING_ROUNDS = 4
+# Errors that differ by less, relatively, are equal: they are sums of many squares.
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -216,9 +218,9 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     ground = _Ground.of(state, space, np.concatenate([own, residual[None]]), folds, *_base_bounds(fit, columns))
     trials = [trial for one in candidates if (trial := _tried(one, ground, residual, fold)) is not None]
     n_tried = sum(trial.n_variants for trial in trials)
-    trials.sort(key=lambda trial: float(np.sum(trial.score.unseen)))
+    trials.sort(key=ranked_error)
     trials[:REFINED] = [_refined(trial, ground) for trial in trials[:REFINED]]
-    trials.sort(key=lambda trial: float(np.sum(trial.score.unseen)))
+    trials.sort(key=ranked_error)
     dof = int(np.count_nonzero(data.seen)) - (len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0)
     return Scan(
         fit, ground.base, tuple(trials), tuple(folds), fold, ground.groups, dof, len(columns), max(n_tried, 1), space,
@@ -322,6 +324,20 @@ def _bounds(signature: Signature) -> tuple[Floats, Floats]:
     return np.array(low), np.array(high)
 
 
+def ranked_error(trial: Trial) -> float:
+    """Return the whitened squares in poses left out, to nine digits: what only rounding tells apart ranks equal.
+
+    Candidates that explain nothing all have the model's own error, and keep their order on every processor.
+    """
+    return float(f"{np.sum(trial.score.unseen):.8e}")
+
+
+def first_least(errors: Floats) -> Integers:
+    """Return (f,) which of errors (t, f) is least, the first of those that only rounding tells apart."""
+    least = errors.min(axis=0)
+    return np.asarray(np.argmax(errors <= least + ROUNDING * np.abs(least), axis=0), dtype=np.int64)
+
+
 def confidence(scan: Scan, seed: int = 0) -> dict[str, float]:
     """Return how often each candidate comes first when poses are drawn anew, with replacement."""
     if not scan.trials:
@@ -330,7 +346,7 @@ def confidence(scan: Scan, seed: int = 0) -> dict[str, float]:
     n_folds = len(scan.folds)
     weights = rng.multinomial(n_folds, np.full(n_folds, 1.0 / n_folds), size=RESAMPLINGS)
     errors = np.stack([trial.score.unseen for trial in scan.trials]) @ weights.T
-    first = np.bincount(np.argmin(errors, axis=0), minlength=len(scan.trials)) / RESAMPLINGS
+    first = np.bincount(first_least(errors), minlength=len(scan.trials)) / RESAMPLINGS
     return {trial.candidate.name: float(share) for trial, share in zip(scan.trials, first, strict=True)}
 
 
@@ -345,5 +361,5 @@ def chosen_in_every_fold(scan: Scan) -> Floats:
     for score in everyone:
         inner = score.nested.sum(axis=1) - np.diagonal(score.nested)
         errors.append(inner)
-    chosen = np.argmin(np.stack(errors), axis=0)
+    chosen = first_least(np.stack(errors))
     return np.array([everyone[chosen[g]].nested[g, g] for g in range(n_groups)])

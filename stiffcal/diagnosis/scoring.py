@@ -21,7 +21,7 @@ Integers = NDArray[np.int64]
 VARIANTS_IN_FOLDS = 3
 # Rounds of exchanging all at once without getting better before one is exchanged at a time, and rounds per parameter.
 PATIENCE = 3
-PIVOTS = 6
+PIVOTS = 60
 
 
 def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, near: Floats | None = None) -> Floats:
@@ -39,6 +39,10 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
     (…, k). Block principal pivoting (Portugal, Júdice and Vicente 1994; Kim and Park 2011): all parameters that leave
     their bounds are put on them and all that should leave a bound are let go, until none is left; where that does not
     get better, one at a time (Murty's rule), which always ends.
+
+    Raises
+    ------
+    ArithmeticError : it does not end within `PIVOTS` rounds per parameter.
     """
     k = normal.shape[-1]
     diagonal = np.einsum("...kk->...k", normal)
@@ -54,7 +58,7 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
     left = np.arange(len(target))
     fewest, patience = np.full(len(target), k + 1), np.full(len(target), PATIENCE)
     slack = 1e-9 * np.abs(target).max(axis=-1, keepdims=True, initial=0.0)
-    for _ in range(PIVOTS * k + 1):
+    for _ in range(PIVOTS * (k + 1)):
         whole = len(left) == len(target)
         matrix, aim, on = (scaled, target, side) if whole else (scaled[left], target[left], side[left])
         least, most = low if len(low) == 1 else low[left], high if len(high) == 1 else high[left]
@@ -84,6 +88,8 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
         last = k - 1 - np.argmax(wrong[:, ::-1], axis=-1)
         moving = wrong & (~single[:, None] | (np.arange(k) == last[:, None]))
         side[left] = np.where(moving, np.where(on == 0, np.where(below, -1, 1), 0), on)
+    else:
+        raise ArithmeticError(f"bounded least squares of {k} unknowns do not settle in {PIVOTS * (k + 1)} pivots")
     return np.clip(result.reshape(right.shape) / scale, lower, upper)
 
 

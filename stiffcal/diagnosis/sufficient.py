@@ -10,7 +10,7 @@ import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.judge import f_tail, possible_values
-from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.diagnosis.scan import Scan, Trial, ranked_error
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO, LACK_OF_FIT_P
 from stiffcal.model.effect import Sort
@@ -29,7 +29,7 @@ def sufficient_alone(scan: Scan) -> tuple[Candidate, ...]:
         # What is left is not more than the scatter of repeats: it is something else about it that is wrong.
         return ()
     found = [trial for trial in scan.trials if _fits(scan, trial, known)]
-    found.sort(key=lambda trial: (trial.candidate.n_parameters, float(trial.score.unseen.sum())))
+    found.sort(key=lambda trial: (trial.candidate.n_parameters, ranked_error(trial)))
     return tuple(trial.candidate for trial in found)
 
 

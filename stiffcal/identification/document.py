@@ -139,6 +139,11 @@ def fit_warnings(fit: Fit) -> list[str]:
     words = []
     if not fit.robot.chain.masses_known:
         words.append("link masses are not known: the sag under weight is left out")
+    if fit.left is not None:
+        words.append(
+            f"the fit did not settle in {fit.iterations} steps: the last one still moved the parameters by "
+            f"{fit.left:.2g} standard uncertainties; do not rely on them before the model holds fewer effects"
+        )
     if fit.noise is None:
         words.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
     if fit.scaled:

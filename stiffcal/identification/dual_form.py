@@ -40,6 +40,8 @@ NEEDS = "joint-compliance"
 # Steps contract a thousandfold and more: after one of this relative size the next is rounding, and is still taken.
 SETTLED = 1e-8
 MAX_STEPS = 25
+# A component of an offset that shows by less than this share of the largest shows by rounding.
+ROUNDING = 1e-12
 # rad: the balance in the matrix form, as far as it goes.
 TIGHT = 1e-15
 
@@ -168,17 +170,24 @@ def _sizes(fit: Fit) -> tuple[float, float]:
 
 
 def _carried_on(rows: Callable[[_Task, Floats], tuple[Floats, Floats]], task: _Task, start: Floats) -> Floats:
-    """Return the compliances (p,) after Gauss–Newton steps down to rounding."""
-    value, settled = start.copy(), False
+    """Return the compliances (p,) after Gauss–Newton steps down to rounding.
+
+    Raises
+    ------
+    InputError : the steps do not shrink to `SETTLED`.
+    """
+    value, settled, change = start.copy(), False, np.inf
     for _ in range(MAX_STEPS):
         columns, missing = rows(task, value)
         scale = np.sqrt(np.sum(columns**2, axis=0))
         step = np.linalg.lstsq(columns / scale, missing, rcond=None)[0] / scale
         value = value + step
         if settled:
-            break
-        settled = bool(np.max(np.abs(step) / np.abs(value), initial=0.0) < SETTLED)
-    return value
+            return value
+        change = float(np.max(np.abs(step) / np.abs(value), initial=0.0))
+        settled = change < SETTLED
+    reason = f"the form does not settle: a step of {change:.2g} of the compliances is left after {MAX_STEPS}"
+    raise InputError.at("model.toml", "effects", reason, "leave out joints whose compliance is not identifiable")
 
 
 def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats, Floats]:
@@ -194,7 +203,8 @@ def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats
         for run in np.unique(task.data.run):
             mine = task.data.run == run
             shown = offsets[mine].reshape(-1, offsets.shape[2])
-            seen = shown[:, np.any(shown != 0.0, axis=0)]
+            size = np.linalg.norm(shown, axis=0)
+            seen = shown[:, size > ROUNDING * size.max(initial=0.0)]
             basis = np.linalg.qr(seen)[0]
             flat = rows[mine].reshape(len(shown), -1)
             rows[mine] = (flat - basis @ (basis.T @ flat)).reshape(rows[mine].shape)

@@ -123,6 +123,7 @@ class Fit:
     data : the observations that were fitted.
     iterations : Gauss–Newton steps taken.
     held : full names of parameters left at their neutral value because nothing tells them apart.
+    left : the last step, in standard uncertainties per parameter, where the fit did not settle; None where it did.
     """
 
     robot: CompliantRobot
@@ -141,6 +142,7 @@ class Fit:
     data: Observations
     iterations: int
     held: frozenset[str] = frozenset()
+    left: float | None = None
 
     def parameter(self, name: str) -> Parameter:
         """Return a parameter by its full name; KeyError where there is none."""

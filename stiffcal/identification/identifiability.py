@@ -86,7 +86,9 @@ def tell_apart(
         unit[:, remaining] = factor[:, remaining] / column_scale(factor[:, remaining])
         singular = np.linalg.svd(unit[:, remaining], compute_uv=False)
         if len(remaining) == p:
-            condition = float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
+            # Below this a singular value is rounding instead of zero.
+            least = p * float(np.finfo(np.float64).eps) * float(singular[0])
+            condition = float(singular[0] / singular[-1]) if singular[-1] > least else np.inf
         stays = np.zeros(p, dtype=np.bool_) if needed is None else needed
         found = _stand_back(unit, held, gives_way, stays, SAME_SIGNATURE * float(singular[0]))
         identifiable[held & gives_way] = False
@@ -161,7 +163,9 @@ def _name_ambiguity(blind: Floats, length: Floats, names: list[str]) -> Ambiguit
     # In scaled parameters y = length × x the data see what is across ``blind``; for two, one combination.
     if len(names) == 2:
         across = np.array([-blind[1], blind[0]]) * length
-        across = across / across[np.argmax(np.abs(across))]
+        size = np.abs(across)
+        # The first of two that only rounding tells apart: the sign of the combination hangs on it.
+        across = across / across[int(np.argmax(size >= (1.0 - 1e-9) * size.max()))]
         return Ambiguity(
             tuple(names),
             combination(across.tolist(), names),

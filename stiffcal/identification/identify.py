@@ -130,7 +130,7 @@ def _repeats(states: LoadStates, data: Observations) -> Iterator[NDArray[np.int6
 
 @dataclass(frozen=True)
 class _Settled:
-    """Where Gauss–Newton came to rest."""
+    """Where Gauss–Newton came to rest; ``left`` is the last step, in standard uncertainties, where it did not."""
 
     robot: CompliantRobot
     weights: Weights
@@ -138,23 +138,20 @@ class _Settled:
     reduced: Reduced
     told: Identifiability
     iterations: int
+    left: float | None = None
 
 
 def identify_parameters(
     states: LoadStates, robot: CompliantRobot, settings: Settings | None = None, progress: Progress = no_progress
 ) -> Fit:
-    """Identify the free parameters of a robot from its load states.
+    """Return the fit of a robot's free parameters to its load states.
 
     Parameters
     ----------
     states : load states; those set aside and runs held out are not used.
     robot : chain and effects; values that are set are where the fit starts.
     settings : see `Settings`.
-    progress : told what is being done.
-
-    Returns
-    -------
-    Fit
+    progress : called with what is being done.
     """
     problem, settings = fit_problem(states, robot), settings or Settings()
     known = settings.noise or problem.stated
@@ -188,7 +185,7 @@ def fit_observations(
 def _gauss_newton(
     problem: Problem, robot: CompliantRobot, settings: Settings, given: Weights | None, progress: Progress
 ) -> _Settled:
-    """Take steps until one is invisible; the noise is told on the way, or taken over from ``given`` weights."""
+    """Take steps until one is invisible, at most `MAX_STEPS`; without ``given`` weights the noise is estimated too."""
     data = problem.data
     columns = free_columns(robot, settings.fixed)
     amplitude = amplitudes(robot, columns)
@@ -225,7 +222,8 @@ def _gauss_newton(
         foretold = change * min(1.0, change / last) if iterations > 1 else change
         settled = change < small or (foretold < small and not robust)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
-            return _Settled(robot, weights, columns, reduced, told, iterations)
+            left = change if (robot.deformed or robust) and not settled else None
+            return _Settled(robot, weights, columns, reduced, told, iterations, left)
         last = change
 
 
@@ -373,6 +371,7 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
         predicted=np.where(data.seen, data.measured - residual, 0.0),
         data=data,
         iterations=settled.iterations,
+        left=settled.left,
         held=frozenset(name for name, one in zip(names, told.held, strict=True) if one),
     )
 

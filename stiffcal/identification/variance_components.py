@@ -5,11 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.errors import InputError
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 # Shares of the total variance that still move by less than this are settled: a hundredth of what repeats can tell.
 SETTLED = 1e-4
+MOST_STEPS = 200
+ROUNDING = 1e-10
 
 
 def variance_components(
@@ -33,7 +37,9 @@ def variance_components(
         np.einsum("cak,cbk->cab", levers[:, :, 3:], levers[:, :, 3:]),
     ]
     size = np.array([float(np.mean(np.trace(kind, axis1=1, axis2=2))) / m for kind in kinds])
-    active = [i for i in range(len(kinds)) if size[i] > 0.0]
+    # A lever that is rounding instead of zero is none: its variance would be anything.
+    least = ROUNDING**2 * max(size, default=0.0)
+    active = [i for i in range(len(kinds)) if size[i] > least]
     variance = np.zeros(len(kinds))
     for i in active:
         # Start: the tracker makes most of the scatter, the wrench a little.
@@ -54,9 +60,13 @@ def _scored(basis: Floats, differences: Floats, start: Floats, size: Floats) -> 
     differences : (c, m) contrasts.
     start : (q,) positive.
     size : (q,) what a unit of each adds on average.
+
+    Raises
+    ------
+    InputError : the shares still move by more than `SETTLED` after `MOST_STEPS`, while the likelihood rises.
     """
     variance, best = start, _likelihood(basis, differences, start)
-    for _ in range(50):
+    for _ in range(MOST_STEPS):
         inverse = np.linalg.inv(np.tensordot(variance, basis, axes=1))
         projected = np.matmul(inverse, basis)
         weighted = np.matmul(inverse, differences[:, :, None])[:, :, 0]
@@ -74,8 +84,11 @@ def _scored(basis: Floats, differences: Floats, start: Floats, size: Floats) -> 
                 break
             share /= 2.0
         if change < SETTLED or share <= 1e-3:
-            break
-    return variance
+            return variance
+    raise InputError.at(
+        "campaign.toml", "sources", f"what makes up the scatter of repeats does not settle in {MOST_STEPS} steps",
+        "state sigma of the instruments",
+    )  # fmt: skip
 
 
 def _likelihood(basis: Floats, differences: Floats, variance: Floats) -> float:

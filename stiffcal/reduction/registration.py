@@ -29,6 +29,8 @@ Booleans = NDArray[np.bool_]
 WORST_POSITION_M = 0.02
 WORST_ROTATION_RAD = 0.02
 STEP = 1e-6  # of numerical derivatives, m and rad
+# Steps below this, m and rad, change nothing that a tracker measures; three of position against rotation come first.
+SETTLED, MOST_ROUNDS = 1e-9, 30
 
 
 @dataclass(frozen=True)
@@ -191,7 +193,7 @@ class _Problem:
         """Iterate, weigh rotation against position by what each leaves, and tell what is known how well."""
         weight = 1.0  # m per rad, at first: a milliradian beside a millimetre
         covariance = np.zeros((len(self.free), len(self.free)))
-        for rounds in range(30):
+        for rounds in range(MOST_ROUNDS):
             now = self._flat(self.frames, weight)
             columns = []
             for k in range(len(self.free)):
@@ -210,8 +212,10 @@ class _Problem:
             covariance = variance * (right.T / singular**2) @ right
             if rounds in (3, 6) and self.full_pose:
                 weight = float(np.sqrt(np.mean(place**2) / max(float(np.mean(turn**2)), 1e-18)))
-            elif rounds > 6 and np.abs(step).max() < 1e-9:
+            elif rounds > 6 and np.abs(step).max() < SETTLED:
                 break
+        else:
+            self._refuse(f"do not settle in {MOST_ROUNDS} steps")
         return self._told(covariance, n_poses)
 
     def _told(self, covariance: Floats, n_poses: int) -> Registration:

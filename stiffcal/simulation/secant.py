@@ -48,7 +48,7 @@ class SecantSteps:
             worse = np.linalg.norm(left, axis=1) > _GROWS * np.linalg.norm(self._left, axis=1)
             self._start[worse] *= 2.0
             self._slope[worse] = self._start[worse]
-        moved = np.linalg.solve(self._slope, left[:, :, None])[:, :, 0]
+        moved = np.asarray(np.linalg.solve(self._slope, left[:, :, None])[:, :, 0], dtype=np.float64)
         self._moved, self._left = moved, left
         return np.asarray(x + moved)
 

@@ -1,0 +1,106 @@
+"""Iterations that miss their convergence test are errors, or the answer says so; rounding decides nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiffcal import bounded
+from stiffcal.bounded import least_squares_within
+from stiffcal.diagnosis import scoring
+from stiffcal.diagnosis.scan import first_least
+from stiffcal.errors import InputError
+from stiffcal.identification import dual_form, identify, variance_components
+from stiffcal.identification.document import fit_warnings
+from stiffcal.identification.identifiability import tell_apart
+from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.measurements.load_states import Sigma
+from tests.identification.played import joint_springs, medium_robot, played
+from tests.independent.robots import six_axes
+
+
+def test_a_fit_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one step allowed, the levers still move: the fit is there, and warns."""
+    states = played(medium_robot(), noise=Sigma(15e-6, 2e-5), seed=1)
+    whole = identify_parameters(states, joint_springs(six_axes()))
+    assert whole.left is None
+    assert not any("did not settle" in line for line in fit_warnings(whole))
+    monkeypatch.setattr(identify, "MAX_STEPS", 1)
+    fit = identify_parameters(states, joint_springs(six_axes()), Settings(loss="huber"))
+    assert fit.left is not None
+    assert fit.left > identify.SMALL_STEP
+    (line,) = [line for line in fit_warnings(fit) if "did not settle" in line]
+    assert line.startswith("the fit did not settle in 1 steps: the last one still moved the parameters by ")
+
+
+def test_the_linear_form_needs_one_step() -> None:
+    states = played(medium_robot(), noise=Sigma(15e-6, 2e-5), seed=1)
+    assert identify_parameters(states, joint_springs(six_axes(), deformed=False)).left is None
+
+
+def test_the_dual_form_that_does_not_settle_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    fit = identify_parameters(played(medium_robot(), noise=Sigma(15e-6, 2e-5)), joint_springs(six_axes()))
+    monkeypatch.setattr(dual_form, "MAX_STEPS", 1)
+    with pytest.raises(InputError, match="model.toml: effects: the form does not settle: a step of .* is left after 1"):
+        dual_form.identify_in_two_forms(fit)
+
+
+def test_bounded_least_squares_that_do_not_settle_are_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    design, zero = np.eye(4), np.zeros(4)
+    wanted = np.array([1.0, -2.0, 3.0, 4.0])
+    assert least_squares_within(design, wanted, zero, zero + np.inf)[0].tolist() == [1.0, 0.0, 3.0, 4.0]
+    monkeypatch.setattr(bounded, "MOST_EXCHANGES", 0)
+    with pytest.raises(ArithmeticError, match="of 4 unknowns do not settle"):
+        least_squares_within(design, wanted, zero, zero + np.inf)
+    monkeypatch.setattr(scoring, "PIVOTS", 0)
+    with pytest.raises(ArithmeticError, match="of 4 unknowns do not settle"):
+        scoring.solve_within(design, wanted, zero, zero + np.inf)
+
+
+def repeats() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return scaled differences (c, 6), levers (c, 6, 6) of forces alone, and kinds of rows."""
+    rng = np.random.default_rng(3)
+    levers = np.zeros((60, 6, 6))
+    levers[:, :, :3] = rng.normal(size=(60, 6, 3))
+    differences = rng.normal(size=(60, 6)) + 0.5 * np.einsum("cij,cj->ci", levers, rng.normal(size=(60, 6)))
+    return differences, levers, np.array([0, 0, 0, 1, 1, 1])
+
+
+def test_levers_that_are_rounding_are_no_levers() -> None:
+    """Moments through the point itself have a lever of 1e-17 on one processor, and none on another."""
+    differences, levers, kinds = repeats()
+    exact = variance_components.variance_components(differences, levers, kinds)
+    assert exact[3] == 0.0
+    rounded = levers.copy()
+    rounded[:, :, 3:] = 1e-17 * np.random.default_rng(1).normal(size=(60, 6, 3))
+    found = variance_components.variance_components(differences, rounded, kinds)
+    assert found.tolist() == pytest.approx(exact.tolist(), rel=1e-9)
+
+
+def test_a_scatter_that_does_not_settle_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(variance_components, "MOST_STEPS", 1)
+    with pytest.raises(InputError, match="the scatter of repeats does not settle in 1 steps; state sigma"):
+        variance_components.variance_components(*repeats())
+
+
+def test_a_direction_that_is_blind_but_for_rounding_has_no_condition() -> None:
+    """The last singular value is 1e-17 on one processor and nothing on another: neither is a condition number."""
+    factor = np.array([[1.0, 1.0], [0.0, 0.0]])
+    for rounding in (0.0, 1e-17, 1e-16):
+        factor[1, 1] = rounding
+        assert tell_apart(factor, ("a", "b"), np.full(2, np.inf)).condition == np.inf
+
+
+@pytest.mark.parametrize("rounding", [-1e-15, 0.0, 1e-15])
+def test_the_sign_of_a_known_combination_does_not_hang_on_rounding(rounding: float) -> None:
+    factor = np.array([[1.0, 1.0 + rounding], [0.0, 0.0]])
+    (found,) = tell_apart(factor, ("a", "b"), np.full(2, np.inf)).ambiguities
+    assert found.coefficients == pytest.approx((1.0, 1.0))
+    factor[0, 1] *= -1.0
+    (found,) = tell_apart(factor, ("a", "b"), np.full(2, np.inf)).ambiguities
+    assert found.coefficients == pytest.approx((1.0, -1.0))
+
+
+def test_the_first_of_equal_errors_comes_first_whatever_the_rounding() -> None:
+    errors = np.array([[2.0, 3.0], [1.0, 3.0], [1.0 - 1e-15, 3.0 - 1e-14], [1.1, 2.9]])
+    assert first_least(errors).tolist() == [1, 3]
