@@ -19,7 +19,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         asked.append(env["OPENBLAS_CORETYPE"])
         return subprocess.CompletedProcess(words, 1 if env["OPENBLAS_CORETYPE"] == "Bad" else 0)
 
-    monkeypatch.setattr(kernels.subprocess, "run", run)
+    monkeypatch.setattr(subprocess, "run", run)
     monkeypatch.setattr(kernels, "flags", lambda: {"avx2", "fma"})
     return asked
 

@@ -183,7 +183,7 @@ def _carried_on(rows: Callable[[_Task, Floats], tuple[Floats, Floats]], task: _T
         step = np.linalg.lstsq(columns / scale, missing, rcond=None)[0] / scale
         value = value + step
         if settled:
-            return value
+            return np.asarray(value, dtype=np.float64)
         change = float(np.max(np.abs(step) / np.abs(value), initial=0.0))
         settled = change < SETTLED
     reason = f"the form does not settle: a step of {change:.2g} of the compliances is left after {MAX_STEPS}"
