@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import unicodedata
 from collections.abc import Iterator
 from difflib import get_close_matches
 from itertools import chain, islice
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path, PurePosixPath
 
 from stiffcal.campaign.explain import key_path
 from stiffcal.campaign.frame_checks import frame_fault, frame_faults
@@ -15,13 +14,12 @@ from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.reach import escapes, link_fault, links_outside
 from stiffcal.campaign.run_checks import MOST_COMPARED, MOST_FAULTS, choices, exclusion_faults, run_faults
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault, InputError
 from stiffcal.files import check_regular
-
-ALLOW = "STIFFCAL_ALLOW"
 
 
 def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[Fault]:
@@ -101,7 +99,7 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
         if wrong := odd_character(file):
             faults.append(_fault(place, *wrong))
         elif escapes(file):
-            mend = "copy the file into the campaign folder, and write its path from there"
+            mend = "name a file inside the campaign folder, by its path from there"
             faults.append(_fault(place, f'"{file}" lies outside the campaign folder', mend))
         elif leading := links_outside(folder, file):
             faults.append(link_fault(MANIFEST_FILE, place, *leading[0]))
@@ -132,69 +130,6 @@ def _special(folder: Path, file: str, place: str) -> Iterator[Fault]:
             yield _fault(place, f'"{file}": {fault.reason}', fault.mend)
     except (OSError, ValueError):  # not there, or not to be reached: whoever opens it says so
         return
-
-
-def escapes(file: str) -> bool:
-    """Tell whether a path leads out of the folder that it is written in.
-
-    Examples
-    --------
-    >>> escapes("raw/../table.csv"), escapes("../table.csv"), escapes("/tmp/table.csv"), escapes("C:/table.csv")
-    (False, True, True, True)
-    """
-    if PureWindowsPath(file).drive or PureWindowsPath(file).root or PurePosixPath(file).is_absolute():
-        return True
-    depth = 0
-    for part in PurePosixPath(file.replace("\\", "/")).parts:
-        depth += -1 if part == ".." else 1
-        if depth < 0:
-            return True
-    return False
-
-
-def leads_outside(folder: Path, file: str) -> Path | None:
-    """Return where a path inside a folder leads by links, if that is outside the folder and what the user allowed.
-
-    The user allows folders in the environment variable ``STIFFCAL_ALLOW``, separated as in ``PATH``.
-    """
-    try:
-        goal = (folder / file).resolve()
-        allowed = [folder, *(Path(place) for place in os.environ.get(ALLOW, "").split(os.pathsep) if place)]
-        return None if any(goal.is_relative_to(place.resolve()) for place in allowed) else goal
-    except (OSError, ValueError, RuntimeError):  # links in a circle, a NUL: no such file, which is told elsewhere
-        return None
-
-
-def check_inside(folder: Path, file: str) -> None:
-    """Raise an `InputError` where a file that is about to be written would lie outside the folder by a link."""
-    goal = leads_outside(folder, file)
-    if goal is not None:
-        raise InputError(link_fault(str(folder / file), "", file, goal))
-
-
-def links_outside(folder: Path, file: str) -> list[tuple[str, Path]]:
-    """Return what leads out of the folder by a link, of a path and, if that is a folder, of all in it.
-
-    Returns
-    -------
-    Each with its path from the folder, and where it leads.
-    """
-    goal = leads_outside(folder, file)
-    if goal is not None:
-        return [(file, goal)]
-    if "\0" in file:  # no file's name; whoever opens it says so
-        return []
-    found = []
-    for place, folders, files in os.walk(folder / file):
-        inside = (Path(place, name) for name in (*folders, *files))
-        found += [path.relative_to(folder).as_posix() for path in inside if path.is_symlink()]
-    return [(name, goal) for name in sorted(found) if (goal := leads_outside(folder, name)) is not None]
-
-
-def link_fault(named_in: str, place: str, file: str, goal: Path) -> Fault:
-    """Return the fault of a path that leads out of the campaign folder by a link."""
-    mend = f"copy it into the campaign folder, or allow its place: {ALLOW}={goal.parent}"
-    return Fault(named_in, place, f'"{file}" is a link to {goal}, outside the campaign folder', mend)
 
 
 def _file_advice(folder: Path, file: str, taken: set[str]) -> str:

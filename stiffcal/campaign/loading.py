@@ -10,11 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from stiffcal.campaign.checks import (
-    escapes,
     file_faults,
-    leads_outside,
-    link_fault,
-    links_outside,
     manifest_faults,
     model_match_faults,
     robot_match_faults,
@@ -23,6 +19,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile, default_model, load_model
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.pruning import apart_from, validate_without_wrong_keys
+from stiffcal.campaign.reach import check_own, escapes, leads_outside, link_fault, links_outside
 from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_faults
 from stiffcal.campaign.robot_file import RobotFile, chain_of
 from stiffcal.campaign.toml_reading import read_toml, validate
@@ -104,7 +101,7 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
     manifest, doubtful = _what_is_right(folder, faults)
     robot_file = manifest.robot if manifest is not None else "robot.toml"
     robot = None
-    faults += _links(folder, MANIFEST_FILE, MODEL_FILE, STORE)
+    faults += _links(folder, STORE)
     if (
         not escapes(robot_file)
         and not _links(folder, robot_file)
@@ -145,6 +142,8 @@ def _what_is_right(folder: Path, faults: list[Fault]) -> tuple[Manifest | None, 
     manifest = _collect(faults, lambda: load_manifest(folder))
     if manifest is not None:
         return manifest, ()
+    if leads_outside(folder, MANIFEST_FILE) is not None:
+        return None, ()
     document = _collect([], lambda: read_toml(folder / MANIFEST_FILE, MANIFEST_FILE))
     return validate_without_wrong_keys(document, Manifest) if document is not None else (None, ())
 
@@ -170,6 +169,7 @@ def load_manifest(folder: Path) -> Manifest:
     if not path.exists():
         mend = f"make one: stiffcal init {folder} --kind load"
         raise InputError.at(MANIFEST_FILE, "", f"there is no {MANIFEST_FILE} in {folder}", mend)
+    check_own(Path(folder), MANIFEST_FILE)
     return validate(read_toml(path, MANIFEST_FILE), MANIFEST_FILE, Manifest)
 
 

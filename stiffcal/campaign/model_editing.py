@@ -10,6 +10,7 @@ import tomlkit
 from tomlkit.items import AoT, Comment, Table, Whitespace
 
 from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile, default_model_text, place_names
+from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import InputError
 from stiffcal.files import read_regular, replacing
@@ -151,6 +152,7 @@ def remove_effect(
 def _document(folder: Path, n_joints: int) -> tomlkit.TOMLDocument:
     """Read the model file for editing; where there is none, start from the default model."""
     path = folder / MODEL_FILE
+    check_own(folder, MODEL_FILE)
     if path.exists():
         validate(read_toml(path, MODEL_FILE), MODEL_FILE, ModelFile)
         return tomlkit.parse(read_regular(path, MODEL_FILE, limit=TOML).decode("utf-8-sig"))
@@ -164,6 +166,7 @@ def _document(folder: Path, n_joints: int) -> tomlkit.TOMLDocument:
 def _experiments(folder: Path) -> set[str]:
     """Return the kinds of experiment that the manifest names; none where it cannot be read: others complain of that."""
     try:
+        check_own(folder, "campaign.toml")
         runs = read_toml(folder / "campaign.toml", "campaign.toml").get("runs", [])
     except InputError:
         return set()

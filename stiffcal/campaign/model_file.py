@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
+from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.campaign.typed import Counting, Name, Table, WrongValueError
 
@@ -142,6 +143,7 @@ def load_model(folder: Path, n_joints: int, experiments: Collection[str] = ()) -
     path = folder / MODEL_FILE
     if not path.exists():
         return default_model(n_joints, experiments)
+    check_own(folder, MODEL_FILE)
     document = read_toml(path, MODEL_FILE)
     return _written_out(validate(document, MODEL_FILE, ModelFile), document, n_joints)
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from stiffcal.campaign.checks import escapes
 from stiffcal.campaign.naming import beam_name, name_links
+from stiffcal.campaign.reach import escapes
 from stiffcal.campaign.robot_file import JointEntry, RobotFile
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import Fault, InputError
@@ -69,7 +69,7 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
     if robot.urdf is None and not robot.joints:
         yield Fault(file, "joints", "the robot has no joints", "add one [[joints]] per joint, base to wrist")
     if robot.urdf is not None and escapes(robot.urdf):
-        yield Fault(file, "urdf", f'"{robot.urdf}" lies outside the campaign folder', "copy it into the folder")
+        yield Fault(file, "urdf", f'"{robot.urdf}" lies outside the campaign folder', "name a file inside the folder")
     mistake = robot.flange.rotation_mistake()
     if mistake is not None:
         yield Fault(file, f"flange.{mistake[0]}", mistake[1].reason, mistake[1].mend)

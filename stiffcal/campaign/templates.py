@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
-from stiffcal.campaign.checks import check_inside
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.reach import check_inside
 from stiffcal.errors import InputError
 from stiffcal.files import replacing, temporary_name, write_whole
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.campaign.typed import Interval, NotNegative, Placement, Positive, Table, WrongValueError
 from stiffcal.errors import Fault, InputError, raise_faults
@@ -242,6 +243,7 @@ def load_settings(folder: Path) -> SimulationSettings:
     InputError
         where the file is missing or wrong: every fault, with its place.
     """
+    check_own(folder, FILE_NAME)
     return parse_settings(read_toml(folder / FILE_NAME, FILE_NAME))
 
 

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from stiffcal.campaign.checks import check_inside
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Manifest, Source
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.reach import check_inside
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.files import check_regular, read_regular, replacing, write_whole
 from stiffcal.limits import TOML

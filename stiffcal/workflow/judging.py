@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stiffcal.campaign.checks import escapes, leads_outside
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.reach import escapes, leads_outside
 from stiffcal.campaign.thresholds import ThresholdsFile, strange_joints
 from stiffcal.errors import InputError
 from stiffcal.files import read_regular
@@ -68,10 +68,7 @@ def _baseline(data: Ingested, limits: Thresholds, means: Means) -> Baseline | No
     outside = escapes(name) or leads_outside(data.campaign.folder, name) is not None
     if outside and not any(path.is_relative_to(folder.resolve()) for folder in means.reach):
         reason = f'"{name}" lies outside the campaign folder'
-        mend = (
-            "name it in a file of thresholds instead (--thresholds FILE), or copy the fit into the campaign folder: "
-            f"stiffcal export {name} -o {data.campaign.folder}/baseline.json"
-        )
+        mend = "name it in a file of thresholds of your own (--thresholds FILE), or name one inside the campaign folder"
         raise InputError.at(MANIFEST_FILE, place, reason, mend)
     if not path.exists():
         mend = "name a campaign folder, or a model written by stiffcal export DIR -o baseline.json"

@@ -1,0 +1,108 @@
+"""What a campaign folder may reach: nothing outside itself, unless the user allows it."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+from stiffcal.errors import Fault, InputError
+
+ALLOW = "STIFFCAL_ALLOW"
+
+
+def escapes(file: str) -> bool:
+    """Tell whether a path leads out of the folder that it is written in.
+
+    Examples
+    --------
+    >>> escapes("raw/../table.csv"), escapes("../table.csv"), escapes("/tmp/table.csv"), escapes("C:/table.csv")
+    (False, True, True, True)
+    """
+    if PureWindowsPath(file).drive or PureWindowsPath(file).root or PurePosixPath(file).is_absolute():
+        return True
+    depth = 0
+    for part in PurePosixPath(file.replace("\\", "/")).parts:
+        depth += -1 if part == ".." else 1
+        if depth < 0:
+            return True
+    return False
+
+
+def leads_outside(folder: Path, file: str) -> Path | None:
+    """Return where a path inside a folder leads by links, if that is outside the folder and what the user allowed.
+
+    Raises
+    ------
+    InputError
+        It leads outside, and ``STIFFCAL_ALLOW`` holds what cannot be allowed.
+    """
+    try:
+        goal, own = (folder / file).resolve(), folder.resolve()
+    except (OSError, ValueError, RuntimeError):  # links in a circle, a NUL: no such file, which is told elsewhere
+        return None
+    inside = goal.is_relative_to(own) or any(goal.is_relative_to(place) for place in _allowed_places(folder))
+    return None if inside else goal
+
+
+def _allowed_places(folder: Path) -> list[Path]:
+    """Return the folders that the user allows links to lead to: ``STIFFCAL_ALLOW``, separated as in ``PATH``.
+
+    A path through the campaign folder itself counts for nothing: where it leads is not the user's choice.
+    """
+    places = []
+    for entry in filter(None, os.environ.get(ALLOW, "").split(os.pathsep)):
+        place = Path(entry)
+        if not place.is_absolute():
+            mend = f"write the whole path, as in {ALLOW}=/data/logs"
+            raise InputError.at("", ALLOW, f"{entry!r} would be another folder wherever stiffcal is started", mend)
+        plain = Path(os.path.normpath(place))
+        if plain.parent == plain:
+            raise InputError.at("", ALLOW, f"{entry!r} would allow every file", "name the folder of the logs")
+        if not plain.is_relative_to(os.path.normpath(Path.cwd() / folder)):
+            with suppress(OSError, RuntimeError):
+                places.append(place.resolve())
+    return places
+
+
+def check_inside(folder: Path, file: str) -> None:
+    """Raise an `InputError` where a file that is about to be written would lie outside the folder by a link."""
+    goal = leads_outside(folder, file)
+    if goal is not None:
+        raise InputError(link_fault(str(folder / file), "", file, goal))
+
+
+def links_outside(folder: Path, file: str) -> list[tuple[str, Path]]:
+    """Return what leads out of the folder by a link, of a path and, if that is a folder, of all in it.
+
+    Returns
+    -------
+    Each with its path from the folder, and where it leads.
+    """
+    goal = leads_outside(folder, file)
+    if goal is not None:
+        return [(file, goal)]
+    if "\0" in file:  # no file's name; whoever opens it says so
+        return []
+    found = []
+    for place, folders, files in os.walk(folder / file):
+        inside = (Path(place, name) for name in (*folders, *files))
+        found += [path.relative_to(folder).as_posix() for path in inside if path.is_symlink()]
+    return [(name, goal) for name in sorted(found) if (goal := leads_outside(folder, name)) is not None]
+
+
+def link_fault(named_in: str, place: str, file: str, goal: Path) -> Fault:
+    """Return the fault of a path that leads out of the campaign folder by a link."""
+    # No place to allow is named: who made the link would then choose what is opened to it.
+    mend = (
+        f"put the file itself there; only if you made this link yourself, allow its place: {ALLOW} "
+        "(README, What a campaign may reach)"
+    )
+    return Fault(named_in, place, f'"{file}" is a link to {goal}, outside the campaign folder', mend)
+
+
+def check_own(folder: Path, file: str) -> None:
+    """Raise an `InputError` where a file of a campaign is a link that leads outside; nothing of it has been read."""
+    goal = leads_outside(folder, file)
+    if goal is not None:
+        raise InputError(link_fault(file, "", file, goal))
