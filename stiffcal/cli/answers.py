@@ -54,6 +54,8 @@ class Answer:
         # Without a terminal there is no width to keep to: a file or a pipe takes whole lines.
         width = None if sys.stdout.isatty() else 120
         console = Console(highlight=False, emoji=False, markup=False, width=width)
+        if document.get("origin") == "foreign":
+            console.print("not computed by you: the logs are missing, and the results came with the folder")
         show(console, escaped_document(document))
         for warning in document.get("warnings", ()):
             self.say(f"warning: {warning}")

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import Answer, Document, answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, deviation, places
+from stiffcal.errors import one_line
+
+NOT_YOURS = {"foreign": "not computed by you", "trusted place": "trusted place"}
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,6 +26,9 @@ def history(
         str | None,
         typer.Option("--restore", metavar="ID", help="Write that fit's model back to model.toml.", show_default=False),
     ] = None,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Restore a model that somebody else has made without asking.")
+    ] = False,
     as_json: AsJson = False,
     store: StoreAt = None,
 ) -> int:
@@ -35,7 +42,7 @@ def history(
 
         means = Means(store=store, update=False, progress=answer.progress, say=answer.say)
         if restore is not None:
-            answer.say(restore_model(folder, means, restore))
+            answer.say(restore_model(folder, means, restore, lambda entry: agrees(answer, entry, yes)))
         document = read_history(folder, means)
         fits = document["fits"]
         if not fits or document.get("not_fitted_yet"):
@@ -44,6 +51,19 @@ def history(
             then = "report" if fits[-1]["heldout_rms"] else "validate"
         answer.give(document, show_history, command_line(then, folder, store=store))
     return OK
+
+
+def agrees(answer: Answer, entry: Document, yes: bool) -> bool:
+    """Show a model that somebody else has made, and ask whether it is to become this campaign's.
+
+    Without a terminal nobody can be asked: then only ``--yes`` agrees.
+    """
+    answer.say(f"fit {entry['id']} was not made by you; its model file:")
+    for line in entry["model_text"].splitlines() or ["(none: the default model)"]:
+        answer.say("    " + one_line(line, 2000))
+    if yes or answer.as_json or not sys.stdin.isatty():
+        return yes
+    return typer.confirm("write it to model.toml?", default=False, err=True)
 
 
 def show_history(console: Console, document: Document) -> None:
@@ -56,7 +76,7 @@ def show_history(console: Console, document: Document) -> None:
         unseen = deviation(fit["heldout_rms"]) if fit["heldout_rms"] else "not validated"
         noise = deviation(fit["noise"]) if fit["noise"] else NOT_KNOWN
         table.add_row(
-            fit["id"],
+            fit["id"] + ("" if fit.get("origin", "own") == "own" else f" ({NOT_YOURS[fit['origin']]})"),
             fit["time"].replace("T", " ")[:16],
             model_in_words(fit["model"]),
             unseen,

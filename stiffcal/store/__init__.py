@@ -35,6 +35,7 @@ from stiffcal.store.provenance import (
     changed_settings,
     changed_sources,
     hash_sources,
+    sources_state,
     versions,
 )
 from stiffcal.store.reading import Store
@@ -53,6 +54,7 @@ __all__ = [
     "changed_sources",
     "column_of",
     "hash_sources",
+    "sources_state",
     "table_of",
     "values_of",
     "versions",

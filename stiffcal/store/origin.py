@@ -23,6 +23,7 @@ ENTRY_LISTS = {"history": "fits", "load_paths": "paths", "diagnoses": "entries"}
 CHUNK = 1 << 20
 _MOST_VERIFIED = 10_000
 _verified: set[tuple[str, str, int, int, int]] = set()
+_committed: list[str] = []
 
 
 def origin_of_generation(index: Index, place: str) -> str:
@@ -58,6 +59,12 @@ def remember(digest: str, sources_state: str) -> None:
     """Record that a run of this user has written the generation whose index has this digest."""
     now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
     open_record().remember_generation(CommittedGeneration(digest, sources_state, now))
+    _committed.append(digest)
+
+
+def committed_by_this_process() -> tuple[str, ...]:
+    """Return the digests of all generations that this process has recorded, in order."""
+    return tuple(_committed)
 
 
 def known_sources_state(digest: str) -> str:

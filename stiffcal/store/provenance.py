@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
+import os
 import sys
 import threading
 import time
@@ -137,6 +138,7 @@ class SourceHashes:
     def __init__(self, folder: Path, files: Sequence[str]) -> None:
         self._folder = folder
         self._files = tuple(dict.fromkeys(files))
+        self._state = sources_state(folder, self._files)
         self._found: list[SourceFile] = []
         self._error: BaseException | None = None
         self._stop = threading.Event()
@@ -174,6 +176,11 @@ class SourceHashes:
                 raise _changed_meanwhile(source.file)
         return tuple(self._found)
 
+    @property
+    def state(self) -> str:
+        """What `sources_state` says of the files that were hashed, "" where one of them has changed since."""
+        return self._state if self._state == sources_state(self._folder, self._files) else ""
+
 
 @contextmanager
 def hash_sources(folder: Path, files: Sequence[str]) -> Iterator[SourceHashes]:
@@ -191,12 +198,41 @@ def hash_sources(folder: Path, files: Sequence[str]) -> Iterator[SourceHashes]:
         hashes.stop()
 
 
+def sources_state(folder: Path, files: Sequence[str]) -> str:
+    """Return one digest over what the file system says of every source, "" where that cannot tell of a change.
+
+    Name, device, inode, size, times of change of content and of inode: whoever writes a file without changing these has
+    changed the clock of the machine. A file that was changed just now may be changed again within the same tick of the
+    file system's clock; Windows keeps no time of change of the inode. Both must be hashed.
+
+    Parameters
+    ----------
+    folder : the campaign folder. files : paths relative to it.
+    """
+    if os.name == "nt":
+        return ""
+    rows = []
+    try:
+        for file in files:
+            for path in _parts(folder / file):
+                found = path.stat()
+                if max(found.st_mtime_ns, found.st_ctime_ns) + RACY_NS > time.time_ns():
+                    return ""
+                name = path.relative_to(folder).as_posix()
+                times = (found.st_mtime_ns, found.st_ctime_ns)
+                rows.append((name, found.st_dev, found.st_ino, found.st_size, *times))
+    except OSError:
+        return ""
+    return hashlib.sha256(repr(rows).encode("utf-8", "surrogateescape")).hexdigest()
+
+
 def changed_sources(
     provenance: Provenance,
     folder: Path,
     files: Sequence[str] | None = None,
     thorough: bool = False,
     elsewhere: Sequence[SourceFile] = (),
+    known_state: str = "",
 ) -> SourceChanges:
     """Compare the sources on the disk with those that were read.
 
@@ -205,9 +241,10 @@ def changed_sources(
     provenance : the record of what was read.
     folder : the campaign folder.
     files : what the manifest names now; None: the same as then.
-    thorough : hash every file; otherwise those of unchanged size and time of change are taken as unchanged, unless
-        they were changed so shortly before they were read that the time cannot tell.
+    thorough : hash every file, whatever the file system says.
     elsewhere : sources that are no files, as they are now.
+    known_state : `sources_state` when they were hashed, from the user's own record and not from the store; where it is
+        the present one, no file is hashed.
     """
     known = {source.file: source for source in provenance.sources}
     outside = {source.file: source.sha256 for source in elsewhere}
@@ -216,18 +253,13 @@ def changed_sources(
     new = [file for file in named if file not in known and file not in missing]
     new += [name for name in outside if name not in known]
     dropped = [file for file in known if file not in named and file not in outside]
-    read_ns = int(_seconds_of(provenance.created) * 1e9)
     changed = [name for name, digest in outside.items() if name in known and known[name].sha256 != digest]
+    settled = not thorough and known_state != "" and known_state == sources_state(folder, named)
     for file in named:
-        if file in missing or file not in known:
+        if settled or file in missing or file not in known:
             continue
-        source = known[file]
-        size, modified_ns = _state(folder, file)
-        if size != source.bytes:
-            changed.append(file)
-            continue
-        settled = modified_ns == source.modified_ns and modified_ns + RACY_NS < read_ns
-        if (thorough or not settled) and _hash_file(folder, file).sha256 != source.sha256:
+        size, _ = _state(folder, file)
+        if size != known[file].bytes or _hash_file(folder, file).sha256 != known[file].sha256:
             changed.append(file)
     return SourceChanges(tuple(changed), tuple(missing), tuple(new), tuple(dropped))
 
@@ -287,9 +319,3 @@ def _unreadable(file: str, error: OSError) -> InputError:
 
 def _changed_meanwhile(file: str) -> InputError:
     return InputError.at(file, "", "the file changed while it was read", "wait until the log is closed, then ingest")
-
-
-def _seconds_of(created: str) -> float:
-    from datetime import datetime
-
-    return datetime.fromisoformat(created).timestamp()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from stiffcal.campaign.thresholds import ALL_JOINTS, Thresholds
@@ -78,6 +78,16 @@ def judge(
     if baseline is not None:
         checks += _drifts(limits, identified, joint_names, baseline)
     return checks
+
+
+def not_counted(checks: Sequence[Check], why: str) -> list[Check]:
+    """Return the checks of results that do not count: none is judged, and one that is not held says why."""
+    says = f"{why}: no threshold can be judged"
+    left = [
+        replace(check, held=None, says=f"{check.threshold} {check.where}".strip() + " is not judged")
+        for check in checks
+    ]
+    return [Check("origin", "", 0.0, None, "", False, says), *left]
 
 
 def verdict(checks: Sequence[Check], limits: Thresholds) -> dict[str, Any]:

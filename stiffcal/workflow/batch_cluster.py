@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.errors import InputError
-from stiffcal.workflow.batch_outcome import BROKEN, LOST, Document, outcome_of
+from stiffcal.workflow.batch_outcome import BROKEN, GENERATIONS, LOST, Document, outcome_of
 from stiffcal.workflow.batch_processes import LARGE_BYTES, WorkerLostError, WorkerProcess, lost_error
 
 ANSWER_S = 15
@@ -83,11 +83,36 @@ def run_on_cluster(tasks: Sequence[Document], address: str, finished: Callable[[
         }
         try:
             for future in distributed.as_completed(futures):
-                finished(_outcome(future, futures[future]))
+                outcome = _outcome(future, futures[future])
+                record_generation(futures[future], outcome.get(GENERATIONS, []))
+                finished(outcome)
         except BaseException:
             client.cancel(list(futures))
             raise
     return threads
+
+
+def record_generation(task: Document, committed: Sequence[str]) -> None:
+    """Record what a worker has committed to the store of a task as this user's own: workers have other home folders.
+
+    Only what lies in that task's store now is recorded, whatever else a worker names.
+
+    Parameters
+    ----------
+    committed : digests of the generations that the worker says it has committed.
+    """
+    from stiffcal.store.origin import remember
+    from stiffcal.workflow.steps import Means, open_store
+
+    if not committed:
+        return
+    try:
+        with open_store(Path(task["folder"]), Means(store=task["store"])).snapshot() as snapshot:
+            digest = snapshot.index.digest
+    except InputError:
+        return
+    if digest in committed:
+        remember(digest, "")
 
 
 def _connected(distributed: Any, address: str) -> Any:

@@ -11,6 +11,8 @@ from typing import Any, TypeAlias
 Document: TypeAlias = dict[str, Any]
 
 HELD, NOT_HELD, BROKEN, FAULT, LOST = "held", "not held", "broken", "fault", "lost"
+GENERATIONS = "generations"
+"""Where an outcome carries the digests of what its task has committed, between the processes of a batch only."""
 STEPS = ("ingest", "identify", "validate", "report")
 
 
@@ -49,6 +51,7 @@ def outcome_of(task: Document, state: str, error: Document | None = None) -> Doc
         "not_judged": [],
         "warnings": [],
         "report": None,
+        "origin": None,
         "error": error,
         "others": [],
     }

@@ -18,11 +18,13 @@ from stiffcal.campaign.thresholds import ThresholdsFile
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_log import write_fault_log
 from stiffcal.files import read_regular
-from stiffcal.workflow.batch_outcome import BROKEN, FAULT, HELD, NOT_HELD, STEPS, Document, outcome_of
+from stiffcal.store.origin import committed_by_this_process
+from stiffcal.workflow.batch_outcome import BROKEN, FAULT, GENERATIONS, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
 from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.steps import (
     IDENTIFY,
+    VALIDATE,
     Ingested,
     Means,
     ingested,
@@ -61,9 +63,9 @@ def run_task(task: Document) -> Document:
     Returns
     -------
     dict
-        One entry of ``campaigns`` of the `batch` document.
+        One entry of ``campaigns`` of the `batch` document, and the digests of the generations that were committed.
     """
-    began, run = time.monotonic(), _Run()
+    began, run, before = time.monotonic(), _Run(), len(committed_by_this_process())
     outcome = outcome_of(task, HELD)
     try:
         outcome |= _all_steps(task, run)
@@ -74,12 +76,13 @@ def run_task(task: Document) -> Document:
         outcome |= {"state": FAULT, "error": _fault(error, str(task["folder"]))}
     failed_at = run.step if outcome["error"] else None
     took = round(time.monotonic() - began, 3)
-    return outcome | {"steps": run.steps, "failed_at": failed_at, "seconds": took, "memory_bytes": _peak_memory()}
+    outcome |= {"steps": run.steps, "failed_at": failed_at, "seconds": took, "memory_bytes": _peak_memory()}
+    return outcome | {GENERATIONS: list(committed_by_this_process()[before:])}
 
 
 def _all_steps(task: Document, run: _Run) -> Document:
     folder, store = Path(task["folder"]), task["store"]
-    means = Means(store=store, say=run.say, reach=tuple(Path(path) for path in task["reach"]))
+    means = Means(store=store, say=run.say, reach=tuple(Path(path) for path in task["reach"]), thorough=True)
     file = None if task["thresholds"] is None else ThresholdsFile.model_validate(task["thresholds"])
     with run.doing("ingest"):
         data = ingested(folder, means)
@@ -98,7 +101,7 @@ def _all_steps(task: Document, run: _Run) -> Document:
             run.say("the present fit is not validated yet")
             current = validate_now(data, identified, means, fit)
         validation = with_present_verdict(data, identified, current, means, file)
-    found = _numbers(data, identified, validation)
+    found = _numbers(data, identified, validation) | {"origin": data.store.origin_of(VALIDATE)}
     if task["report"] is not False:
         with run.doing("report"):
             found["report"] = _report(data, task, means, run)
@@ -138,7 +141,7 @@ def _report(data: Ingested, task: Document, means: Means, run: _Run) -> str:
     file.parent.mkdir(parents=True, exist_ok=True)
     report_campaign(folder, Means(store=means.store, reach=means.reach), output=file)
     written = {"schema": "stiffcal/report-made/1", "key": key, "sha256": _digest(file)}
-    data.store.commit({}, {REPORT: written}, command="batch")
+    data.commit({}, {REPORT: written}, command="batch")
     return str(file)
 
 

@@ -182,8 +182,10 @@ def readings_of(data: Ingested) -> ClampedReadings | None:
         return None
     try:
         return readings_from_table(table)
-    except ValueError as error:
-        raise InputError.at(data.store.shown, CLAMPED, str(error), "delete the store and run ingest again") from error
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError, RecursionError) as error:
+        from stiffcal.store.origin import damaged
+
+        raise damaged(data.store.shown, CLAMPED, (str(error).splitlines() or [""])[0]) from error
 
 
 def clamped_result(campaign: Campaign, readings: ClampedReadings | None) -> ClampedResult | None:

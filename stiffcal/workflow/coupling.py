@@ -28,5 +28,5 @@ def with_coupling(data: Ingested, document: Document, loss: str, means: Means) -
     settings = Settings(loss=loss, fixed=fixed_parameters(data.campaign.model))
     coupling = identify_both_ways(data.states, robot, settings, means.progress)
     document = {**document, "coupling": coupling_document(coupling)}
-    data.store.commit({}, {IDENTIFY: document}, command="identify")
+    data.commit({}, {IDENTIFY: document}, command="identify")
     return document

@@ -48,23 +48,23 @@ def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
     key = key_of(identified["key"], DIAGNOSE)
     stored = stored_document(data.store, DIAGNOSE)
     if stored is not None and stored.get("key") == key and "evidence" in stored:
-        return stored
+        return stored | {"origin": data.store.origin_of(DIAGNOSE)}
     if len(data.states) == 0:
         document = without_states(data, identified, means)
         document |= {"evidence": [], "fit_id": identified["fit_id"], "key": key}
-        data.store.commit({}, {DIAGNOSE: document}, command="diagnose")
-        return document
+        data.commit({}, {DIAGNOSE: document}, command="diagnose")
+        return document | {"origin": data.origin}
     search = search_now(data, str(identified["loss"]), means)
     document = diagnosis_of(data, search)
     means.progress("gathering the evidence", 0.9)
     table, entries = evidence_of(data, search)
     document |= {"evidence": entries, "fit_id": identified["fit_id"], "key": key}
-    data.store.commit(
+    data.commit(
         {EVIDENCE: table},
         lambda stored: {DIAGNOSE: document, DIAGNOSES: diagnoses_with(stored(DIAGNOSES), data, document)},
         command="diagnose",
     )
-    return document
+    return document | {"origin": data.origin}
 
 
 def without_states(data: Ingested, identified: Document, means: Means) -> Document:

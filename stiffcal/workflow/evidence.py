@@ -121,7 +121,7 @@ def diagnoses_with(stored: Document | None, data: Ingested, document: Document) 
     """Return the earlier diagnoses of these same load states with this one appended; a fit's later one counts."""
     states = key_of_table(data.table)
     earlier = [] if stored is None else stored["entries"]
-    entries = [one for one in earlier if one["states_key"] == states and one["fit_id"] != document["fit_id"]]
+    entries = [row for row in earlier if row.get("states_key") == states and row.get("fit_id") != document["fit_id"]]
     kept: Document = {name: document.get(name) for name in KEPT}
     ranks = [_without_words(one) for one in document["findings"][:RANKS_KEPT]]
     return {"entries": [*entries, {**kept, "states_key": states, "findings": ranks}]}

@@ -75,8 +75,10 @@ def friction_readings(data: Ingested) -> tuple[SteadyReadings | None, FreeMotion
             None if steady is None else steady_from_table(steady),
             None if motion is None else motion_from_table(motion),
         )
-    except ValueError as error:
-        raise InputError.at(data.store.shown, FRICTION, str(error), "delete the store and run ingest again") from error
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError, RecursionError) as error:
+        from stiffcal.store.origin import damaged
+
+        raise damaged(data.store.shown, FRICTION, (str(error).splitlines() or [""])[0]) from error
 
 
 def friction_rows(data: Ingested) -> FrictionRows | None:

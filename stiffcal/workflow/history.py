@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.errors import InputError
 from stiffcal.files import write_whole
+from stiffcal.store.index import FOREIGN, OWN
 from stiffcal.workflow.identify import NO_HISTORY
 from stiffcal.workflow.steps import HISTORY, Document, Means, open_store, stored_document
 
@@ -30,8 +32,10 @@ def read_history(folder: Path, means: Means | None = None) -> Document:
     means = means or Means()
     campaign = load_campaign(Path(folder), check_files=False)
     stored = stored_document(open_store(campaign.folder, means), HISTORY) or NO_HISTORY
-    fits = [{name: entry.get(name) for name in PUBLIC} for entry in stored["fits"]]
-    document: Document = {"schema": stored["schema"], "warnings": [], "fits": fits}
+    fits = [
+        {name: entry.get(name) for name in PUBLIC} | {"origin": entry.get("origin", OWN)} for entry in stored["fits"]
+    ]
+    document: Document = {"schema": NO_HISTORY["schema"], "warnings": [], "fits": fits}
     present = model_of(campaign.model)
     if fits and not same_model(present, fits[-1]["model"]):
         document["warnings"].append("the model in model.toml is not fitted yet")
@@ -39,12 +43,18 @@ def read_history(folder: Path, means: Means | None = None) -> Document:
     return document
 
 
-def restore_model(folder: Path, means: Means, identifier: str) -> str:
+def restore_model(folder: Path, means: Means, identifier: str, agree: Callable[[Document], bool] | None = None) -> str:
     """Write the model of an earlier fit back to model.toml, with the comments it had; return what was done, in words.
+
+    Parameters
+    ----------
+    identifier : of the fit.
+    agree : asked before a model is written that somebody else has made, with the entry, whose ``model_text`` is to be
+        shown; None: such a model is not written.
 
     Raises
     ------
-    InputError : there is no such fit.
+    InputError : there is no such fit; it is somebody else's and `agree` does not agree; its model is no model file.
     """
     campaign = load_campaign(Path(folder), check_files=False)
     stored = stored_document(open_store(campaign.folder, means), HISTORY) or NO_HISTORY
@@ -54,12 +64,35 @@ def restore_model(folder: Path, means: Means, identifier: str) -> str:
     else:
         known = ", ".join(entry["id"] for entry in stored["fits"]) or "none"
         raise InputError.at("command line", "--restore", f"no fit has the id {identifier}", f"known: {known}")
+    if entry.get("origin", OWN) == FOREIGN:
+        _check_foreign(campaign, entry, agree)
     path = campaign.folder / MODEL_FILE
     if entry["model_text"]:
         write_whole(path, entry["model_text"])
     else:
         path.unlink(missing_ok=True)
     return f"model.toml is that of fit {identifier} again"
+
+
+def _check_foreign(campaign: Campaign, entry: Document, agree: Callable[[Document], bool] | None) -> None:
+    """Look at somebody else's model before it becomes this campaign's: that it is one, and that the user wants it.
+
+    Raises
+    ------
+    InputError : it is no model file, or the user does not want it.
+    """
+    import tempfile
+
+    from stiffcal.campaign.model_file import load_model
+
+    place = f"fit {entry['id']}"
+    if agree is None or not agree(entry):
+        reason = "this fit was not made by you, and its model has not been looked at"
+        raise InputError.at("history", place, reason, "look at the model that is shown, and say --yes to restore it")
+    if entry["model_text"]:
+        with tempfile.TemporaryDirectory(prefix="stiffcal-model-") as folder:
+            (Path(folder) / MODEL_FILE).write_text(entry["model_text"], encoding="utf-8")
+            load_model(Path(folder), campaign.chain.n_joints)
 
 
 def model_of(model: ModelFile) -> Document:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,8 @@ from stiffcal.workflow.steps import (
     placed_robot,
     stored_document,
 )
+
+FIT_ID = re.compile(r"[1-9][0-9]{0,8}")
 
 if TYPE_CHECKING:
     from stiffcal.identification.fit import Fit
@@ -72,7 +75,7 @@ def identify_campaign(
         from stiffcal.workflow.coupling import with_coupling
 
         document = with_coupling(data, document, loss, means)
-    return document
+    return document | {"origin": data.store.origin_of(IDENTIFY)}
 
 
 def _with_dual_quaternions(data: Ingested, fit: Fit | None, document: Document) -> Document:
@@ -88,7 +91,7 @@ def _with_dual_quaternions(data: Ingested, fit: Fit | None, document: Document) 
         reason = "the campaign holds no load states to identify springs from"
         raise InputError.at("command line", "--dual-quaternions", reason, "leave it out")
     document = {**document, "dual_quaternions": two_forms_document(identify_in_two_forms(fit))}
-    data.store.commit({}, {IDENTIFY: document}, command="identify")
+    data.commit({}, {IDENTIFY: document}, command="identify")
     return document
 
 
@@ -165,16 +168,22 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
 
     def with_history(stored: Stored) -> Documents:
         present, history = stored(IDENTIFY), stored(HISTORY) or dict(NO_HISTORY)
-        if present is not None and present["key"] == document["key"]:
+        if present is not None and present.get("key") == document["key"] and "fit_id" in present:
             # Another process has made the same fit meanwhile: it stands in the history already.
             document["fit_id"] = present["fit_id"]
             return {IDENTIFY: document}
-        document["fit_id"] = str(1 + max((int(entry["id"]) for entry in history["fits"]), default=0))
-        entries = [*history["fits"], _entry(document, model_text(data.campaign))]
+        document["fit_id"] = next_fit_id(history)
+        entries = [*history.get("fits", []), _entry(document, model_text(data.campaign))]
         return {IDENTIFY: document, HISTORY: history | {"fits": entries}}
 
-    data.store.commit(tables, with_history, command="identify")
+    data.commit(tables, with_history, command="identify")
     return document
+
+
+def next_fit_id(history: Document) -> str:
+    """Return the number of the next fit; what is no number of a fit does not count."""
+    found = [str(entry.get("id")) for entry in history.get("fits", [])]
+    return str(1 + max((int(text) for text in found if FIT_ID.fullmatch(text)), default=0))
 
 
 def _entry(document: Document, text: str) -> Document:

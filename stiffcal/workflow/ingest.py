@@ -11,7 +11,7 @@ from stiffcal.errors import InputError, Progress, no_progress
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.store import Provenance, SourceFile
+    from stiffcal.store import SourceFile, Store
 
 SCHEMA = "stiffcal/ingest/1"
 # Raised when the reduction changes what it makes of the same logs, so that stores are made anew.
@@ -22,6 +22,7 @@ FRICTION, FREE_MOTION = "friction", "free_motion"
 INGEST = "ingest"
 PROVENANCE = "provenance"
 RECORDINGS = "recordings/"
+NOTHING = "nothing is ingested yet"
 
 
 def ingest_campaign(
@@ -46,22 +47,33 @@ def ingest_campaign(
         The campaign or one of its files is wrong; the store is then untouched.
     """
     from stiffcal.campaign.loading import load_campaign
-    from stiffcal.store import Provenance, Store, changed_settings, changed_sources, hash_sources
+    from stiffcal.store import Store
+    from stiffcal.workflow.freshness import freshness_of
+    from stiffcal.workflow.stored import stored_document
 
     folder = Path(folder)
     campaign = load_campaign(folder)
     target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
+    fresh = freshness_of(campaign, target)
+    stored = None if fresh.reason else stored_document(target, INGEST)
+    if stored is not None:
+        return stored | {"unchanged": True, "changed": "", "origin": fresh.origin}
+    return ingest_now(campaign, target, fresh.reason, progress)
+
+
+def ingest_now(campaign: Campaign, target: Store, reason: str, progress: Progress = no_progress) -> dict[str, Any]:
+    """Read the logs, whatever the store holds; arguments and errors as of `ingest_campaign`.
+
+    Parameters
+    ----------
+    reason : why, for the document's ``changed``.
+    """
+    from stiffcal.store import Provenance, hash_sources
+
+    folder = campaign.folder
     files, settings = source_files(campaign), ingest_settings(campaign)
     outside = sources_elsewhere(campaign)
-    changed = ""
-    if target.exists and INGEST in target.documents:
-        then = Provenance.from_document(target.read_document(PROVENANCE))
-        sources = changed_sources(then, folder, files, elsewhere=outside)
-        keys = changed_settings(then, settings)
-        if not sources and not keys:
-            return target.read_document(INGEST) | {"unchanged": True, "changed": ""}
-        told = [str(sources)] if sources else []
-        changed = "; ".join([*told, *([f"settings: {', '.join(keys)}"] if keys else [])])
+    changed = "" if reason == NOTHING else reason
     from stiffcal.measurements.clamped_readings import readings_table
     from stiffcal.measurements.friction_readings import motion_table, steady_table
     from stiffcal.measurements.tables import states_table
@@ -87,9 +99,10 @@ def ingest_campaign(
             raise InputError.at(names, "", "the rows changed while they were read", "wait until nothing writes them")
         provenance = Provenance.now("ingest", (*hashes.result(), *outside), settings)
         writing.write_document(PROVENANCE, provenance.as_document())
+        writing.sources_state = hashes.state
         _keep_what_others_wrote(writing, target.tables, target.documents)
         writing.commit()
-    return document
+    return document | {"origin": "own"}
 
 
 def _keep_what_others_wrote(writing: Any, tables: tuple[str, ...], documents: tuple[str, ...]) -> None:
@@ -106,18 +119,13 @@ def _keep_what_others_wrote(writing: Any, tables: tuple[str, ...], documents: tu
 def is_stale(folder: str | Path, store: str | Path | None = None) -> str:
     """Return why the store does not hold what the campaign says now, "" where it does."""
     from stiffcal.campaign.loading import load_campaign
-    from stiffcal.store import Provenance, Store, changed_settings, changed_sources
+    from stiffcal.store import Store
+    from stiffcal.workflow.freshness import freshness_of
 
     folder = Path(folder)
     target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
-    if not target.exists or INGEST not in target.documents:
-        return "nothing is ingested yet"
-    campaign = load_campaign(folder, check_files=False)
-    then: Provenance = Provenance.from_document(target.read_document(PROVENANCE))
-    sources = changed_sources(then, folder, source_files(campaign), elsewhere=sources_elsewhere(campaign))
-    keys = changed_settings(then, ingest_settings(campaign))
-    told = [str(sources)] if sources else []
-    return "; ".join([*told, *([f"settings: {', '.join(keys)}"] if keys else [])])
+    fresh = freshness_of(load_campaign(folder, check_files=False), target)
+    return fresh.reason or (f"missing: {', '.join(fresh.missing)}" if fresh.missing else "")
 
 
 def stored_states(
@@ -134,8 +142,8 @@ def stored_states(
     InputError
         The campaign is wrong, or the store is stale and may not be updated.
     """
-    from stiffcal.measurements.tables import states_from_table
     from stiffcal.store import Store
+    from stiffcal.workflow.steps import stored_table
 
     folder = Path(folder)
     reason = is_stale(folder, store)
@@ -144,12 +152,7 @@ def stored_states(
             raise InputError.at(str(store or folder / "store"), "", f"out of date ({reason})", "run ingest first")
         ingest_campaign(folder, store, progress)
     target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
-    try:
-        return states_from_table(target.read_table(STATES))
-    except ValueError as error:
-        from stiffcal.store.origin import damaged
-
-        raise damaged(target.shown, STATES, str(error)) from None
+    return stored_table(target)[1]
 
 
 def source_files(campaign: Campaign) -> list[str]:

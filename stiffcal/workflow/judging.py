@@ -41,7 +41,7 @@ def judgement(
     ------
     InputError : the thresholds name a joint or a baseline that does not exist, or one the user has not named.
     """
-    from stiffcal.validation.thresholds import judge, verdict
+    from stiffcal.validation.thresholds import judge, not_counted, verdict
 
     campaign = data.campaign
     limits = campaign.manifest.thresholds
@@ -53,6 +53,10 @@ def judgement(
     if limits.max_drift and limits.baseline is None:
         mend = "name the campaign or model it is against: baseline = …"
         raise InputError.at(MANIFEST_FILE, "thresholds.max_drift", "there is no baseline", mend)
+    if data.uncounted:
+        # Not even looked at: a baseline would be computed for nothing.
+        checks = judge(limits, identified, validation, data.joint_names, None)
+        return verdict(not_counted(checks, data.uncounted), limits)
     checks = judge(limits, identified, validation, data.joint_names, _baseline(data, limits, means))
     return verdict(checks, limits)
 
@@ -73,9 +77,18 @@ def _baseline(data: Ingested, limits: Thresholds, means: Means) -> Baseline | No
     if not path.exists():
         mend = "name a campaign folder, or a model written by stiffcal export DIR -o baseline.json"
         raise InputError.at(MANIFEST_FILE, place, f"no such file or folder: {name}", mend)
-    document = fitted(ingested(path, replace(means, store=None)), means) if path.is_dir() else _read_model(path, name)
+    document = _fit_of(path, name, means) if path.is_dir() else _read_model(path, name)
     known = {one["name"]: one for one in document["parameters"]}
     return Baseline(path.name if path.is_dir() else name, known)
+
+
+def _fit_of(path: Path, shown: str, means: Means) -> Document:
+    """Return the fit of a baseline's campaign; one that does not count is no baseline."""
+    data = ingested(path, replace(means, store=None))
+    if data.uncounted:
+        mend = "put its logs in place, or name a baseline of your own"
+        raise InputError.at(MANIFEST_FILE, "thresholds.baseline", f"{shown}: {data.uncounted}", mend)
+    return fitted(data, means)
 
 
 def _read_model(path: Path, shown: str) -> Document:

@@ -210,7 +210,8 @@ def _keep(campaign: Campaign, means: Means, path: Document) -> None:
 
     def with_path(stored: Stored) -> Documents:
         kept = stored(LOAD_PATHS) or {"schema": "stiffcal/load-paths/1", "paths": []}
-        others = [one for one in kept["paths"] if (one["name"], one["pose"]) != (path["name"], path["pose"])]
+        named = (path["name"], path["pose"])
+        others = [entry for entry in kept["paths"] if (entry.get("name"), entry.get("pose")) != named]
         return {LOAD_PATHS: kept | {"paths": [*others, path]}}
 
     open_store(campaign.folder, means).commit(documents=with_path, command="predict")

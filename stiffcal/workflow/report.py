@@ -6,7 +6,7 @@ from pathlib import Path
 
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, Means, ingested
+from stiffcal.workflow.steps import IDENTIFY, Document, Means, ingested
 from stiffcal.workflow.validate import validated
 
 
@@ -38,6 +38,7 @@ def report_campaign(folder: Path, means: Means | None = None, output: Path | Non
 
     file = output or data.campaign.folder / "report.pdf"
     means.progress("gathering the results", None)
+    identified = identified | {"origin": data.store.origin_of(IDENTIFY)}
     content = report_content(data, identified, validation, read_history(folder, means))
     build_report(content, file, means.progress)
-    return {"schema": "stiffcal/report/1", "warnings": [], "file": str(file)}
+    return {"schema": "stiffcal/report/1", "warnings": [], "file": str(file), "origin": identified["origin"]}

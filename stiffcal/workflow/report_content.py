@@ -29,6 +29,7 @@ from stiffcal.report.content import (
     SourceFile,
 )
 from stiffcal.store import values_of
+from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.report_bodies import joint_pictures
 from stiffcal.workflow.report_clamped import clamped_curves
 from stiffcal.workflow.report_compensation import with_and_without
@@ -366,4 +367,5 @@ def telling_drivers(data: Ingested, identified: Document, shown: ReportStates) -
 
 def _load_path(path: Document) -> LoadPath:
     force, deflection = np.array(path["force"]), np.array(path["deflection"])
-    return LoadPath(path["name"], path["pose"], force, deflection, tuple(path["corners"]))
+    pose = path["pose"] + ("; not computed by you" if path.get("origin") == FOREIGN else "")
+    return LoadPath(path["name"], pose, force, deflection, tuple(path["corners"]))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from stiffcal.report.content import EffectEvidence
+from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.diagnose import current_diagnosis
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE
 from stiffcal.workflow.steps import Document, Ingested, key_of_table, plugin_files, stored_document
@@ -40,6 +41,7 @@ def _earlier(data: Ingested, document: Document) -> tuple[Document, ...]:
         one
         for one in stored["entries"]
         if one["states_key"] == states
+        and (data.origin == FOREIGN or one.get("origin") != FOREIGN)
         and one["fit_id"] != document["fit_id"]
         and any((each["effect"], str(each["where"])) in held for each in one["missing"])
     )

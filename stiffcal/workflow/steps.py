@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -49,6 +49,7 @@ class Means:
     progress : told what is being done.
     say : told one line when an earlier step is run first.
     reach : folders and files that the user has named; a manifest may point to a baseline in them.
+    thorough : hash all logs and all files of the store, whatever is known of them.
     """
 
     store: str | None = None
@@ -56,6 +57,7 @@ class Means:
     progress: Progress = no_progress
     say: Callable[[str], None] = say_nothing
     reach: tuple[Path, ...] = ()
+    thorough: bool = False
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,8 @@ class Ingested:
     states : the same as arrays, without what a correcting controller commanded (`reduction.commanded`); none where the
         campaign holds other experiments alone.
     beside : tables of what other experiments measured ("clamped", "friction", "free_motion"), as far as there are any.
+    origin : from whom the states come: "own", "trusted place", or "foreign" where the logs to make them are missing.
+    missing : logs that are not there; what is stored is then all there is.
     """
 
     campaign: Campaign
@@ -77,6 +81,19 @@ class Ingested:
     table: pa.Table
     states: LoadStates
     beside: dict[str, pa.Table] = field(default_factory=dict)
+    origin: str = "own"
+    missing: tuple[str, ...] = ()
+
+    @property
+    def uncounted(self) -> str:
+        """Why no threshold can be held against these results, "" where they count."""
+        if self.origin == "foreign":
+            return "the results were not computed by you, and the logs to compute them from are missing"
+        return f"the logs are missing ({self.missing[0]})" if self.missing else ""
+
+    def commit(self, tables: Mapping[str, Any], documents: Any, command: str) -> None:
+        """Write what was made of these states into the store; it comes from whom they come."""
+        self.store.commit(tables, documents, command=command, origin=self.origin)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -92,36 +109,60 @@ def open_store(folder: Path, means: Means) -> Store:
 
 
 def stored_document(store: Store, name: str) -> Document | None:
-    """Return a document of the store, or None where there is none."""
-    return store.read_document(name) if name in store.documents else None
+    """Return a document of the store, checked; None where there is none."""
+    from stiffcal.workflow.stored import stored_document as checked_document
+
+    return checked_document(store, name)
 
 
 def ingested(folder: Path, means: Means) -> Ingested:
-    """Return the campaign's load states, ingesting first where they are missing or stale.
+    """Return the campaign's load states, ingesting first where they are missing, stale or somebody else's.
+
+    Where logs are missing and nothing else has changed, what is stored is used; `Ingested.origin` says whose it is.
 
     Raises
     ------
     InputError : the input is wrong, or a step is missing and ``means.update`` is False.
     """
-    from stiffcal.measurements.tables import states_from_table
     from stiffcal.reduction.commanded import without_commands
-    from stiffcal.workflow.ingest import ingest_campaign, is_stale
+    from stiffcal.workflow.freshness import freshness_of, say_missing, without_damaged
+    from stiffcal.workflow.ingest import ingest_now
 
-    campaign = load_campaign(Path(folder))
+    campaign = load_campaign(Path(folder), check_files=False)
     store = open_store(campaign.folder, means)
-    reason = is_stale(campaign.folder, means.store)
-    if reason:
-        announce("ingest", reason, campaign.folder, means)
-        ingest_campaign(campaign.folder, store=means.store, progress=means.progress)
+    fresh = freshness_of(campaign, store, means.thorough)
+    if fresh.missing:
+        say_missing(fresh, means.say)
+    elif fresh.reason:
+        # Logs that are not there are named before anything is announced.
+        campaign = load_campaign(campaign.folder)
+        announce("ingest", fresh.reason, campaign.folder, means)
+        ingest_now(campaign, store, fresh.reason, means.progress)
+    else:
+        without_damaged(store, means.say)
+    table, states = stored_table(store)
+    beside = {name: store.read_table(name) for name in BESIDE if name in store.tables}
+    origin = store.origin_of(STATES, *BESIDE, INGEST)
+    states = without_commands(states, campaign.chain)
+    return Ingested(campaign, store, table, states, beside, origin, fresh.missing)
+
+
+def stored_table(store: Store) -> tuple[pa.Table, LoadStates]:
+    """Return the load states as they lie in the store, as a table and as arrays.
+
+    Raises
+    ------
+    DamagedError : the table holds something else.
+    """
+    from stiffcal.measurements.tables import states_from_table
+    from stiffcal.store.origin import damaged
+
     table = store.read_table(STATES)
     try:
-        states = states_from_table(table)
-    except ValueError as error:
-        from stiffcal.store.origin import damaged
-
-        raise damaged(store.shown, STATES, str(error)) from error
-    beside = {name: store.read_table(name) for name in BESIDE if name in store.tables}
-    return Ingested(campaign, store, table, without_commands(states, campaign.chain), beside)
+        return table, states_from_table(table)
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError, RecursionError) as error:
+        # Anybody may have written what stands beside the columns.
+        raise damaged(store.shown, STATES, (str(error).splitlines() or [""])[0]) from error
 
 
 def announce(step: str, reason: str, folder: Path, means: Means) -> None:

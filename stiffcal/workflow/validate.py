@@ -57,8 +57,9 @@ def validate_campaign(
     if model is not None:
         return _judge_other(data, Path(model), means, thresholds)
     identified = fitted(data, means)
-    current = current_validation(data, identified)
-    return with_present_verdict(data, identified, current or validate_now(data, identified, means), means, thresholds)
+    current = current_validation(data, identified) or validate_now(data, identified, means)
+    document = with_present_verdict(data, identified, current, means, thresholds)
+    return document | {"origin": data.store.origin_of(VALIDATE)}
 
 
 def validated(data: Ingested, identified: Document, means: Means) -> Document:
@@ -69,7 +70,7 @@ def validated(data: Ingested, identified: Document, means: Means) -> Document:
     """
     current = current_validation(data, identified)
     if current is not None:
-        same = current.get("thresholds") == data.campaign.manifest.thresholds.written()
+        same = current.get("thresholds") == data.campaign.manifest.thresholds.written() and not data.uncounted
         return current if same else with_present_verdict(data, identified, current, means)
     announce("validate", "the present fit is not validated yet", data.campaign.folder, means)
     return validate_now(data, identified, means)
@@ -93,8 +94,8 @@ def with_present_verdict(
     The store is told of a verdict that has changed; not of one on a file's thresholds, which hold for this time.
     """
     document = stored | judgement(data, identified, stored, means, thresholds)
-    if thresholds is None and document != stored:
-        data.store.commit({}, {VALIDATE: document}, command="validate")
+    if thresholds is None and document != stored and not data.uncounted:
+        data.commit({}, {VALIDATE: document}, command="validate")
     return document
 
 
@@ -131,12 +132,12 @@ def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | 
         if history is None:
             return {VALIDATE: document}
         entries = [
-            entry | ({"heldout_rms": document["rms"]} if entry["id"] == identified["fit_id"] else {})
+            entry | ({"heldout_rms": document["rms"]} if entry.get("id") == identified["fit_id"] else {})
             for entry in history["fits"]
         ]
         return {VALIDATE: document, HISTORY: history | {"fits": entries}}
 
-    data.store.commit(tables, with_history, command="validate")
+    data.commit(tables, with_history, command="validate")
     return document
 
 
@@ -144,14 +145,21 @@ def _judge_other(data: Ingested, other: Path, means: Means, thresholds: Threshol
     """Judge another campaign's fitted model on these data; nothing is stored."""
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.identification.document import model_document, values_of
+    from stiffcal.store.index import FOREIGN
+    from stiffcal.store.origin import worst_of
     from stiffcal.validation.document import validation_document
     from stiffcal.validation.unseen import residuals_of_model
     from stiffcal.validation.validate import validate_fit
+    from stiffcal.workflow.ingest import source_files
 
     campaign = load_campaign(other, check_files=False)
-    stored = stored_document(open_store(other, Means()), IDENTIFY)
+    store = open_store(other, Means())
+    stored, origin = stored_document(store, IDENTIFY), store.origin_of(IDENTIFY)
     if stored is None:
         raise InputError.at(str(other), "store", "no model is fitted there", f"run stiffcal identify {other}")
+    if origin == FOREIGN and all((other / file).exists() for file in source_files(campaign)):
+        reason = "its store was not written by you"
+        raise InputError.at(str(other), "store", reason, f"run stiffcal identify {other}, which computes it again")
     if campaign.chain.n_joints != data.campaign.chain.n_joints:
         reason = f"its robot has {campaign.chain.n_joints} joints, this one {data.campaign.chain.n_joints}"
         raise InputError.at(str(other), "robot", reason, "name a campaign of the same robot")
@@ -166,5 +174,7 @@ def _judge_other(data: Ingested, other: Path, means: Means, thresholds: Threshol
     fit = replace(own, robot=robot)
     validation = validate_fit(data.states, fit, residuals_of_model(data.states, fit))
     document = validation_document(data.states, validation)
+    if origin == FOREIGN:
+        data = replace(data, origin=origin)
     document |= judgement(data, stored, document, means, thresholds)
-    return document | {"model_of": str(other), "model": stored["model"]}
+    return document | {"model_of": str(other), "model": stored["model"], "origin": worst_of([data.origin, origin])}

@@ -63,4 +63,7 @@ def _table(fits: list[Document]) -> Table:
 def _row(fit: Document) -> tuple[str, ...]:
     time = str(fit.get("time", "")).replace("T", " ").removesuffix("Z")
     fitted = wording.both(fit["fit_rms"]) if fit.get("fit_rms") else "not fitted yet"
-    return str(fit["id"]), time, wording.model_words(fit.get("model")), wording.both(fit.get("heldout_rms")), fitted
+    model = wording.model_words(fit.get("model"))
+    if fit.get("origin") == "foreign":
+        model += " (not computed by you)"
+    return str(fit["id"]), time, model, wording.both(fit.get("heldout_rms")), fitted

@@ -8,11 +8,16 @@ from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.sections.sources import FIRST_PAGE_HOLDS, sources_table
 
 ORDER = 10
+NOT_YOURS = (
+    "Not computed by you: these results came with the campaign folder, and the logs to compute them again are missing."
+)
 
 
 def section(content: ReportContent) -> Section | LeftOut:
     """Lay out the result in a few sentences, and where it comes from."""
     blocks: list[Block] = []
+    if (content.identify or {}).get("origin") == "foreign":
+        blocks.append(Paragraph(NOT_YOURS, "key"))
     sentences = _fit_sentences(content)
     readings_alone = content.states is None and bool(content.extra.get("friction") or content.extra.get("clamped"))
     if readings_alone and content.validate is not None:

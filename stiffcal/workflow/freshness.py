@@ -1,0 +1,111 @@
+"""Whether a store holds what its campaign says now, and whether that is the user's own work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stiffcal.store.index import FOREIGN, OWN, DamagedError
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.store import Provenance, Snapshot, Store
+
+NOT_YOURS = "the store was not written by you: computed again"
+
+
+@dataclass(frozen=True)
+class Freshness:
+    """What a look at a store has found.
+
+    Attributes
+    ----------
+    reason : why the logs have to be read, "" where not.
+    missing : logs that are not there, where all else is as it was: what is stored is all there is.
+    origin : from whom the stored states come: "own", "trusted place" or "foreign".
+    """
+
+    reason: str = ""
+    missing: tuple[str, ...] = ()
+    origin: str = OWN
+
+
+def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Freshness:
+    """Look whether a store holds what the campaign says now.
+
+    Parameters
+    ----------
+    thorough : hash all sources and all files of the store, whatever is known of them.
+
+    Raises
+    ------
+    InputError
+        The store was written by a newer stiffcal, or a source cannot be read.
+    """
+    from stiffcal.workflow.ingest import INGEST, NOTHING, ingest_settings, source_files, sources_elsewhere
+    from stiffcal.workflow.stored import NEEDED
+
+    if not store.exists or INGEST not in store.documents:
+        return Freshness(NOTHING)
+    with store.snapshot() as snapshot:
+        origin = snapshot.origin_of(*NEEDED)
+        broken = [name for name in snapshot.damaged(thorough=thorough) if name in NEEDED or "/" in name]
+        if broken:
+            return Freshness(f"the store is damaged: {', '.join(broken[:3])}", origin=origin)
+        try:
+            then = _provenance_of(snapshot)
+        except DamagedError as error:
+            return Freshness(f"the store is damaged: {error.faults[0].reason}", origin=origin)
+        from stiffcal.store import changed_settings, changed_sources
+        from stiffcal.store.origin import known_sources_state
+
+        digest = snapshot.index.digest
+        files = source_files(campaign)
+        if origin == FOREIGN and all((campaign.folder / file).exists() for file in files):
+            return Freshness(NOT_YOURS, origin=origin)
+        outside = sources_elsewhere(campaign)
+        state = known_sources_state(digest) if origin == OWN else ""
+        changes = changed_sources(then, campaign.folder, files, thorough, outside, state)
+        keys = changed_settings(then, ingest_settings(campaign))
+    if changes.missing and not (changes.changed or changes.new or changes.dropped or keys):
+        return Freshness(missing=changes.missing, origin=origin)
+    if changes or keys:
+        told = [str(changes)] if changes else []
+        return Freshness("; ".join([*told, *([f"settings: {', '.join(keys)}"] if keys else [])]), origin=origin)
+    if origin == OWN:
+        _remember_settled(campaign, digest, state, files)
+    return Freshness(origin=origin)
+
+
+def _provenance_of(snapshot: Snapshot) -> Provenance:
+    from stiffcal.store import Provenance
+    from stiffcal.workflow.stored import PROVENANCE, checked
+
+    return Provenance.from_document(checked(snapshot, PROVENANCE))
+
+
+def _remember_settled(campaign: Campaign, digest: str, known: str, files: list[str]) -> None:
+    """Record what the file system says of sources that were hashed just now, so that the next command need not."""
+    from stiffcal.store import sources_state
+    from stiffcal.store.origin import remember
+
+    state = sources_state(campaign.folder, files)
+    if state and state != known:
+        remember(digest, state)
+
+
+def without_damaged(store: Store, say: Callable[[str], None]) -> None:
+    """Take what is damaged out of a store whose states are sound, so that it is computed again; say so."""
+    with store.snapshot() as snapshot:
+        broken = snapshot.damaged()
+    if broken:
+        say(f"{store.shown}: {', '.join(broken)}: {next(iter(broken.values()))}: computed again")
+        store.commit(command="mend")
+
+
+def say_missing(fresh: Freshness, say: Callable[[str], None]) -> None:
+    """Say that what is stored is all there is."""
+    more = f" and {len(fresh.missing) - 1} more" if len(fresh.missing) > 1 else ""
+    whose = "results that were not computed by you are shown" if fresh.origin == FOREIGN else "stored results are shown"
+    say(f"the logs are missing ({fresh.missing[0]}{more}): {whose}")

@@ -1,0 +1,116 @@
+"""Documents as they lie in a store, each checked against its types before anything relies on them.
+
+What this user's own runs have written is known by its hash and needs no check; what anybody may have written is checked
+key by key. Of a document that grows entry by entry, an entry of the wrong shape is left out.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.store.index import OWN, check_version
+from stiffcal.store.origin import ENTRY_LISTS, damaged
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
+    from stiffcal.store import Snapshot, Store
+
+Document = dict[str, Any]
+
+PROVENANCE = "provenance"
+NEEDED = ("states", "ingest", PROVENANCE, "clamped", "friction", "free_motion")
+"""Without these nothing can be shown: they are made from the logs, and all else from them."""
+
+
+def stored_document(store: Store, name: str) -> Document | None:
+    """Return a document of the store, or None where there is none.
+
+    Raises
+    ------
+    DamagedError : it is not what was written, or holds something else than its name says.
+    NewerError : it was written by a newer stiffcal.
+    """
+    if name not in store.documents:
+        return None
+    with store.snapshot() as snapshot:
+        return checked(snapshot, name)
+
+
+def checked(snapshot: Snapshot, name: str) -> Document:
+    """Return a document of a snapshot; raises as `stored_document`."""
+    document = snapshot.read_document(name)
+    if name in ENTRY_LISTS:
+        return _checked_entries(snapshot, name, document)
+    if snapshot.origin_of(name) != OWN:
+        adapter, schema = _document_types().get(name, (None, ""))
+        check_version(document.get("schema"), schema, snapshot.shown, name)
+        if adapter is not None:
+            _check(adapter, document, snapshot.shown, name)
+    return document
+
+
+def _checked_entries(snapshot: Snapshot, name: str, document: Document) -> Document:
+    key = ENTRY_LISTS[name]
+    rows = document.get(key)
+    if not isinstance(rows, list):
+        raise damaged(snapshot.shown, name, f"{key} is no list")
+    sound = [row for row in rows if row.get("origin", OWN) == OWN or _has_shape(name, row)]
+    return {"schema": _SCHEMAS.get(name), "warnings": [], **document, key: sound}
+
+
+def _has_shape(name: str, row: Document) -> bool:
+    from pydantic import ValidationError
+
+    try:
+        _entry_types()[name].validate_python(row, strict=True)
+    except ValidationError:
+        return False
+    from stiffcal.workflow.identify import FIT_ID
+
+    return name != "history" or FIT_ID.fullmatch(row["id"]) is not None
+
+
+def _check(adapter: TypeAdapter[Any], document: Document, shown: str, name: str) -> None:
+    from pydantic import ValidationError
+
+    try:
+        adapter.validate_python(document, strict=True)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise damaged(shown, name, f"{place[:80]}: {first['msg'][:120]}") from None
+
+
+_SCHEMAS = {"history": "stiffcal/history/1", "load_paths": "stiffcal/load-paths/1"}
+
+
+@cache
+def _document_types() -> dict[str, tuple[TypeAdapter[Any], str]]:
+    """Return the type and the schema of each document by name; imported only where somebody else's are read."""
+    from pydantic import TypeAdapter
+
+    from stiffcal.workflow import stored_types as types
+
+    return {
+        "identify": (TypeAdapter(types.StoredIdentify), "stiffcal/identify/1"),
+        "validate": (TypeAdapter(types.StoredValidate), "stiffcal/validate/1"),
+        "diagnose": (TypeAdapter(types.StoredDiagnose), "stiffcal/diagnose/1"),
+        "ingest": (TypeAdapter(types.Ingest), "stiffcal/ingest/1"),
+        "provenance": (TypeAdapter(types.StoredProvenance), "stiffcal/provenance/1"),
+        "report": (TypeAdapter(types.ReportMade), "stiffcal/report-made/1"),
+    }
+
+
+@cache
+def _entry_types() -> dict[str, TypeAdapter[Any]]:
+    from pydantic import TypeAdapter
+
+    from stiffcal.workflow import stored_types as types
+
+    return {
+        "history": TypeAdapter(types.StoredFit),
+        "load_paths": TypeAdapter(types.StoredLoadPath),
+        "diagnoses": TypeAdapter(types.EarlierDiagnosis),
+    }

@@ -1,0 +1,103 @@
+"""What documents hold in the store beyond what the commands answer."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, NotRequired
+
+from typing_extensions import TypedDict
+
+from stiffcal.workflow.diagnosis_documents import Diagnose, Missing
+from stiffcal.workflow.document_types import Model, Number, Rms
+from stiffcal.workflow.documents import Identify, Ingest, Validate
+
+__all__ = ["Ingest"]
+
+
+class StoredIdentify(Identify):
+    """A fit; ``key`` is a hash of all that went into it."""
+
+    key: str
+    fit_id: str
+    loss: Literal["linear", "huber"]
+    free_parameters: list[str]
+    covariance: list[list[Number]]
+
+
+class StoredValidate(Validate):
+    """A validation of the fit ``fit_id``."""
+
+    key: str
+    fit_id: str
+
+
+class StoredDiagnose(Diagnose):
+    """A diagnosis of the fit ``fit_id``, with what speaks for each effect."""
+
+    key: str
+    fit_id: str
+    evidence: list[dict[str, Any]]
+
+
+class StoredSource(TypedDict):
+    """A log as it was when it was read."""
+
+    file: str
+    bytes: int
+    modified_ns: int
+    sha256: str
+
+
+class StoredProvenance(TypedDict):
+    """What the states were made from."""
+
+    schema: Literal["stiffcal/provenance/1"]
+    created: str
+    command: str
+    sources: list[StoredSource]
+    settings: dict[str, Any]
+    versions: dict[str, str]
+
+
+class ReportMade(TypedDict):
+    """Of which results the PDF is."""
+
+    key: str
+    sha256: str
+
+
+class StoredFit(TypedDict):
+    """A fit of the history, with the text of its model file."""
+
+    id: str
+    time: str
+    model: Model
+    heldout_rms: Rms | None
+    fit_rms: Rms
+    noise: Rms | None
+    loss: Literal["linear", "huber"]
+    key: str
+    model_text: str
+
+
+class StoredLoadPath(TypedDict):
+    """A predicted path of loads."""
+
+    name: str
+    pose: str
+    force: list[list[float]]
+    deflection: list[list[float]]
+    corners: list[int]
+
+
+class EarlierDiagnosis(TypedDict):
+    """What is kept of a diagnosis that a later one has replaced."""
+
+    fit_id: str
+    summary: str
+    missing: list[Missing]
+    rms: Rms
+    noise: Rms | None
+    states_key: str
+    findings: list[dict[str, Any]]
+    next_measurement: NotRequired[dict[str, Any] | None]
+    heldout_rms_with_missing: NotRequired[Rms | None]
