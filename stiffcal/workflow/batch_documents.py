@@ -6,7 +6,7 @@ from typing import Literal
 
 from typing_extensions import TypedDict
 
-from stiffcal.workflow.document_types import Fault, Number, Rms, Threshold, Where
+from stiffcal.workflow.document_types import Fault, Number, Origin, Rms, Threshold, Where
 
 
 class BatchStep(TypedDict):
@@ -52,6 +52,7 @@ class BatchCampaign(TypedDict):
     not_judged: list[str]
     warnings: list[str]
     report: str | None
+    origin: Origin | None
     error: Fault | None
     others: list[Fault]
 

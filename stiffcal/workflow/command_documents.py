@@ -6,7 +6,7 @@ from typing import Any, Literal, NotRequired
 
 from typing_extensions import TypedDict
 
-from stiffcal.workflow.document_types import Model, Number
+from stiffcal.workflow.document_types import Model, Number, Origin
 from stiffcal.workflow.link_documents import RodView
 
 
@@ -156,6 +156,7 @@ class Report(TypedDict):
     schema: Literal["stiffcal/report/1"]
     warnings: list[str]
     file: str
+    origin: NotRequired[Origin]
 
 
 class StatesExport(TypedDict):

@@ -6,7 +6,7 @@ from typing import Any, Literal, NotRequired
 
 from typing_extensions import TypedDict
 
-from stiffcal.workflow.document_types import Model, Number, Rms, Where
+from stiffcal.workflow.document_types import Model, Number, Origin, Rms, Where
 
 
 class EffectAt(TypedDict):
@@ -109,6 +109,7 @@ class Diagnose(TypedDict):
     heldout_rms_after_choosing: Rms
     pace: Pace
     summary: str
+    origin: NotRequired[Origin]
 
 
 class Step(TypedDict):

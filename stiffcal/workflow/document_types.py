@@ -8,6 +8,8 @@ from typing_extensions import TypedDict
 
 Number = float | None
 Matrix = list[list[float]]
+Origin = Literal["own", "trusted place", "foreign"]
+"""From whom results come: the user's own runs, a place that the user trusts, or anybody else."""
 
 
 class Rms(TypedDict):

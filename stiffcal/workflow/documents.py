@@ -19,7 +19,7 @@ from stiffcal.workflow.body_documents import CartesianStiffness, JointByItself
 from stiffcal.workflow.clamped_types import Clamped, ClampedJudged
 from stiffcal.workflow.command_documents import Check, Edit, Effects, Init, Plot, Report, Run, Simulate, StatesExport
 from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
-from stiffcal.workflow.document_types import Fault, Matrix, Model, Number, Rms, Threshold, Where
+from stiffcal.workflow.document_types import Fault, Matrix, Model, Number, Origin, Rms, Threshold, Where
 from stiffcal.workflow.friction_types import Friction, FrictionJudged
 from stiffcal.workflow.link_documents import Coupling, MeasuredLink
 
@@ -101,6 +101,7 @@ class Identify(TypedDict):
     n_readings: NotRequired[int]
     clamped: NotRequired[Clamped]
     friction: NotRequired[Friction]
+    origin: NotRequired[Origin]
 
 
 class Part(TypedDict):
@@ -148,6 +149,7 @@ class Validate(TypedDict):
     failed: list[str]
     not_judged: list[str]
     checks: list[Threshold]
+    origin: NotRequired[Origin]
 
 
 class HistoryEntry(TypedDict):
@@ -159,6 +161,7 @@ class HistoryEntry(TypedDict):
     heldout_rms: Rms | None
     fit_rms: Rms
     noise: Rms | None
+    origin: NotRequired[Origin]
 
 
 class History(TypedDict):
@@ -317,6 +320,7 @@ class Ingest(TypedDict):
     runs: list[IngestedRun]
     rods_grew_m: NotRequired[float]
     unchanged: bool
+    origin: NotRequired[Origin]
 
 
 class Error(TypedDict):

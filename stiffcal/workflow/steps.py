@@ -109,10 +109,19 @@ def open_store(folder: Path, means: Means) -> Store:
 
 
 def stored_document(store: Store, name: str) -> Document | None:
-    """Return a document of the store, checked; None where there is none."""
+    """Return a document of the store, checked; None where there is none that can be used: it is computed again."""
+    from stiffcal.store.index import DamagedError
+    from stiffcal.trust.notices import notice
+    from stiffcal.workflow.stored import NEEDED
     from stiffcal.workflow.stored import stored_document as checked_document
 
-    return checked_document(store, name)
+    try:
+        return checked_document(store, name)
+    except DamagedError as error:
+        if name in NEEDED:
+            raise
+        notice(f"{store.folder}: {name}: {error.faults[0].reason}: not used")
+        return None
 
 
 def ingested(folder: Path, means: Means) -> Ingested:

@@ -1,0 +1,371 @@
+"""A campaign folder that brings a store with it: a stranger's results are computed again, or shown and not counted."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stiffcal.cli.app import main
+from stiffcal.errors import InputError
+from stiffcal.store import Store
+from stiffcal.trust.record import open_record
+from stiffcal.workflow.batch_outcome import task_of
+from stiffcal.workflow.batch_task import run_task
+from stiffcal.workflow.history import read_history, restore_model
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.steps import Means
+from stiffcal.workflow.stored import stored_document
+from stiffcal.workflow.validate import validate_campaign
+from tests.workflow.small_campaign import write_small_campaign
+
+STRICT = "\n[thresholds]\nmax_rms_m = 1e-9\n"
+NOT_YOURS = "ingest first: the store was not written by you: computed again"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign that somebody else has identified and validated, with a threshold that it does not hold."""
+    root = tmp_path_factory.mktemp("stranger")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("STIFFCAL_STATE", str(root / "state"))
+        folder = write_small_campaign(root / "small", poses=2)
+        with (folder / "campaign.toml").open("a", encoding="utf-8") as file:
+            file.write(STRICT)
+        assert validate_campaign(folder)["passed"] is False
+    return folder
+
+
+@pytest.fixture
+def delivered(made: Path, tmp_path: Path, state: Path) -> Path:
+    """The stranger's folder on this user's machine, where nothing is recorded of it."""
+    shutil.copytree(made, tmp_path / "small", symlinks=True)
+    return tmp_path / "small"
+
+
+def forge(folder: Path, name: str, change: Callable[[dict[str, Any]], None]) -> None:
+    """Rewrite a document of the store together with its entry in the index, as somebody might who knows the format."""
+    current = (folder / "store" / "current").resolve()
+    document = json.loads((current / f"{name}.json").read_text("utf-8"))
+    change(document)
+    content = json.dumps(document).encode()
+    (current / f"{name}.json").write_bytes(content)
+    index = json.loads((current / "generation.json").read_text("utf-8"))
+    index["documents"][name] |= {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+    (current / "generation.json").write_text(json.dumps(index), "utf-8")
+
+
+def hold(document: dict[str, Any]) -> None:
+    """Make a validation say that all is well."""
+    document.update(passed=True, failed=[], rms={"translation": 1e-12, "rotation": 1e-12})
+    for check in document["checks"]:
+        check.update(held=True, value=1e-12)
+
+
+def batch(folder: Path) -> dict[str, Any]:
+    return run_task(task_of(folder, "small", report=False))
+
+
+def without_logs(folder: Path) -> Path:
+    shutil.rmtree(folder / "raw")
+    return folder
+
+
+def test_forged_results_do_not_make_batch_say_held(delivered: Path) -> None:
+    forge(delivered, "validate", hold)
+    forge(delivered, "identify", lambda document: document.update(rms={"translation": 1e-12, "rotation": 1e-12}))
+    outcome = batch(delivered)
+    assert outcome["state"] == "not held"
+    assert outcome["origin"] == "own"
+    assert outcome["steps"]["ingest"]["why"] == "the store was not written by you: computed again"
+    assert outcome["rms"]["translation"] > 1e-6
+
+
+def test_results_of_one_own_are_not_computed_again(delivered: Path) -> None:
+    said: list[str] = []
+    first = validate_campaign(delivered, Means(say=said.append))
+    assert said == [NOT_YOURS, "identify first: nothing is fitted yet"]
+    said.clear()
+    assert validate_campaign(delivered, Means(say=said.append)) == first
+    assert identify_campaign(delivered)["origin"] == first["origin"] == "own"
+    assert said == []
+
+
+@pytest.mark.parametrize("how", ["copied", "moved", "links followed"])
+def test_an_own_store_stays_own_wherever_it_lies(delivered: Path, tmp_path: Path, how: str) -> None:
+    validate_campaign(delivered)
+    goal = tmp_path / "elsewhere"
+    if how == "moved":
+        delivered.rename(goal)
+    else:
+        shutil.copytree(delivered, goal, symlinks=how == "copied")
+    said: list[str] = []
+    assert validate_campaign(goal, Means(say=said.append))["origin"] == "own"
+    assert said == []
+
+
+def test_a_document_changed_in_an_own_store_is_computed_again(delivered: Path) -> None:
+    true = validate_campaign(delivered)
+    forge(delivered, "validate", hold)  # with its index: the generation is nobody's now
+    assert batch(delivered)["state"] == "not held"
+    current = delivered / "store" / "current"
+    document = json.loads((current / "validate.json").read_text("utf-8"))
+    hold(document)
+    (current / "validate.json").write_text(json.dumps(document), "utf-8")  # without it
+    said: list[str] = []
+    again = validate_campaign(delivered, Means(say=said.append))
+    assert again["rms"] == pytest.approx(true["rms"])
+    assert again["passed"] is False
+    assert any("validate: damaged" in line and "computed again" in line for line in said)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows keeps no time of change of an inode: there all is hashed")
+def test_a_log_rewritten_with_its_size_and_time_kept_is_noticed(delivered: Path) -> None:
+    log = delivered / "raw" / "states.csv"
+    os.utime(log, ns=(log.stat().st_atime_ns, log.stat().st_mtime_ns - 10**12))
+    before = identify_campaign(delivered)
+    found, text = log.stat(), log.read_text()
+    last = text.rstrip()[-1]
+    log.write_text(text.rstrip()[:-1] + ("1" if last != "1" else "2") + "\n")
+    os.utime(log, ns=(found.st_atime_ns, found.st_mtime_ns))
+    assert (log.stat().st_size, log.stat().st_mtime_ns) == (found.st_size, found.st_mtime_ns)
+    said: list[str] = []
+    after = identify_campaign(delivered, Means(say=said.append))
+    assert said[0] == "ingest first: changed: raw/states.csv"
+    assert after["key"] != before["key"]
+
+
+def test_logs_are_not_hashed_again_where_the_file_system_says_they_are_unchanged(
+    delivered: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from stiffcal.store import provenance
+
+    monkeypatch.setattr(provenance, "RACY_NS", -(10**18))  # as if the logs had been written long ago
+    identify_campaign(delivered)
+    hashed: list[str] = []
+    true_hash = provenance._hash_file
+
+    def hash_file(folder: Path, file: str, *rest: Any) -> Any:
+        hashed.append(file)
+        return true_hash(folder, file, *rest)
+
+    monkeypatch.setattr(provenance, "_hash_file", hash_file)
+    identify_campaign(delivered)
+    validate_campaign(delivered)
+    assert hashed == [] or os.name == "nt"
+    batch(delivered)
+    assert hashed == ["raw/states.csv"]  # a batch looks at all that counts
+
+
+def test_without_the_logs_a_strangers_results_are_shown_and_marked(
+    delivered: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    without_logs(delivered)
+    said: list[str] = []
+    document = identify_campaign(delivered, Means(say=said.append))
+    assert document["origin"] == "foreign"
+    assert said[0] == "the logs are missing (raw/states.csv): results that were not computed by you are shown"
+    assert validate_campaign(delivered)["origin"] == "foreign"
+    with pytest.raises(SystemExit) as ended:
+        main(["identify", str(delivered)])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out.startswith("not computed by you")
+
+
+@pytest.mark.parametrize("thresholds", [STRICT, "\n[thresholds]\nmax_rms_m = 1.0\n", ""])
+def test_without_the_logs_no_threshold_is_held(made: Path, tmp_path: Path, state: Path, thresholds: str) -> None:
+    shutil.copytree(made, tmp_path / "small", symlinks=True)
+    folder = without_logs(tmp_path / "small")
+    manifest = folder / "campaign.toml"
+    manifest.write_text(manifest.read_text().replace(STRICT, thresholds))
+    forge(folder, "validate", hold)
+    document = validate_campaign(folder)
+    assert document["passed"] is False
+    assert not any(check["held"] for check in document["checks"])
+    assert "not computed by you" in document["failed"][0]
+    assert batch(folder)["state"] == "not held"
+    with pytest.raises(SystemExit) as ended:
+        main(["validate", str(folder), "--json"])
+    assert ended.value.code == 1
+
+
+def test_a_fit_of_a_strangers_states_stays_a_strangers(delivered: Path, made: Path) -> None:
+    without_logs(delivered)
+    (delivered / "model.toml").write_text(
+        'schema = "stiffcal/model/1"\n[[effects]]\ntype = "joint-compliance"\njoints = [2, 3]\n'
+    )
+    assert identify_campaign(delivered)["origin"] == "foreign"
+    assert validate_campaign(delivered)["passed"] is False
+    assert Store(delivered / "store").origin_of("identify", "states") == "foreign"
+    # When the logs come, all is computed from them.
+    shutil.copytree(made / "raw", delivered / "raw")
+    said: list[str] = []
+    assert identify_campaign(delivered, Means(say=said.append))["origin"] == "own"
+    assert said[0] == NOT_YOURS
+
+
+def test_the_baseline_of_a_stranger_is_computed_again_or_refused(delivered: Path, made: Path, tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "mine", poses=2)
+    shutil.copytree(delivered, folder / "before", symlinks=True)
+    with (folder / "campaign.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[thresholds]\nbaseline = "before"\nmax_drift = 0.5\n')
+
+    def stiffer(document: dict[str, Any]) -> None:
+        for parameter in document["parameters"]:
+            parameter.update(value=1e-12, stiffness=1e12)
+
+    forge(folder / "before", "identify", stiffer)
+    assert validate_campaign(folder)["passed"] is True  # of the same robot, once it is computed again
+    shutil.copytree(made, folder / "again", symlinks=True)
+    shutil.rmtree(folder / "before")
+    (folder / "again").rename(folder / "before")
+    without_logs(folder / "before")
+    with pytest.raises(InputError, match=r"thresholds\.baseline: before: the results were not computed by you"):
+        validate_campaign(folder)
+
+
+def test_a_model_of_a_stranger_is_judged_only_after_it_is_computed_again(delivered: Path, tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "mine", poses=2)
+    with pytest.raises(InputError, match="its store was not written by you; run stiffcal identify"):
+        validate_campaign(folder, model=delivered)
+    without_logs(delivered)
+    document = validate_campaign(folder, model=delivered)
+    assert (document["origin"], document["passed"]) == ("foreign", False)
+
+
+def test_history_of_a_stranger_is_kept_entry_by_entry_and_marked(delivered: Path) -> None:
+    forge(delivered, "history", lambda document: document["fits"][0].update(origin="own", loss="huber"))
+    assert [fit["origin"] for fit in read_history(delivered)["fits"]] == ["foreign"]
+    validate_campaign(delivered)
+    fits = read_history(delivered)["fits"]
+    assert [(fit["id"], fit["origin"], fit["loss"]) for fit in fits] == [
+        ("1", "foreign", "huber"),
+        ("2", "own", "linear"),
+    ]
+    (delivered / "model.toml").write_text(
+        'schema = "stiffcal/model/1"\n[[effects]]\ntype = "joint-compliance"\njoints = [2, 3]\n'
+    )
+    identify_campaign(delivered)
+    assert [fit["origin"] for fit in read_history(delivered)["fits"]] == ["foreign", "own", "own"]
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [{}, {"id": "9" * 5000}, {"id": 7}, {"id": "../1"}, {"model": 3}, {"model": {"balance": "x", "effects": None}},
+     {"fit_rms": None}, {"time": None}, {"model_text": []}, {"heldout_rms": {"translation": "1"}}],
+)  # fmt: skip
+def test_an_entry_of_the_wrong_shape_harms_nothing(delivered: Path, entry: dict[str, Any]) -> None:
+    def add(document: dict[str, Any]) -> None:
+        document["fits"].append(document["fits"][0] | {"id": "2"} | entry if entry else "no entry")
+
+    forge(delivered, "history", add)
+    assert [fit["id"] for fit in read_history(delivered)["fits"]] == ["1"]
+    assert identify_campaign(delivered)["fit_id"].isdigit()
+
+
+def test_restoring_a_strangers_model_shows_it_and_asks(
+    delivered: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (delivered / "model.toml").unlink()
+    text = 'schema = "stiffcal/model/1"\n# \u202e\n[[effects]]\ntype = "joint-compliance"\njoints = [2]\n'
+    forge(delivered, "history", lambda document: document["fits"][0].update(model_text=text))
+    with pytest.raises(InputError, match="history: fit 1: this fit was not made by you"):
+        restore_model(delivered, Means(), "1")
+    for words, code in (([], 2), (["--json"], 2), (["--yes"], 0)):
+        with pytest.raises(SystemExit) as ended:
+            main(["history", str(delivered), "--restore", "1", *words])
+        error = capsys.readouterr().err
+        assert ended.value.code == code
+        assert "joints = [2]" in error
+        assert "\u202e" not in error
+        assert (delivered / "model.toml").exists() == (code == 0)
+    assert (delivered / "model.toml").read_text("utf-8") == text
+
+
+def test_restoring_what_is_no_model_is_one_line(delivered: Path) -> None:
+    (delivered / "model.toml").unlink()
+    forge(delivered, "history", lambda document: document["fits"][0].update(model_text="[[effects]]\ntype = 7\n"))
+    with pytest.raises(InputError, match=r"model\.toml"):
+        restore_model(delivered, Means(), "1", lambda entry: True)
+    assert not (delivered / "model.toml").exists()
+
+
+def test_a_store_of_version_0_1_is_computed_again_and_its_history_kept(delivered: Path) -> None:
+    index = delivered / "store" / "current" / "generation.json"
+    document = json.loads(index.read_text("utf-8"))
+    document["schema"] = "stiffcal/store/1"
+    for kind in ("tables", "documents"):
+        for entry in document[kind].values():
+            del entry["sha256"]
+    index.write_text(json.dumps(document), "utf-8")
+    said: list[str] = []
+    assert identify_campaign(delivered, Means(say=said.append))["origin"] == "own"
+    assert said[0] == NOT_YOURS
+    assert [fit["origin"] for fit in read_history(delivered)["fits"]] == ["foreign", "own"]
+
+
+def test_in_a_trusted_place_what_others_wrote_counts(delivered: Path, state: Path) -> None:
+    open_record().allow_place(str(delivered.parent))
+    said: list[str] = []
+    document = validate_campaign(delivered, Means(say=said.append))
+    assert said == []
+    assert document["origin"] == "trusted place"
+    assert document["passed"] is False
+    assert "not computed by you" not in document["failed"][0]
+    open_record().revoke(str(delivered.parent))
+    assert validate_campaign(delivered, Means(say=said.append))["origin"] == "own"
+    assert said[0] == NOT_YOURS
+
+
+def test_store_option_is_no_proof_of_origin(delivered: Path) -> None:
+    said: list[str] = []
+    means = Means(store=str(delivered / "store"), say=said.append)
+    assert identify_campaign(delivered, means)["origin"] == "own"
+    assert said[0] == NOT_YOURS
+
+
+def test_where_nothing_can_be_remembered_each_step_is_computed_once(
+    delivered: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    inside = delivered / "state"  # a record in the campaign folder is not believed
+    monkeypatch.setenv("STIFFCAL_STATE", str(inside))
+    said: list[str] = []
+    document = validate_campaign(delivered, Means(say=said.append))
+    assert document["origin"] == "own"
+    assert len(said) == 2
+    assert not inside.exists()
+    lines = [line for line in capsys.readouterr().err.splitlines() if "nothing is remembered" in line]
+    assert len(lines) == 1
+
+
+def test_no_update_refuses_a_strangers_store(delivered: Path) -> None:
+    with pytest.raises(InputError, match="the store was not written by you"):
+        identify_campaign(delivered, Means(update=False))
+
+
+WRONG: tuple[object, ...] = ([], "x", -1)
+
+
+@pytest.mark.parametrize("name", ["identify", "validate", "ingest", "provenance", "history"])
+def test_every_key_of_a_strangers_document_may_be_something_else(delivered: Path, tmp_path: Path, name: str) -> None:
+    without_logs(delivered)
+    store = delivered / "store"
+    shutil.copytree(store, tmp_path / "pristine", symlinks=True)
+    use = read_history if name == "history" else validate_campaign
+    for key in Store(store).read_document(name):
+        for value in WRONG:
+            shutil.rmtree(store)
+            shutil.copytree(tmp_path / "pristine", store, symlinks=True)
+            forge(delivered, name, partial(dict.update, **{key: value}))
+            with suppress(InputError):  # one line
+                if name in ("identify", "validate"):
+                    stored_document(Store(store), name)
+                assert not use(delivered).get("passed", False)
