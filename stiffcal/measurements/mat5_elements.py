@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.files import open_regular
+from stiffcal.limits import check_unpacked
 
 HEADER = 128
 MATRIX, COMPRESSED = 14, 15
@@ -22,6 +23,7 @@ CELL, STRUCT, OBJECT, CHARACTERS, SPARSE = 1, 2, 3, 4, 5
 FUNCTION, OPAQUE = 16, 17
 SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 MOST_NESTED = 40
+PIECE = 1 << 24
 MOST_BYTES = 1 << 31  # MATLAB itself bounds a variable of this version to 2 GB
 
 
@@ -36,7 +38,7 @@ class _Element:
     end: int
 
 
-def check_elements(path: Path) -> None:
+def check_elements(path: Path, shown: str = "") -> None:
     """Walk through a file; raises `DamagedError` where sizes, kinds and dimensions contradict each other."""
     with open_regular(path) as file:
         head = file.read(HEADER)
@@ -51,7 +53,7 @@ def check_elements(path: Path) -> None:
             if kind not in (MATRIX, COMPRESSED) or len(data) < size or size > MOST_BYTES:
                 raise DamagedError("the file ends in the middle of a variable, or its sizes are damaged")
             if kind == COMPRESSED:
-                whole = _unpacked(data)
+                whole = _unpacked(data, shown or str(path))
                 inner = _element(memoryview(whole), 0, order)
                 if inner.kind != MATRIX:
                     raise DamagedError("a packed variable is none")
@@ -59,15 +61,20 @@ def check_elements(path: Path) -> None:
             _check_matrix(memoryview(data), order, 0)
 
 
-def _unpacked(data: bytes) -> bytes:
+def _unpacked(data: bytes, shown: str) -> bytes:
     unpacking = zlib.decompressobj()
+    pieces, unpacked, left = [], 0, data
     try:
-        whole = unpacking.decompress(data, MOST_BYTES)
+        while left and unpacked <= MOST_BYTES:
+            pieces.append(unpacking.decompress(left, PIECE))
+            unpacked += len(pieces[-1])
+            check_unpacked(unpacked, len(data), shown)
+            left = unpacking.unconsumed_tail
     except zlib.error as error:
         raise DamagedError(f"a packed variable is damaged ({error})") from None
-    if unpacking.unconsumed_tail or not unpacking.eof:
+    if left or not unpacking.eof:
         raise DamagedError("a packed variable is cut off, or larger than 2 GB")
-    return whole
+    return b"".join(pieces)
 
 
 def _element(data: memoryview, at: int, order: str) -> _Element:

@@ -16,8 +16,9 @@ A writer that died leaves parts of a dataset unwritten, which HDF5 reads as zero
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.limits import COLUMNS
 from stiffcal.measurements.hdf5_heaps import attribute_of, bounded_memory, check_words
+from stiffcal.measurements.hdf5_links import LeadsOutsideError, groups_inside, item_inside, members_inside
+from stiffcal.measurements.hdf5_sizes import Read, by_chunk, check_sizes
 from stiffcal.readers import (
     Batch,
     Header,
@@ -63,7 +67,7 @@ class Columns:
     lengths: dict[str, int]
     units: dict[str, str]
     datasets: dict[str, Any]
-    elsewhere: frozenset[str] = frozenset()
+    elsewhere: tuple[str, ...] = ()
     groups: tuple[str, ...] = ()
 
 
@@ -117,22 +121,31 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, s
     group_name = str(options.get("group") or "/")
     mend = "close the program that writes it, copy it again, or log again"
     with whole("HDF5 file", shown, mend), h5py.File(path, "r") as file:
-        if group_name not in file:
-            groups = [name for name, item in _walk(file) if isinstance(item, h5py.Group)]
-            raise InputError.at(shown, "hdf5.group", f"no group {group_name!r}", nearest_name(group_name, groups))
-        group = file[group_name]
-        _check_inside(group, file, group_name, shown)
+        try:
+            group = _inside(file, group_name, shown)
+        except KeyError:
+            near = nearest_name(group_name, groups_inside(file))
+            raise InputError.at(shown, "hdf5.group", f"no group {group_name!r}", near) from None
         dataset = options.get("dataset")
         if isinstance(group, h5py.Dataset):
             yield _columns_of_dataset(group, shown), group_name
         elif dataset is not None:
-            if dataset not in group or not isinstance(group[dataset], h5py.Dataset):
+            item = None
+            with suppress(KeyError):
+                item = _inside(group, str(dataset), shown)
+            if not isinstance(item, h5py.Dataset):
                 near = nearest_name(str(dataset), list(group))
                 raise InputError.at(shown, "hdf5.dataset", f"no dataset {dataset!r} in {group_name!r}", near)
-            _check_inside(group[dataset], file, str(dataset), shown)
-            yield _columns_of_dataset(group[dataset], shown), f"dataset {dataset}"
+            yield _columns_of_dataset(item, shown), f"dataset {dataset}"
         else:
             yield _columns_of_group(group, shown), f"group {group_name}"
+
+
+def _inside(group: h5py.Group, name: str, shown: str) -> Any:
+    try:
+        return item_inside(group, name)
+    except LeadsOutsideError:
+        raise _lies_elsewhere(name, shown) from None
 
 
 def _check_columns(wanted: Wanted, columns: Columns, shown: str, place: str) -> None:
@@ -150,31 +163,10 @@ def _lies_elsewhere(name: str, shown: str) -> InputError:
     return InputError.at(shown, name, reason, "copy it into this file, e.g. with h5copy")
 
 
-def _check_inside(item: Any, file: h5py.File, name: str, shown: str) -> None:
-    """Refuse what lies in another file: one log would lead the reader to any file on the machine."""
-    if item.file.filename != file.filename or _other_files(item):
-        raise _lies_elsewhere(name, shown)
-
-
-def _other_files(item: Any) -> bool:
-    """Return True where a dataset's values are taken from other files."""
-    if not isinstance(item, h5py.Dataset):
-        return False
-    return bool(item.external) or (item.is_virtual and any(part.file_name != "." for part in item.virtual_sources()))
-
-
-def _walk(file: h5py.File) -> list[tuple[str, Any]]:
-    found: list[tuple[str, Any]] = []
-    file.visititems(lambda name, item: found.append((f"/{name}", item)))
-    return found
-
-
 def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
-    # `get` passes over links that lead nowhere; one to another file is not followed.
-    elsewhere = {name for name in group if isinstance(group.get(name, getlink=True), h5py.ExternalLink)}
-    datasets = {
-        name: item for name in group if name not in elsewhere and isinstance(item := group.get(name), h5py.Dataset)
-    }
+    COLUMNS.check(len(group), shown, f"group {group.name}")
+    members, elsewhere = members_inside(group)
+    datasets = {name: item for name, item in members.items() if isinstance(item, h5py.Dataset)}
     flat = {
         name: item
         for name, item in datasets.items()
@@ -184,13 +176,19 @@ def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
     if not flat and not elsewhere and len(whole) == 1:
         return _columns_of_dataset(whole[0], shown)
 
+    readers = {name: by_chunk(partial(_rows_of, item), item, 0, item.shape[0]) for name, item in flat.items()}
+
     def read(name: str, start: int, end: int) -> NDArray[Any]:
-        return _rows(flat[name], slice(start, end)).reshape(end - start)
+        return readers[name](start, end)
 
     units = {name: unit for name, item in flat.items() if (unit := _unit(item))}
     lengths = {name: item.shape[0] for name, item in flat.items()}
-    groups = tuple(item.name for name in group if isinstance(item := group.get(name), h5py.Group)) if not flat else ()
-    return Columns(tuple(flat), read, lengths, units, flat, frozenset(elsewhere), groups)
+    groups = tuple(str(item.name) for item in members.values() if isinstance(item, h5py.Group)) if not flat else ()
+    return Columns(tuple(flat), read, lengths, units, flat, elsewhere, groups)
+
+
+def _rows_of(dataset: Any, start: int, end: int) -> NDArray[Any]:
+    return _rows(dataset, slice(start, end)).reshape(end - start)
 
 
 def _rows(dataset: Any, which: Any) -> NDArray[Any]:
@@ -203,24 +201,23 @@ def _columns_of_dataset(dataset: Any, shown: str) -> Columns:
     if dataset.dtype.names is not None and dataset.ndim == 1:
         names = tuple(dataset.dtype.names)
 
-        def read_field(name: str, start: int, end: int) -> NDArray[Any]:
-            return _rows(dataset, (name, slice(start, end)))
-
-        read = read_field
+        def some(name: str) -> Read:
+            return lambda start, end: _rows(dataset, (name, slice(start, end)))
     elif dataset.ndim == 2:
         names = _named_columns(dataset, shown, place)
 
-        def read_column(name: str, start: int, end: int) -> NDArray[Any]:
-            return np.asarray(dataset[start:end, names.index(name)])
-
-        read = read_column
+        def some(name: str) -> Read:
+            column = names.index(name)
+            return lambda start, end: np.asarray(dataset[start:end, column])
     else:
         reason = f"its shape {dataset.shape} is no table"
         raise InputError.at(shown, place, reason, "name a group with one dataset per column, or a table")
+    COLUMNS.check(len(names), shown, place)
+    readers = {name: by_chunk(some(name), dataset, 0, dataset.shape[0]) for name in names}
     units = _text_list(dataset, UNIT_ATTRIBUTES)
     return Columns(
         names,
-        read,
+        lambda name, start, end: readers[name](start, end),
         dict.fromkeys(names, dataset.shape[0]),
         dict(zip(names, units, strict=True)) if len(units) == len(names) else {},
         dict.fromkeys(names, dataset),
@@ -253,9 +250,9 @@ def _unit(dataset: Any) -> str:
 
 def _checked_length(columns: Columns, wanted: Wanted, shown: str) -> int:
     n_rows = common_length(columns.lengths, wanted, shown)
+    check_sizes({name: columns.datasets[name] for name in wanted.names}, n_rows, shown)
     for name in wanted.names:
         dataset = columns.datasets[name]
-        _check_inside(dataset, dataset.file, name, shown)
         check_words(dataset)
         scaled = [attribute for attribute in SCALING_ATTRIBUTES if attribute in dataset.attrs]
         if scaled and name in wanted.numbers:

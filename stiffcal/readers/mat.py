@@ -28,7 +28,10 @@ from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
+from stiffcal.limits import COLUMNS, ROWS
 from stiffcal.measurements.hdf5_heaps import attribute_of
+from stiffcal.measurements.hdf5_links import check_item, members_inside
+from stiffcal.measurements.hdf5_sizes import by_chunk, check_sizes
 from stiffcal.measurements.mat5_elements import check_elements
 from stiffcal.readers import (
     Batch,
@@ -45,6 +48,7 @@ from stiffcal.readers import (
 )
 
 BATCH_ROWS = 1 << 16
+MOST_LETTERS = 1 << 16  # of a word in a cell
 KNOWN_OPTIONS: dict[str, type] = {"variable": str, "columns": list}
 PLAIN_CLASSES = (
     "double",
@@ -62,10 +66,11 @@ Read = Callable[[int, int], NDArray[Any]]
 
 @dataclass(frozen=True)
 class Vector:
-    """A column: how many rows it has, and how to read some of them."""
+    """A column: how many rows it has, how to read some of them, and the HDF5 dataset in which they lie, if any."""
 
     n_rows: int
     read: Read
+    dataset: Any = None
 
 
 class MatReader:
@@ -105,6 +110,10 @@ class MatReader:
         with _open(path, options, shown) as (columns, place):
             check_columns(wanted, tuple(columns), shown, place)
             n_rows = common_length({name: columns[name].n_rows for name in wanted.names}, wanted, shown)
+            ROWS.check(n_rows, shown)
+            datasets = {name: columns[name].dataset for name in wanted.names if columns[name].dataset is not None}
+            if datasets:
+                check_sizes(datasets, n_rows, shown)
 
             def read(name: str, start: int, end: int) -> NDArray[Any]:
                 return columns[name].read(start, end)
@@ -129,9 +138,9 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[dict[str, 
     with whole("MAT file", shown, "copy it again from its origin, or save it again"):
         if h5py.is_hdf5(path):
             with h5py.File(path, "r") as file:
-                yield _columns(_Tree73(file), options, shown), place
+                yield _columns(_Tree73(file, shown), options, shown), place
         else:
-            yield _columns(_Tree5(path), options, shown), place
+            yield _columns(_Tree5(path, shown), options, shown), place
 
 
 def _columns(tree: _Tree73 | _Tree5, options: Options, shown: str) -> dict[str, Vector]:
@@ -183,16 +192,17 @@ def _matrix_columns(tree: _Tree73 | _Tree5, item: Any, names: object, there: str
 class _Tree73:
     """A file of version 7.3: groups are structs, every array lies transposed."""
 
-    def __init__(self, file: h5py.File) -> None:
+    def __init__(self, file: h5py.File, shown: str) -> None:
         self.top: Any = file
         self._file = file
+        self._shown = shown
 
     def members(self, item: Any) -> dict[str, Any] | None:
         if not isinstance(item, h5py.Group):
             return None
-        # what only links to another file is no variable of this one
-        here = [name for name in item if not isinstance(item.get(name, getlink=True), h5py.ExternalLink)]
-        return {name: item[name] for name in here if not name.startswith("#")}
+        COLUMNS.check(len(item), self._shown, str(item.name))
+        members, _ = members_inside(item)  # what lies in another file is no variable of this one
+        return {name: member for name, member in members.items() if not name.startswith("#")}
 
     def kind(self, item: Any) -> str:
         kind = attribute_of(item, "MATLAB_class", b"struct" if isinstance(item, h5py.Group) else b"double")
@@ -202,16 +212,18 @@ class _Tree73:
         """Return the columns of a matrix by number from 1, of a vector by the empty name."""
         if not isinstance(item, h5py.Dataset) or item.ndim != 2 or "MATLAB_empty" in item.attrs:
             return {}
-        if item.external or item.is_virtual:  # MATLAB writes neither; both lead to other files
+        if item.is_virtual:  # MATLAB writes none
             return {}
         kind = self.kind(item)
         if kind not in PLAIN_CLASSES or kind == "char":
             return {}
         n_columns, n_rows = item.shape
         if n_rows == 1:
-            return {"": Vector(n_columns, self._reader(item, kind, lambda a, b: item[a:b, 0]))}
-        rows_of = [partial(_transposed, item, column) for column in range(n_columns)]
-        found = [Vector(n_rows, self._reader(item, kind, rows)) for rows in rows_of]
+            rows = by_chunk(lambda a, b: np.asarray(item[a:b, 0]), item, 0, n_columns)
+            return {"": Vector(n_columns, self._reader(item, kind, rows), item)}
+        COLUMNS.check(n_columns, self._shown, str(item.name))
+        rows_of = [by_chunk(partial(_transposed, item, column), item, 1, n_rows) for column in range(n_columns)]
+        found = [Vector(n_rows, self._reader(item, kind, rows), item) for rows in rows_of]
         return {"" if n_columns == 1 else str(k + 1): vector for k, vector in enumerate(found)}
 
     def _reader(self, item: Any, kind: str, read: Read) -> Read:
@@ -221,6 +233,9 @@ class _Tree73:
 
     def _word(self, reference: Any) -> str:
         held = self._file[reference]
+        check_item(held, "a cell")
+        if not isinstance(held, h5py.Dataset) or held.size > MOST_LETTERS:
+            return ""
         if self.kind(held) != "char" or "MATLAB_empty" in held.attrs:
             return ""
         return "".join(chr(code) for code in np.asarray(held).ravel())
@@ -233,10 +248,10 @@ def _transposed(item: Any, column: int, start: int, end: int) -> NDArray[Any]:
 class _Tree5:
     """A file of version 5 to 7, its variables read one by one when they are asked for."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, shown: str) -> None:
         from scipy.io import loadmat, whosmat
 
-        check_elements(path)
+        check_elements(path, shown)
         outline = whosmat(str(path), appendmat=False)
         self._outline = {name: (shape, kind) for name, shape, kind in outline}
         self.top: Any = None

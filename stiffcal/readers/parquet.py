@@ -6,7 +6,7 @@ path, ``pose.x``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,6 +15,7 @@ import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
+from stiffcal.limits import COLUMNS, ROWS, check_unpacked
 from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.readers import (
@@ -25,6 +26,7 @@ from stiffcal.readers import (
     Wanted,
     check_columns,
     check_options,
+    check_there,
     first_not_finite,
 )
 
@@ -70,14 +72,16 @@ class ParquetReader:
             For a damaged or cut off file, a missing column, a column that holds no numbers, an empty cell.
         """
         shown = shown or str(path)
-        with _open(path, options, shown) as file:
+        with _open(path, options, shown, (*wanted.texts, *wanted.times)) as file:
             check_columns(wanted, _leaves(file), shown, "schema")
             if file.metadata.num_rows == 0:
                 raise InputError.at(shown, "", "the table has no rows", "log again, or leave the file out")
             row = 1
+            _check_sizes(file, wanted, path.stat().st_size, shown)
             for records in file.iter_batches(BATCH_ROWS, columns=list(wanted.names), use_threads=False):
                 batch = _batch(records, wanted, row, shown)
                 row += len(batch)
+                ROWS.check(row - 1, shown)
                 yield batch
             if row - 1 != file.metadata.num_rows:
                 reason = f"no whole Parquet file ({row - 1} rows where its footer says {file.metadata.num_rows})"
@@ -92,16 +96,46 @@ READER = ParquetReader()
 
 
 @contextmanager
-def _open(path: Path, options: Options, shown: str) -> Iterator[parquet.ParquetFile]:
+def _open(path: Path, options: Options, shown: str, words: Sequence[str] = ()) -> Iterator[parquet.ParquetFile]:
+    # Words are read as the numbers of entries in a dictionary: one word of 100 MB can stand in each of a billion rows.
     check_options(options, {}, "parquet", shown)
     try:
-        with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+        check_there(path, shown)
+        with parquet.ParquetFile(path, page_checksum_verification=True, read_dictionary=list(words)) as file:
+            COLUMNS.check(len(file.schema), shown)
             yield file
     except FileNotFoundError:
         raise InputError.at(shown, "", "no such file", "correct the file's name") from None
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = f"no whole Parquet file ({str(error).splitlines()[0]})"
         raise InputError.at(shown, "", reason, "copy it again from its origin, or log again") from None
+
+
+def _check_sizes(file: parquet.ParquetFile, wanted: Wanted, size: int, shown: str) -> None:
+    """Refuse a table whose columns unpack to more than is allowed, by what its footer states of them.
+
+    Runs of one value are held as one, so the rows count as they will be in memory.
+    """
+    metadata = file.metadata
+    ROWS.check(metadata.num_rows, shown)
+    chosen = [index for index, name in enumerate(_leaves(file)) if name in wanted.names]
+    for index in chosen:
+        _check_kind(file, index, wanted, shown)
+    unpacked = 0
+    for group in range(metadata.num_row_groups):
+        for index in chosen:
+            unpacked += max(metadata.row_group(group).column(index).total_uncompressed_size, 0)
+    check_unpacked(max(unpacked, 8 * metadata.num_rows * len(chosen)), size, shown)
+
+
+def _check_kind(file: parquet.ParquetFile, index: int, wanted: Wanted, shown: str) -> None:
+    """Refuse lists, and words where numbers are wanted, before the library takes memory for all of them."""
+    column = file.schema.column(index)
+    words = column.physical_type == "BYTE_ARRAY" and column.logical_type.type != "DECIMAL"
+    if column.max_repetition_level > 0 or (words and column.path in wanted.numbers):
+        top = file.schema_arrow.field(file.schema_arrow.names.index(column.path.split(".")[0])).type
+        reason = f"it holds {top}, not {'words' if column.path in wanted.texts else 'numbers'}"
+        raise InputError.at(shown, f"column {column.path}", reason, "name a column of single values")
 
 
 def _leaves(file: parquet.ParquetFile) -> tuple[str, ...]:
@@ -160,7 +194,8 @@ def _seconds(column: pa.Array, name: str, shown: str, first_row: int) -> Floats:
 
 def _words(column: pa.Array, name: str, shown: str) -> list[str]:
     if pa.types.is_dictionary(column.type):
-        column = column.dictionary_decode()
+        entries = _words(column.dictionary, name, shown)  # each once, however often it stands in the table
+        return [entries[index] for index in column.indices.to_pylist()]
     if not (pa.types.is_string(column.type) or pa.types.is_large_string(column.type)):
         # Run numbers are words as well.
         if not pa.types.is_integer(column.type):

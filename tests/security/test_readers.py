@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import os
+import pickle
 import shutil
 import sqlite3
 import struct
 import sys
 import time
+import zlib
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
+import h5py
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from stiffcal.errors import InputError
@@ -199,15 +205,11 @@ class TestBags:
         folder = bag.parent / "bag"
         folder.mkdir()
         (folder / "metadata.yaml").write_text("rosbag2_bagfile_information: {}")
-        import os
-
         if hasattr(os, "mkfifo"):
             os.mkfifo(folder / "bag_0.db3")
             assert refusal(folder).startswith("bag/bag_0.db3: this is a pipe")
 
     def test_a_packed_file_that_unpacks_to_far_more(self, bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        import pyarrow as pa
-
         folder = bag.parent / "bag"
         folder.mkdir()
         with pa.CompressedOutputStream(str(folder / "bag_0.db3.zstd"), "zstd") as stream:
@@ -219,7 +221,6 @@ class TestBags:
     @pytest.mark.parametrize("packing", ["lz4", "zstd"])
     def test_a_chunk_that_unpacks_to_more_than_it_states(self, packing: str) -> None:
         import lz4.frame  # type: ignore[import-untyped]
-        import pyarrow as pa
         from rosbags.rosbag2 import ReaderError, storage_mcap
 
         from stiffcal.readers.rosbag2.storage import fence_rosbags
@@ -249,3 +250,163 @@ class TestBags:
             place += 9 + size
         path.write_bytes(content[:summary] + records + content[-37:])
         assert "its index lists a chunk twice" in refusal(path)
+
+
+class TestHdf5:
+    """A link can lead to any file; a chunk of a few kilobytes can unpack to gigabytes."""
+
+    FX = Wanted(numbers=("Fx",))
+
+    @pytest.fixture
+    def secret(self, tmp_path: Path) -> Path:
+        outside = tmp_path / "outside"
+        outside.mkdir()
+        with h5py.File(outside / "secret.h5", "w") as file:
+            file["Fx"] = np.arange(5.0)
+            file["inside/Fx"] = np.arange(5.0)
+        (outside / "secret.bin").write_bytes(np.arange(5.0).tobytes())
+        return outside
+
+    @pytest.mark.parametrize(
+        "way", ["link", "linked group", "soft link", "raw storage", "virtual", "raw storage in mat"]
+    )
+    def test_nothing_outside_the_file_is_opened(self, tmp_path: Path, secret: Path, way: str) -> None:
+        path = tmp_path / ("ft.mat" if way.endswith("mat") else "ft.h5")
+        options: dict[str, object] = {}
+        with h5py.File(path, "w") as file:
+            if way == "link":
+                file["Fx"] = h5py.ExternalLink(str(secret / "secret.h5"), "/Fx")
+            elif way == "linked group":
+                file["log"] = h5py.ExternalLink(str(secret / "secret.h5"), "/inside")
+                options = {"group": "/log"}
+            elif way == "soft link":
+                file["log"] = h5py.ExternalLink(str(secret / "secret.h5"), "/inside")
+                file["Fx"] = h5py.SoftLink("/log/Fx")
+            elif way == "virtual":
+                layout = h5py.VirtualLayout((5,), "f8")
+                layout[:] = h5py.VirtualSource(str(secret / "secret.h5"), "/Fx", (5,))
+                file.create_virtual_dataset("Fx", layout)
+            else:
+                file.create_dataset("Fx", (1, 5) if way.endswith("mat") else (5,), "f8",
+                                    external=[(str(secret / "secret.bin"), 0, 40)])  # fmt: skip
+        for goal in ("secret.h5", "secret.bin"):  # what would be opened would be waited for
+            (secret / goal).unlink()
+            if hasattr(os, "mkfifo"):
+                os.mkfifo(secret / goal)
+        line = refusal(path, self.FX, options)
+        assert "another file" in line or "no column" in line or "no vectors" in line
+
+    def test_a_word_in_a_cell_is_not_read_from_another_file(self, tmp_path: Path, secret: Path) -> None:
+        with h5py.File(tmp_path / "ft.mat", "w") as file:
+            word = file.create_dataset("#refs#/a", (1, 20), "u2", external=[(str(secret / "secret.bin"), 0, 40)])
+            word.attrs["MATLAB_class"] = np.bytes_(b"char")
+            cells = file.create_dataset("run", (1, 3), h5py.ref_dtype)
+            cells[...] = np.full((1, 3), word.ref, h5py.ref_dtype)
+            cells.attrs["MATLAB_class"] = np.bytes_(b"cell")
+        line = refusal(tmp_path / "ft.mat", Wanted(numbers=(), texts=("run",)))
+        assert "no whole MAT file" in line
+
+    def test_links_in_a_circle(self, tmp_path: Path) -> None:
+        with h5py.File(tmp_path / "ft.h5", "w") as file:
+            file["a/Fx"] = np.arange(5.0)
+            file["a/again"] = file["a"]
+            file["Fx"] = h5py.SoftLink("/Fy")
+            file["Fy"] = h5py.SoftLink("/Fx")
+            file["far"] = h5py.SoftLink("/a/again/again/again")
+        assert "no column 'Fx'" in refusal(tmp_path / "ft.h5", self.FX)
+        assert "no group '/Fx'" in refusal(tmp_path / "ft.h5", self.FX, {"group": "/Fx"})
+        assert read(tmp_path / "ft.h5", self.FX, {"group": "/far"}) == 5
+
+    def test_a_chunk_that_unpacks_to_gigabytes(self, tmp_path: Path) -> None:
+        with h5py.File(tmp_path / "ft.h5", "w") as file:
+            made = file.create_dataset("Fx", (1 << 27,), "f8", chunks=(1 << 27,), compression="gzip")
+            made.id.write_direct_chunk((0,), zlib.compress(b"\0" * 1000))
+        with most_memory(512 << 20):
+            assert "STIFFCAL_MAX_RATIO" in refusal(tmp_path / "ft.h5", self.FX)
+
+    def test_chunks_that_do_not_fit_into_memory_together(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("STIFFCAL_MAX_PIECE", "4 MiB")
+        with h5py.File(tmp_path / "ft.h5", "w") as file:
+            file.create_dataset("Fx", data=np.arange(1 << 20, dtype=float), chunks=(1 << 20,), compression="gzip")
+        assert "more than 4 MiB to be held at once; check the file, or raise STIFFCAL_MAX_PIECE" in refusal(
+            tmp_path / "ft.h5", self.FX
+        )
+
+    @pytest.mark.parametrize("layout", ["columns", "table", "records", "mat"])
+    def test_a_large_chunk_is_unpacked_once(self, tmp_path: Path, layout: str, monkeypatch: pytest.MonkeyPatch) -> None:
+        from stiffcal.readers import hdf5, mat
+
+        monkeypatch.setattr(hdf5, "BATCH_ROWS", 5000)
+        monkeypatch.setattr(mat, "BATCH_ROWS", 5000)
+        n_rows = 300_000
+        values = np.random.default_rng(1).normal(size=n_rows)
+        name, path = "Fx", tmp_path / ("ft.mat" if layout == "mat" else "ft.h5")
+        with h5py.File(path, "w") as file:
+            packing = {"chunks": (n_rows // 2,), "compression": "gzip"}
+            if layout == "columns":
+                file.create_dataset("Fx", data=values, **packing)
+            elif layout == "records":
+                file.create_dataset("log", data=values.astype([("Fx", "f8")]), **packing)
+            elif layout == "table":
+                made = file.create_dataset("log", data=values[:, None] * [1, 2], chunks=(n_rows // 2, 2), compression=1)
+                made.attrs["columns"] = "Fx,Fy"
+            else:
+                file.create_dataset("Fx", data=values[None], chunks=(1, n_rows // 2), compression=1)
+        begun = time.process_time()
+        found = [batch.numbers[name] for batch in find_reader(path).read_batches(path, {}, self.FX)]
+        assert time.process_time() - begun < 1.0
+        assert np.array_equal(np.concatenate(found), values)
+
+
+class TestMat:
+    def test_a_variable_that_unpacks_to_gigabytes(self, tmp_path: Path) -> None:
+        packing = zlib.compressobj(9)
+        packed = b"".join(packing.compress(b"\0" * (1 << 24)) for _ in range(60)) + packing.flush()
+        head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<HH", 0x0100, 0x4D49)
+        (tmp_path / "ft.mat").write_bytes(head + struct.pack("<II", 15, len(packed)) + packed)
+        with most_memory(1200 << 20):
+            assert "STIFFCAL_MAX_RATIO" in refusal(tmp_path / "ft.mat", Wanted(numbers=("Fx",)))
+
+
+class TestParquet:
+    def test_one_long_word_in_every_row(self, tmp_path: Path) -> None:
+        words = pa.DictionaryArray.from_arrays(pa.array(np.zeros(60_000, np.int32)), pa.array(["x" * (1 << 20)]))
+        pq.write_table(pa.table({"run": words, "Fx": np.arange(60_000.0)}), tmp_path / "ft.parquet")
+        with most_memory(1 << 30):
+            assert read(tmp_path / "ft.parquet", Wanted(numbers=("Fx",), texts=("run",))) == 60_000
+            assert "not numbers" in refusal(tmp_path / "ft.parquet", Wanted(numbers=("run",)))
+
+    def test_more_rows_than_a_file_of_its_size_can_hold(self, tmp_path: Path) -> None:
+        with pq.ParquetWriter(tmp_path / "ft.parquet", pa.schema([("Fx", pa.float64())])) as writer:
+            zeros = pa.table({"Fx": np.zeros(1 << 20)})
+            for _ in range(65):
+                writer.write_table(zeros, row_group_size=1 << 20)
+        assert "STIFFCAL_MAX_RATIO" in refusal(tmp_path / "ft.parquet", Wanted(numbers=("Fx",)))
+
+    def test_lists_in_cells(self, tmp_path: Path) -> None:
+        pq.write_table(pa.table({"Fx": [[1.0, 2.0], [3.0]]}), tmp_path / "ft.parquet")
+        assert "list<" in refusal(tmp_path / "ft.parquet", Wanted(numbers=("Fx.list.element",)))
+
+    def test_a_pickled_type_of_columns_is_not_loaded(self, tmp_path: Path) -> None:
+        class Attack:
+            def __reduce__(self) -> tuple[object, tuple[str]]:
+                return os.system, (f"touch {tmp_path / 'attacked'}",)
+
+        marked = {
+            b"ARROW:extension:name": b"arrow.py_extension_type",
+            b"ARROW:extension:metadata": pickle.dumps(Attack()),
+        }
+        schema = pa.schema([pa.field("Fx", pa.float64(), metadata=marked)])
+        pq.write_table(pa.table({"Fx": np.arange(3.0)}, schema=schema), tmp_path / "ft.parquet")
+        with suppress(InputError):
+            read(tmp_path / "ft.parquet", Wanted(numbers=("Fx",)))
+        assert not (tmp_path / "attacked").exists()
+
+
+class TestTdms:
+    def test_the_index_next_to_a_file_is_not_read(self, tmp_path: Path) -> None:
+        nptdms = pytest.importorskip("nptdms")
+        with nptdms.TdmsWriter(tmp_path / "ft.tdms") as writer:
+            writer.write_segment([nptdms.ChannelObject("log", "Fx", np.arange(5.0))])
+        (tmp_path / "ft.tdms_index").write_bytes(b"TDSh" + b"\xff" * 100)
+        assert read(tmp_path / "ft.tdms", Wanted(numbers=("Fx",))) == 5

@@ -24,6 +24,7 @@ import pyarrow.csv as arrow_csv
 
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
+from stiffcal.limits import ROWS
 from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.readers import (
@@ -88,6 +89,7 @@ class CsvReader:
                 for records in _parse(text, layout, wanted):
                     batch = _batch(records, layout, wanted, row + 1, shown)
                     row += len(batch)
+                    ROWS.check(row, shown)
                     yield batch
             except pa.ArrowInvalid as error:
                 raise _placed(path, layout, wanted, row, shown, str(error)) from None

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
+from stiffcal.limits import COLUMNS
 from stiffcal.measurements.scope_export import NAME, PROPERTIES, is_scope_header, scope_columns, scope_units
 from stiffcal.readers import Options, Wanted, check_columns, check_options
 from stiffcal.readers.csv.lines import LogText, find_codec
@@ -131,6 +132,7 @@ def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted
     delimiter = _single(options, "delimiter", shown) or _find_delimiter(header, wanted, decimal)
     header_line = text.line_number
     cells = Layout((), {}, delimiter, decimal, "", 0, False).split(header)
+    COLUMNS.check(len(cells), shown, f"line {header_line}")
     asked = set(wanted.names)
     columns = tuple(cell if cell in asked else csv_cell.original(cell) for cell in cells)
     scope = _read_scope(text, columns, delimiter, decimal) if columns[:1] == (NAME,) else None

@@ -11,6 +11,7 @@ import codecs
 import gzip
 import io
 import lzma
+import os
 import re
 import zlib
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ from typing import IO, cast
 
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
+from stiffcal.limits import LINE, check_unpacked
 
 CHUNK = 1 << 20
 TAIL = 1 << 14
@@ -79,6 +81,7 @@ class LogText(io.RawIOBase):
         self._decoder = None if self.as_it_is else codecs.getincrementaldecoder(encoding)("strict")
         self._file, self._bytes = _open_bytes(path, shown)
         self._packed = self._file is not self._bytes
+        self._size = os.fstat(self._bytes.fileno()).st_size
         self._buffer = self._held = b""
         self._ended = self._started = self._closed_off = self._ended_line = False
         self._ends = self._taken = 0
@@ -99,8 +102,12 @@ class LogText(io.RawIOBase):
 
     def next_line(self) -> bytes | None:
         """Return the next line without its end, or None at the end of the file; empty lines are returned too."""
-        while (end := self._buffer.find(b"\n")) < 0 and self._pull():
-            pass
+        looked_through = 0
+        while (end := self._buffer.find(b"\n", looked_through)) < 0:
+            looked_through = len(self._buffer)
+            LINE.check(looked_through, self.shown, f"line {self.line_number + 1}")
+            if not self._pull():
+                break
         if end < 0 and not self._buffer:
             return None
         line, end_mark, self._buffer = self._buffer.partition(b"\n")
@@ -119,6 +126,7 @@ class LogText(io.RawIOBase):
         while self._buffer or self._pull(CHUNK):
             *whole, rest = (rest + self._buffer).split(b"\n")
             self._buffer = b""
+            LINE.check(len(rest), self.shown, f"line {self.line_number + len(whole) + 1}")
             for line in whole:
                 self.line_number += 1
                 yield line
@@ -205,6 +213,8 @@ class LogText(io.RawIOBase):
             raise InputError.at(self.shown, "", reason, "copy it again from its origin") from None
         self._ended = not raw
         self._taken += len(raw)
+        if self._packed:
+            check_unpacked(self._taken, self._size, self.shown)
         if self._decoder is None:
             return raw
         try:

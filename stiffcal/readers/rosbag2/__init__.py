@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -39,7 +39,7 @@ from stiffcal.readers import (
     whole,
 )
 from stiffcal.readers.rosbag2.definitions import checked_types, parsed_types
-from stiffcal.readers.rosbag2.storage import QuotedPath, check_bag, check_chunks, fence_rosbags, unzstd
+from stiffcal.readers.rosbag2.storage import CHUNK, MESSAGE, QuotedPath, check_bag, check_chunks, fence_rosbags, unzstd
 
 BATCH_MESSAGES = 1 << 14
 KNOWN_OPTIONS: dict[str, type] = {"topic": str, "child_frame": str, "types": str}
@@ -138,7 +138,14 @@ class RosReader:
             check_bag(path, shown)
             with Reader(QuotedPath(path)) as reader:
                 check_chunks(reader, path, shown)
-                yield _topic(reader, self.name, {**options, "types": types}, shown)
+                try:
+                    yield _topic(reader, self.name, {**options, "types": types}, shown)
+                except InputError as error:  # what unpacks a part of the bag does not know its name
+                    faults = (
+                        replace(fault, file=shown, place=fault.file) if fault.file in (CHUNK, MESSAGE) else fault
+                        for fault in error.faults
+                    )
+                    raise InputError(*faults) from None
 
 
 READER = RosReader("rosbag2")

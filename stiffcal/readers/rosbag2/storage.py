@@ -23,6 +23,8 @@ MOST_METADATA = 16 << 20
 MOST_SETTINGS = 1 << 20  # bytes of a topic's settings
 MOST_NESTED = 50  # lists and tables in one another in metadata.yaml
 STEP = 1 << 22
+CHUNK, MESSAGE = "a chunk", "a message"
+"""Parts of a bag, as the places of faults in them."""
 COPY = "copy the bag again from its origin"
 
 
@@ -161,8 +163,8 @@ def fence_rosbags() -> None:
 def _unlz4(data: bytes, size: int) -> bytes:
     from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
 
-    PIECE.check(size, "a chunk")
-    check_unpacked(size, len(data), "a chunk")
+    PIECE.check(size, CHUNK)
+    check_unpacked(size, len(data), CHUNK)
     unpacking = LZ4FrameDecompressor()
     content = unpacking.decompress(data, max_length=size + 1)
     if not unpacking.eof and len(content) <= size:
@@ -181,15 +183,15 @@ def unzstd(data: bytes, size: int | None = None) -> bytes:
     import pyarrow as pa
 
     most = PIECE.most if size is None else size
-    PIECE.check(most, "a chunk")
-    check_unpacked(0 if size is None else size, len(data), "a chunk")
+    PIECE.check(most, CHUNK)
+    check_unpacked(0 if size is None else size, len(data), CHUNK)
     pieces, unpacked = [], 0
     with pa.CompressedInputStream(pa.BufferReader(data), "zstd") as stream:
         while unpacked <= most and (piece := stream.read(min(STEP, most + 1 - unpacked))):
             pieces.append(piece)
             unpacked += len(piece)
-            check_unpacked(unpacked, len(data), "a message")
-    PIECE.check(unpacked, "a message")
+            check_unpacked(unpacked, len(data), MESSAGE)
+    PIECE.check(unpacked, MESSAGE)
     return b"".join(pieces)
 
 
