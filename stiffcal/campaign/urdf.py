@@ -15,10 +15,11 @@ from stiffcal.campaign.name_checks import check_name
 from stiffcal.campaign.robot_file import MOST_JOINTS
 from stiffcal.errors import InputError
 from stiffcal.files import read_regular
-from stiffcal.limits import URDF
+from stiffcal.limits import URDF, URDF_NODES
 
 Triple: TypeAlias = tuple[float, float, float]
 
+MOST_NESTED = 100  # elements in elements: a robot has five
 _ZERO: Triple = (0.0, 0.0, 0.0)
 
 
@@ -112,9 +113,39 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
     return robot
 
 
+class _Builder(ElementTree.TreeBuilder):
+    """Builds the tree of a URDF; refuses what is none before it takes the machine's memory."""
+
+    def __init__(self, file: str) -> None:
+        super().__init__()
+        self._file = file
+        self._nodes = self._depth = 0
+
+    def doctype(self, *_: str | None) -> None:
+        """Refuse a document type: its entities can be as large as one likes, or name other files."""
+        raise InputError.at(self._file, "<!DOCTYPE>", "a URDF has no document type", "delete it and its entities")
+
+    def start(self, tag: str, attributes: dict[str, str], /) -> ElementTree.Element:
+        """Count an element in."""
+        self._nodes += 1
+        self._depth += 1
+        URDF_NODES.check(self._nodes, self._file)
+        if self._depth > MOST_NESTED:
+            reason = f"more than {MOST_NESTED} elements lie in one another"
+            raise InputError.at(self._file, f"<{tag}>", reason, "write them side by side")
+        return super().start(tag, attributes)
+
+    def end(self, tag: str, /) -> ElementTree.Element:
+        """Leave an element."""
+        self._depth -= 1
+        return super().end(tag)
+
+
 def _parse(path: Path, file: str) -> ElementTree.Element:
     try:
-        root = ElementTree.fromstring(read_regular(path, file, limit=URDF))
+        parser = ElementTree.XMLParser(target=_Builder(file))
+        parser.feed(read_regular(path, file, limit=URDF))
+        root = parser.close()
     except FileNotFoundError:
         raise InputError.at(file, "", "no such file", "correct urdf in the robot file") from None
     except OSError as error:
@@ -123,6 +154,8 @@ def _parse(path: Path, file: str) -> ElementTree.Element:
         line, column = error.position
         reason = f"this is not XML: {str(error).split(':')[0]}"
         raise InputError.at(file, f"line {line}, column {column + 1}", reason, "correct that line") from None
+    except (ValueError, LookupError) as error:  # of an encoding that Python does not know
+        raise InputError.at(file, "line 1", f"this is not XML: {error}", "save the file as UTF-8") from None
     if root.tag != "robot":
         raise InputError.at(
             file, f"<{root.tag}>", "this is not a URDF", "expand xacro files first; the root is <robot>"

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import bz2
+import gzip
+import lzma
 import re
+import time
+from pathlib import Path
 
+import pyarrow as pa
 import pytest
 
 from stiffcal import limits
+from stiffcal.campaign.toml_reading import read_toml
+from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import InputError
+from stiffcal.readers import Wanted, find_reader
 
 
 class TestTheTableOfLimits:
@@ -36,3 +45,102 @@ class TestTheTableOfLimits:
         monkeypatch.setenv("STIFFCAL_MAX_UNPACKED", text)
         with pytest.raises(InputError, match='STIFFCAL_MAX_UNPACKED: .* is no amount; .*="4 TiB"'):
             limits.UNPACKED.check(1, "ft.csv.gz")
+
+
+class TestPackedLogs:
+    """A text log that unpacks to far more than it holds ends early, in bounded memory."""
+
+    HEADER = b"t,Fx\n"
+
+    def pack(self, path: Path, content: bytes) -> None:
+        if path.suffix == ".zst":
+            path.write_bytes(pa.compress(content, "zstd", asbytes=True))
+        else:
+            module = {".gz": gzip, ".bz2": bz2, ".xz": lzma}[path.suffix]
+            path.write_bytes(module.compress(content))
+
+    @pytest.mark.parametrize("ending", ["gz", "bz2", "xz", "zst"])
+    @pytest.mark.parametrize("line", [b"0,0\n", b"\n", b"\0"], ids=["rows", "empty lines", "no line ends"])
+    def test_bombs(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str, line: bytes) -> None:
+        monkeypatch.setattr(limits, "RATIO_FROM", 1 << 20)
+        monkeypatch.setenv("STIFFCAL_MAX_RATIO", "50")
+        monkeypatch.setenv("STIFFCAL_MAX_LINE", "1 MiB")
+        self.pack(tmp_path / f"ft.csv.{ending}", self.HEADER + line * (4_000_000 // len(line)))
+        reasons = "more than 50 unpacked bytes for each packed one|more than 1 MiB in one line"
+        with pytest.raises(InputError, match=reasons):
+            rows(tmp_path / f"ft.csv.{ending}")
+
+    @pytest.mark.parametrize("ending", ["gz", "bz2", "xz", "zst"])
+    def test_a_day_of_logs_passes(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str) -> None:
+        monkeypatch.setattr(limits, "RATIO_FROM", 1 << 20)
+        text = "".join(f"{k * 0.001:.3f},{(k * 7919) % 1000 / 10}\n" for k in range(100_000))
+        self.pack(tmp_path / f"ft.csv.{ending}", self.HEADER + text.encode())
+        assert rows(tmp_path / f"ft.csv.{ending}") == 100_000
+
+    def test_unpacked_bytes(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("STIFFCAL_MAX_UNPACKED", "1 MiB")
+        self.pack(tmp_path / "ft.csv.gz", self.HEADER + b"1,2\n" * 300_000)
+        with pytest.raises(InputError, match="more than 1 MiB once unpacked; check the file, or raise STIFFCAL_MAX_UN"):
+            rows(tmp_path / "ft.csv.gz")
+
+
+class TestTextLogs:
+    @pytest.mark.parametrize(
+        "text", [b"x" * (40 << 20), b"t,Fx\n" + b"1" * (40 << 20), b't,Fx\n1,"' + b"2\n" * 2_000_000]
+    )
+    def test_lines_without_end_are_refused_in_bounded_time(self, tmp_path: Path, text: bytes) -> None:
+        (tmp_path / "ft.csv").write_bytes(text)
+        begun = time.process_time()
+        with pytest.raises(InputError):
+            rows(tmp_path / "ft.csv")
+        assert time.process_time() - begun < 5.0
+
+    def test_columns(self, tmp_path: Path) -> None:
+        names = ",".join(f"c{k}" for k in range(30_000))
+        (tmp_path / "ft.csv").write_text(f"t,Fx,{names}\n" + "1," * 30_001 + "1\n")
+        with pytest.raises(InputError, match="more than 20000 columns; check the file, or raise STIFFCAL_MAX_COLUMNS"):
+            rows(tmp_path / "ft.csv")
+
+    def test_rows(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("STIFFCAL_MAX_ROWS", "1000")
+        (tmp_path / "ft.csv").write_text("t,Fx\n" + "1,2\n" * 1001)
+        with pytest.raises(InputError, match="more than 1000 rows; check the file, or raise STIFFCAL_MAX_ROWS"):
+            rows(tmp_path / "ft.csv")
+
+
+class TestUrdf:
+    @pytest.mark.parametrize(
+        ("text", "reason"),
+        [
+            ('<!DOCTYPE robot [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>', "has no document type"),
+            ('<!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot>&a;</robot>', "has no document type"),
+            ("<robot>" + "<a>" * 100_000, "elements lie in one another"),
+            ("<robot>" + "<link name='a'/>" * 200_001 + "</robot>", "more than 200000 elements"),
+            ('<?xml version="1.0" encoding="no-such"?><robot/>', "this is not XML"),
+        ],
+        ids=["entities", "another file", "depth", "nodes", "encoding"],
+    )
+    def test_hostile_ones_are_one_line(self, tmp_path: Path, text: str, reason: str) -> None:
+        (tmp_path / "robot.urdf").write_text(text)
+        with pytest.raises(InputError, match=reason):
+            read_urdf(tmp_path / "robot.urdf", "robot.urdf")
+
+
+class TestToml:
+    def test_its_bytes(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("STIFFCAL_MAX_TOML", "1 KiB")
+        (tmp_path / "robot.toml").write_text("# " + "x" * 2000)
+        with pytest.raises(InputError, match="robot.toml: more than 1 KiB of TOML; .* STIFFCAL_MAX_TOML"):
+            read_toml(tmp_path / "robot.toml", "robot.toml")
+
+    @pytest.mark.parametrize("text", ["a = " + "[" * 20_000, "a" + ".a" * 20_000 + " = 1", "[a" + ".a" * 20_000 + "]"])
+    def test_its_depth(self, tmp_path: Path, text: str) -> None:
+        (tmp_path / "robot.toml").write_text(text)
+        with pytest.raises(InputError, match="lie in one another too deeply"):
+            read_toml(tmp_path / "robot.toml", "robot.toml")
+
+
+def rows(path: Path) -> int:
+    """Return the number of rows of a log with a column Fx."""
+    wanted = Wanted(numbers=("Fx",))
+    return sum(len(batch) for batch in find_reader(path, "csv").read_batches(path, {}, wanted, path.name))
