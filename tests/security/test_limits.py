@@ -96,8 +96,7 @@ class TestTextLogs:
         assert time.process_time() - begun < 5.0
 
     def test_columns(self, tmp_path: Path) -> None:
-        names = ",".join(f"c{k}" for k in range(30_000))
-        (tmp_path / "ft.csv").write_text(f"t,Fx,{names}\n" + "1," * 30_001 + "1\n")
+        (tmp_path / "ft.csv").write_text("t,Fx" + ",x" * 25_000 + "\n" + "1," * 25_001 + "1\n")
         with pytest.raises(InputError, match="more than 20000 columns; check the file, or raise STIFFCAL_MAX_COLUMNS"):
             rows(tmp_path / "ft.csv")
 
