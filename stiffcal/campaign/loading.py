@@ -24,6 +24,7 @@ from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_fault
 from stiffcal.campaign.robot_file import RobotFile, chain_of
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import Fault, InputError, raise_faults
+from stiffcal.escapes import visible
 
 if TYPE_CHECKING:
     from stiffcal.mechanics.chain import Chain
@@ -53,8 +54,8 @@ class Campaign:
 
     @property
     def name(self) -> str:
-        """Return the campaign's name: as written, or the folder's."""
-        return self.manifest.name or self.folder.resolve().name
+        """Return the campaign's name: as written, or the folder's with what is no text in it written out."""
+        return self.manifest.name or visible(self.folder.resolve().name)
 
     @property
     def robot_path(self) -> Path:

@@ -101,7 +101,10 @@ def _open(path: Path, options: Options, shown: str, words: Sequence[str] = ()) -
     check_options(options, {}, "parquet", shown)
     try:
         check_there(path, shown)
-        with parquet.ParquetFile(path, page_checksum_verification=True, read_dictionary=list(words)) as file:
+        with (
+            open_regular(path, shown) as opened,  # as a path pyarrow takes no name that is not UTF-8
+            parquet.ParquetFile(opened, page_checksum_verification=True, read_dictionary=list(words)) as file,
+        ):
             COLUMNS.check(len(file.schema), shown)
             yield file
     except FileNotFoundError:

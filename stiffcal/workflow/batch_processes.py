@@ -15,6 +15,7 @@ import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
+from stiffcal.escapes.terminal import escaped
 from stiffcal.masking import mask
 from stiffcal.module_path import child_environment, child_options, without_current_folder
 from stiffcal.workflow.batch_outcome import LOST, Document, outcome_of
@@ -74,7 +75,7 @@ class WorkerProcess:
             self._process.stdin.write(json.dumps(task).encode() + b"\n")
             self._process.stdin.flush()
             while (line := self._process.stdout.readline()).startswith(SAID):
-                sys.stderr.write(mask(json.loads(line)["said"]) + "\n")
+                sys.stderr.write(escaped(mask(json.loads(line)["said"])) + "\n")
                 sys.stderr.flush()
         if not line.endswith(b"\n"):
             raise WorkerLostError(self._last_words())

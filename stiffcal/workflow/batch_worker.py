@@ -25,11 +25,12 @@ def main() -> None:
     os.dup2(2, 1)
     tasks: queue.SimpleQueue[str] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin, tasks), daemon=True).start()
+    from stiffcal.escapes.json_text import document_text
     from stiffcal.model.plugin_notice import tell_by
     from stiffcal.workflow.batch_task import run_task
 
     def answer(document: dict[str, Any]) -> None:
-        answers.write(json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
+        answers.write(document_text(document, indent=None) + "\n")
         answers.flush()
 
     # Nobody sees this process's standard error: who started it says that a plugin runs, before it does.

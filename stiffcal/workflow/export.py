@@ -119,12 +119,14 @@ def write_table(table: pa.Table | Mapping[str, Any], output: Path, *, raw_text: 
         if output.suffix.lower() == ".parquet":
             import pyarrow.parquet as parquet
 
-            parquet.write_table(whole, beside)
+            with beside.open("wb") as file:  # as a path pyarrow takes no name that is not UTF-8
+                parquet.write_table(whole, file)
         else:
             from pyarrow import csv
 
             written = whole if raw_text else _for_spreadsheets(whole)
-            csv.write_csv(written, beside, csv.WriteOptions(quoting_style="needed"))
+            with beside.open("wb") as file:
+                csv.write_csv(written, file, csv.WriteOptions(quoting_style="needed"))
 
 
 def _for_spreadsheets(table: pa.Table) -> pa.Table:
