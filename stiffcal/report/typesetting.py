@@ -1,24 +1,20 @@
-"""Setting pages with typst: offline, with matplotlib's own DejaVu fonts and no others, so that bytes repeat."""
+"""Setting pages with typst: offline, with matplotlib's own DejaVu fonts, so that bytes repeat.
+
+Other fonts are used only for letters that DejaVu lacks, see `stiffcal.report.fonts`.
+"""
 
 from __future__ import annotations
 
-import json
 import shutil
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from stiffcal.report.drawing_library import drawing_library
+from stiffcal.escapes.json_text import document_text
+from stiffcal.report.fonts import drawable_data, further_fonts, own_fonts, texts_of
 
 _TEMPLATE = "report.typ"
-_FONT_FILES = (
-    "DejaVuSans.ttf",
-    "DejaVuSans-Bold.ttf",
-    "DejaVuSans-Oblique.ttf",
-    "DejaVuSans-BoldOblique.ttf",
-    "DejaVuSansMono.ttf",
-)
 
 
 def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
@@ -36,16 +32,15 @@ def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
     """
     import typst
 
-    matplotlib = drawing_library()
     moment = _moment(day)
     stamped = pages | {"day": [moment.year, moment.month, moment.day] if moment else None}
-    (folder / "content.json").write_text(json.dumps(stamped, ensure_ascii=False), encoding="utf-8")
+    (folder / "content.json").write_text(document_text(drawable_data(stamped), indent=None), encoding="utf-8")
     template = resources.files("stiffcal.report").joinpath("pages", _TEMPLATE).read_text(encoding="utf-8")
     (folder / _TEMPLATE).write_text(template, encoding="utf-8")
     fonts = folder / "fonts"
     fonts.mkdir()
-    for name in _FONT_FILES:
-        shutil.copyfile(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name, fonts / name)
+    for font in (*own_fonts(), *further_fonts(texts_of(pages))):
+        shutil.copyfile(font, fonts / font.name)
     only_these = typst.Fonts(include_system_fonts=False, include_embedded_fonts=False, font_paths=[str(fonts)])
     timestamp = moment or datetime(1970, 1, 1, tzinfo=UTC)
     return typst.compile(str(folder / _TEMPLATE), root=str(folder), font_paths=only_these, timestamp=timestamp)

@@ -16,6 +16,7 @@ import numpy as np
 from stiffcal.files import replacing
 from stiffcal.report.content import Floats, Integers
 from stiffcal.report.drawing_library import drawing_library
+from stiffcal.report.fonts import make_drawable, no_notices_of_fonts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -115,8 +116,14 @@ def save_figure(figure: Figure, path: Path, text_as_shapes: bool = True) -> None
         matplotlib.rcdefaults()
         style = _STYLE | {"svg.fonttype": "path" if text_as_shapes else "none"}
         matplotlib.rcParams.update(cast(Any, style))
-        with replacing(path) as beside:
+        make_drawable(figure)
+        with no_notices_of_fonts(), replacing(path) as beside:
             figure.savefig(beside, format=kind, metadata=metadata, dpi=200)
+
+
+def in_legend(name: str) -> str:
+    """Return a name as a label that matplotlib shows: one that begins with an underscore is hidden in legends."""
+    return f"\u200c{name}" if name.startswith("_") else name
 
 
 def thinned(size: Floats, limit: int) -> Integers:

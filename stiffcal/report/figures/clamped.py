@@ -69,7 +69,7 @@ def draw_curves(curves: tuple[ClampedCurve, ...]) -> Figure:
             panel.plot(
                 np.rad2deg(pose.spring_angle), pose.spring_torque, linestyle="none", markersize=2.2,
                 marker=canvas.MARKERS[number % len(canvas.MARKERS)], markerfacecolor="none", markeredgewidth=0.5,
-                color=canvas.COLOURS[number % len(canvas.COLOURS)], label=pose.run, zorder=2,
+                color=canvas.COLOURS[number % len(canvas.COLOURS)], label=canvas.in_legend(pose.run), zorder=2,
             )  # fmt: skip
         angle = np.rad2deg(curve.angle)
         half = NORMAL_95 * curve.std

@@ -121,7 +121,7 @@ def _handles(runs: tuple[str, ...]) -> list[object]:
             markersize=3.0,
             color=canvas.COLOURS[number % len(canvas.COLOURS)],
             markerfacecolor="none",
-            label=name,
+            label=canvas.in_legend(name),
         )
         for number, name in enumerate(runs[:8])
     ]

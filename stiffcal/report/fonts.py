@@ -1,0 +1,149 @@
+r"""Fonts for pages and pictures: matplotlib's own DejaVu, and for letters that it lacks what this machine has.
+
+Names of robots and runs may be Chinese or Japanese, or hold an emoji. DejaVu has Latin, Greek, Cyrillic, Arabic and
+Hebrew letters; for others the fonts of the system are searched, and only then: a report without such letters has the
+same bytes on every machine. A letter that no font has is written out as ``\u59ff``, as a box would say nothing.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.escapes.typst_text import escaped
+from stiffcal.report.drawing_library import drawing_library
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FONT_FILES = (
+    "DejaVuSans.ttf",
+    "DejaVuSans-Bold.ttf",
+    "DejaVuSans-Oblique.ttf",
+    "DejaVuSans-BoldOblique.ttf",
+    "DejaVuSansMono.ttf",
+)
+_PLAIN_END = 0x250  # Latin letters with their accents: DejaVu has all of them
+_ENDINGS = {".ttf", ".otf", ".ttc"}
+
+
+def own_fonts() -> list[Path]:
+    """Return the files of the fonts that every report has."""
+    folder = Path(drawing_library().get_data_path()) / "fonts" / "ttf"
+    return [folder / name for name in FONT_FILES]
+
+
+def further_fonts(texts: Iterable[str]) -> list[Path]:
+    """Return the files of the system's fonts that have letters of these texts which DejaVu lacks."""
+    wanted = _unusual(texts)
+    return list(_search(wanted)[0]) if wanted else []
+
+
+def drawable(text: str) -> str:
+    """Return a text with what is hidden, and what no font here has, written out."""
+    text = escaped(text)
+    wanted = _unusual([text])
+    lost = _search(wanted)[1] if wanted else frozenset()
+    return "".join(c.encode("unicode_escape").decode("ascii") if c in lost else c for c in text) if lost else text
+
+
+def drawable_data(value: Any) -> Any:
+    """Return the data of a page with all texts in it as `drawable` has them."""
+    if isinstance(value, str):
+        return drawable(value)
+    if isinstance(value, dict):
+        return {key: drawable_data(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [drawable_data(item) for item in value]
+    return value
+
+
+def texts_of(value: Any) -> set[str]:
+    """Return every text in the data of a page."""
+    if isinstance(value, str):
+        return {value}
+    items = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
+    return {text for item in items for text in texts_of(item)}
+
+
+def make_drawable(figure: Figure) -> None:
+    """Write out in a picture's texts what is hidden, and give letters that DejaVu lacks a font that has them."""
+    from matplotlib.text import Text
+
+    for panel in figure.axes:
+        for axis in (panel.xaxis, panel.yaxis):
+            formatter = axis.get_major_formatter()  # when drawn it would give its ticks the old texts again
+            vars(formatter)["format_ticks"] = partial(_drawable_ticks, formatter.format_ticks)
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        written = text.get_text()
+        text.set_text(drawable(written))
+        families = [_family(file) for file in further_fonts([written])]
+        if families:
+            text.set_fontfamily(["DejaVu Sans", *families])
+
+
+def _drawable_ticks(format_ticks: Callable[[Any], list[str]], values: Any) -> list[str]:
+    return [drawable(label) for label in format_ticks(values)]
+
+
+@contextmanager
+def no_notices_of_fonts() -> Iterator[None]:
+    """Keep matplotlib from printing that a further font has another weight than DejaVu."""
+    log = logging.getLogger("matplotlib.font_manager")
+    before = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
+
+
+def _unusual(texts: Iterable[str]) -> frozenset[str]:
+    found = {c for text in texts if not text.isascii() for c in text if ord(c) >= _PLAIN_END}
+    return frozenset(c for c in found if ord(c) not in _letters(own_fonts()[0]))
+
+
+@lru_cache(maxsize=64)
+def _letters(file: Path) -> frozenset[int]:
+    """Return the code points that a font has; none where the file is no font."""
+    from matplotlib.ft2font import FT2Font
+
+    try:
+        return frozenset(FT2Font(str(file)).get_charmap())
+    except (OSError, RuntimeError, ValueError):
+        return frozenset()
+
+
+@lru_cache(maxsize=16)
+def _search(wanted: frozenset[str]) -> tuple[tuple[Path, ...], frozenset[str]]:
+    """Return the fonts of the system that have letters of those wanted, the one with most first; and what none has."""
+    left, chosen = {ord(c) for c in wanted}, []
+    having = {file: left & _letters(file) for file in _system_fonts()}
+    while left and having:
+        best = max(sorted(having), key=lambda file: len(having[file] & left))
+        if not having[best] & left:
+            break
+        chosen.append(best)
+        left -= having.pop(best)
+    return tuple(chosen), frozenset(chr(code) for code in left)
+
+
+def _system_fonts() -> list[Path]:
+    from matplotlib.font_manager import findSystemFonts
+
+    files = (Path(file) for file in findSystemFonts())
+    return sorted(file for file in files if file.suffix.lower() in _ENDINGS and "LastResort" not in file.name)
+
+
+@lru_cache(maxsize=16)
+def _family(file: Path) -> str:
+    """Make a font known to matplotlib, and return its name."""
+    from matplotlib.font_manager import FontProperties, fontManager
+
+    fontManager.addfont(str(file))
+    return str(FontProperties(fname=str(file)).get_name())
