@@ -22,6 +22,7 @@ from stiffcal.diagnosis.scoring import fold_products, solve_within
 from stiffcal.identification.observation import Column, free_columns
 from stiffcal.identification.rows import GAUGE, ROTATION, TRANSLATION
 from stiffcal.identification.signatures import Linearised, Signature
+from stiffcal.measurements.varying import varies
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Sort
 from stiffcal.validation.unseen import with_lost_freedom
@@ -253,7 +254,7 @@ def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers, driver: 
 
 def _is_size_of(driver: Floats, drive: Floats) -> bool:
     """Return whether a driver follows the size of a law's term and not the term."""
-    if np.ptp(driver) == 0.0 or np.ptp(drive) == 0.0 or np.ptp(np.abs(drive)) == 0.0:
+    if not (varies(driver) and varies(drive) and varies(np.abs(drive))):
         return False
     signed, unsigned = (abs(float(np.corrcoef(driver, each)[0, 1])) for each in (drive, np.abs(drive)))
     return unsigned > 0.5 > signed

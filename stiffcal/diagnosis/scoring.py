@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.bounded import least_squares_within
+
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 Integers = NDArray[np.int64]
@@ -21,7 +23,9 @@ Integers = NDArray[np.int64]
 VARIANTS_IN_FOLDS = 3
 # Rounds of exchanging all at once without getting better before one is exchanged at a time, and rounds per parameter.
 PATIENCE = 3
-PIVOTS = 60
+PIVOTS = 6
+# Sums of squares that are less than this share of what they were taken from are rounding.
+ROUNDING = 1e-12
 
 
 def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, near: Floats | None = None) -> Floats:
@@ -38,11 +42,12 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
     -------
     (…, k). Block principal pivoting (Portugal, Júdice and Vicente 1994; Kim and Park 2011): all parameters that leave
     their bounds are put on them and all that should leave a bound are let go, until none is left; where that does not
-    get better, one at a time (Murty's rule), which always ends.
+    get better, one at a time (Murty's rule). What rounding keeps from ending within `PIVOTS` rounds per parameter goes
+    to the active set of `least_squares_within`.
 
     Raises
     ------
-    ArithmeticError : it does not end within `PIVOTS` rounds per parameter.
+    ArithmeticError : neither ends.
     """
     k = normal.shape[-1]
     diagonal = np.einsum("...kk->...k", normal)
@@ -58,7 +63,7 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
     left = np.arange(len(target))
     fewest, patience = np.full(len(target), k + 1), np.full(len(target), PATIENCE)
     slack = 1e-9 * np.abs(target).max(axis=-1, keepdims=True, initial=0.0)
-    for _ in range(PIVOTS * (k + 1)):
+    for _ in range(PIVOTS * k + 1):
         whole = len(left) == len(target)
         matrix, aim, on = (scaled, target, side) if whole else (scaled[left], target[left], side[left])
         least, most = low if len(low) == 1 else low[left], high if len(high) == 1 else high[left]
@@ -89,7 +94,13 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
         moving = wrong & (~single[:, None] | (np.arange(k) == last[:, None]))
         side[left] = np.where(moving, np.where(on == 0, np.where(below, -1, 1), 0), on)
     else:
-        raise ArithmeticError(f"bounded least squares of {k} unknowns do not settle in {PIVOTS * (k + 1)} pivots")
+        # Columns alike to rounding are exchanged for each other without end.
+        for problem in left:
+            least, most = (bound[0] if len(bound) == 1 else bound[problem] for bound in (low, high))
+            squares, axes = np.linalg.eigh(scaled[problem])
+            size = np.sqrt(np.maximum(squares, 1e-10))
+            aim = axes.T @ target[problem] / size
+            result[problem], _ = least_squares_within(size[:, None] * axes.T, aim, least, most)
     return np.clip(result.reshape(right.shape) / scale, lower, upper)
 
 
@@ -128,6 +139,16 @@ def quadratic(products: Floats, solution: Floats) -> Floats:
     )
 
 
+def without_rows(total: Floats, taken: Floats) -> Floats:
+    """Return inner products (k, k) less those of rows that are left out, (…, k, k).
+
+    A column whose rows are all left out is then zero; what rounding leaves of it would count like any other column.
+    """
+    left = total - taken
+    gone = np.einsum("...kk->...k", left) <= ROUNDING * np.diagonal(total)
+    return np.asarray(np.where(gone[..., :, None] | gone[..., None, :], 0.0, left))
+
+
 def fold_products(rows: Floats, folds: list[Integers]) -> Floats:
     """Return (F, k, k) inner products of rows (k, m · n), fold by fold."""
     return np.stack([rows[:, fold] @ rows[:, fold].T for fold in folds])
@@ -157,7 +178,7 @@ def score_variants(
     kept = np.argsort(fitted, kind="stable")[:VARIANTS_IN_FOLDS]
     for one, solution in ((products[k], solutions[k]) for k in kept):
         total = one.sum(axis=0)
-        rest = total - one
+        rest = without_rows(total, one)
         x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper, solution)
         without.append(x)
         training.append(quadratic(rest, x))
@@ -167,7 +188,8 @@ def score_variants(
         change[:, : before.shape[1]] -= before
         moved.append(np.einsum("fk,fkl,fl->f", change, one[:, :-1, :-1], change))
         grouped = np.einsum("gf,fkl->gkl", member.astype(np.float64), one)
-        twice = total - grouped[:, None] - grouped[None, :] + np.einsum("gh,gkl->ghkl", np.eye(n_groups), grouped)
+        both = grouped[:, None] + grouped[None, :] - np.einsum("gh,gkl->ghkl", np.eye(n_groups), grouped)
+        twice = without_rows(total, both)
         y = solve_within(twice[..., :-1, :-1], twice[..., :-1, -1], lower, upper, solution)
         nested_training.append(quadratic(twice, y))
         nested.append(quadratic(np.broadcast_to(grouped[None, :], twice.shape), y))

@@ -27,7 +27,7 @@ from stiffcal.diagnosis.judge import (
     possible_values,
 )
 from stiffcal.diagnosis.pairs import best_pair
-from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
+from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial, scan_candidates
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.sufficient import sufficient_alone
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_EFFECTS
@@ -334,7 +334,7 @@ def _conclude(bench: Workbench, first: Scan, scan: Scan, tried: tuple[Found, ...
     e_after = after.ratio**2 if after is not None else float(np.sum(scan.base.unseen) / scan.dof)
     floor = 0.0 if after is None else 1.0 / after.wander**2 if after.wanders else 1.0
     avoidable = e_before - floor
-    explained = float(np.clip((e_before - e_after) / avoidable, 0.0, 1.0)) if avoidable > 0.0 else 1.0
+    explained = float(np.clip((e_before - e_after) / avoidable, 0.0, 1.0)) if avoidable > ROUNDING * e_before else 1.0
     unexplained = after is not None and not after.adequate and not _mere_noise(scan, after, bench.states)
     found = () if unexplained and explained < LEAST_EXPLAINED else tried
     could_be = sufficient_alone(first) if unexplained and not found else ()

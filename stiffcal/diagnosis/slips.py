@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.diagnosis.scoring import Score, quadratic, solve_within
+from stiffcal.diagnosis.scoring import Score, quadratic, solve_within, without_rows
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, TRANSLATION
@@ -101,7 +101,7 @@ def score_in_run(
     """
     total = products.sum(axis=0)
     part = np.stack([rows[:, stretch] @ rows[:, stretch].T for stretch in stretches])
-    rest = total - part
+    rest = without_rows(total, part)
     p = base.without.shape[1]
     plain = np.ix_(range(len(part)), [*range(p), total.shape[0] - 1], [*range(p), total.shape[0] - 1])
     x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper)

@@ -18,6 +18,7 @@ from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P
 from stiffcal.identification.least_squares import run_edges, triangular
 from stiffcal.identification.observation import Observations
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.varying import varies
 from stiffcal.reduction.load_cycles import LOADING, UNLOADING, find_load_cycles
 
 Floats = NDArray[np.float64]
@@ -98,11 +99,11 @@ def _families(data: Observations, states: LoadStates) -> list[tuple[str, Floats,
         ),
     ]
     time = data.order.since_reference
-    if np.isfinite(time).all() and np.ptp(time) > 0.0:
+    if np.isfinite(time).all() and varies(time):
         words = "the residual drifts with the time since the run's reference"
         families.append(("time", _per_component(data, (time / np.ptp(time))[None]), words))
     warm = data.order.temperature
-    if np.isfinite(warm).all() and np.ptp(warm) > 0.0:
+    if np.isfinite(warm).all() and varies(warm):
         words = "the residual follows the logged temperature"
         families.append(("temperature", _per_component(data, (warm / np.ptp(warm))[None]), words))
     return [family for family in families if size.any() or family[0] in ("time", "temperature")]

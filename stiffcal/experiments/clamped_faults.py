@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from stiffcal.experiments.clamped_chain import ClampedChain
 from stiffcal.experiments.saturation import Saturation
+from stiffcal.measurements.varying import varies
 
 Floats = NDArray[np.float64]
 
@@ -65,7 +66,7 @@ def why_no_sweep(angle: Floats, torque: Floats, saturation: Saturation | None) -
     if saturation is not None:
         limit = f"{saturation.limit:.4g} {saturation.unit}"
         return f"{saturation.what} stays at its limit of {limit}, and no whole sweep is left"
-    together = float(np.corrcoef(angle, torque)[0, 1]) if np.ptp(angle) > 0.0 and np.ptp(torque) > 0.0 else 0.0
+    together = float(np.corrcoef(angle, torque)[0, 1]) if varies(angle) and varies(torque) else 0.0
     if together < -FOLLOWS:
         return (
             "the torque runs against the angle, as if the spring pushed the joint away: check acts_on, the sensor's "

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.friction_rows import FrictionRows, together
+from stiffcal.experiments.friction_rows import FrictionRows, felt_columns, together
 from stiffcal.experiments.friction_solving import Law, PartFit, law_of
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterSpec, Sort
@@ -145,7 +145,7 @@ def _whole(rows: FrictionRows, parts: list[tuple[Booleans, PartFit]]) -> Frictio
     condition, dof, chi2, scaled = 1.0, 0, 0.0, False
     for part, fit in parts:
         friction[part], sigma[part] = fit.friction(), fit.sigma
-        felt = np.any(rows.beside[part] != 0.0, axis=0)
+        felt = felt_columns(rows.beside[part])
         unknowns[felt], spread[felt] = fit.unknowns(), fit.unknowns_std()
         beside[part] = rows.beside[np.ix_(part, felt)] @ unknowns[felt]
         condition = max(condition, fit.condition())

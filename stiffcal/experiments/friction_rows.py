@@ -23,6 +23,8 @@ Booleans = NDArray[np.bool_]
 
 # Motion is judged in unseen pieces of this length: strokes of robots in quick motion take half a second to a second.
 PIECE_S = 1.0
+# What is less than this share of the largest is rounding instead of zero.
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -61,9 +63,19 @@ class FrictionRows:
         return _felt(picked)
 
 
+def felt_columns(beside: Floats) -> Booleans:
+    """Return (p,) True for the unknowns that rows (n, p) feel by more than rounding.
+
+    Weight about a vertical axis is 1e-16 of what it is about others. Scaled to the others' size, such a column would
+    take whatever is left of the torque.
+    """
+    size = np.abs(beside).max(axis=0, initial=0.0)
+    return np.asarray(size > ROUNDING * size.max(initial=0.0), dtype=np.bool_)
+
+
 def _felt(rows: FrictionRows) -> FrictionRows:
     """Return rows without the unknowns that none of them feels."""
-    felt = np.flatnonzero(np.any(rows.beside != 0.0, axis=0))
+    felt = np.flatnonzero(felt_columns(rows.beside))
     return replace(rows, beside=rows.beside[:, felt], unknown=tuple(rows.unknown[k] for k in felt))
 
 

@@ -18,6 +18,7 @@ Booleans = NDArray[np.bool_]
 
 # Singular values below this share of the largest: combinations of inertial numbers that no motion shows.
 RANK = 1e-7
+ROUNDING = 1e-12
 # A pooled variance of repeats with fewer degrees of freedom is worse known than that of the residuals.
 LEAST_REPEATS = 4
 ROUNDS = 4
@@ -333,4 +334,6 @@ def _repeat_noise(rows: FrictionRows, own: Booleans) -> float | None:
         same = rows.torque[chosen & (rows.repeat == number)]
         squares += float(((same - same.mean()) ** 2).sum())
         dof += same.size - 1
-    return float(np.sqrt(squares / dof)) if dof >= LEAST_REPEATS and squares > 0.0 else None
+    # Repeats that agree to rounding are copies: they say nothing of the noise.
+    least = len(rows.torque) * (ROUNDING * float(np.abs(rows.torque[chosen]).max(initial=0.0))) ** 2
+    return float(np.sqrt(squares / dof)) if dof >= LEAST_REPEATS and squares > least else None

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from stiffcal.experiments.rods import Design, rod_design
 from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
 from stiffcal.reduction.rod_temperature import smooth_in_time
@@ -136,7 +137,7 @@ def find_rod_faults(
     columns = None if wrench is None else _load_columns(rods, shape, wrench)
     design = rod_design(rods, shape)
     stated = float(np.sqrt(np.mean(rods.sigma**2))) if np.isfinite(rods.sigma).all() else 0.0
-    ticking = None if time is None or not np.isfinite(time).all() or np.ptp(time) == 0.0 else time - time.min()
+    ticking = None if time is None or not np.isfinite(time).all() or not varies(time) else time - time.min()
     # Signs, exchanges and flexibilities leave a run's offset an offset: it is taken out once.
     centred = _centred(run, lengths)
     columns = None if columns is None else np.stack([_centred(run, column) for column in columns])
@@ -159,7 +160,7 @@ def find_rod_faults(
 
 def _growth(rods: Rods, run: Integers | None, time: Floats | None, temperature: Floats | None) -> Floats | None:
     """Return (n, m) what the rods grow by per 1/K of expansion that the link has more than they; None where unknown."""
-    if temperature is None or not np.isfinite(temperature).all() or np.ptp(temperature) == 0.0:
+    if temperature is None or not np.isfinite(temperature).all() or not varies(temperature):
         return None
     warm = temperature.copy()
     if run is not None and time is not None:
@@ -183,7 +184,7 @@ def _next_fault(rods: Rods, readings: _Readings) -> tuple[RodFault | None, _Read
     before, after = float(np.sqrt(plain.squares / count)), float(np.sqrt(best.squares / count))
     gain = plain.score(count, sigma) - best.score(count, sigma)
     avoidable = plain.squares - count * sigma**2
-    explained = 1.0 - (best.squares - count * sigma**2) / avoidable if avoidable > 0.0 else 0.0
+    explained = 1.0 - (best.squares - count * sigma**2) / avoidable if avoidable > 1e-12 * plain.squares else 0.0
     enough = EXPLAINED if sigma > 0.0 else EXPLAINED_BLINDLY
     # What grows slowly counts as noise between repeats a cycle apart: that noise is no proof against it.
     floor, bare = sigma, min(trials, key=lambda trial: trial.score(count, 0.0))

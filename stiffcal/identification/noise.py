@@ -37,6 +37,9 @@ from stiffcal.measurements.load_states import Sigma
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+# m and rad: repeats that agree to what a balance is found to are copies, and say nothing of the noise.
+LEAST_SCATTER = 1e-12
+
 # With fewer degrees of freedom the scatter of repeats is itself known to no better than 18 %, and the manifest's word
 # is taken instead where it gives one.
 ENOUGH_DOF = 30
@@ -289,7 +292,7 @@ def noise_from_repeats(
     raw = np.zeros(N_KINDS)
     raw[kinds] = [np.sqrt(np.mean(differences[:, data.kind == kind] ** 2)) for kind in kinds]
     scales = raw[data.kind]
-    if np.any(scales == 0.0):
+    if np.any(scales < LEAST_SCATTER):
         return None
     basis = found.basis(data.kind, scales)
     variance = variance_components(differences / scales, levers / scales[:, None], data.kind, basis)

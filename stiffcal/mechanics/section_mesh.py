@@ -112,7 +112,7 @@ def section_mesh(loops: list[Floats], size: float) -> tuple[Floats, Integers]:
     for hole in loops[1:]:
         if not np.all(inside([loops[0]], hole)):
             raise SectionError("a hole reaches out of the outline")
-    if area <= 0.0:
+    if area <= 1e-12 * abs(signed_area(loops[0])):
         raise SectionError("the holes are larger than the outline")
     points = _cut_edges(loops, size)
     nodes = np.concatenate([points, _points_between(loops, size)])

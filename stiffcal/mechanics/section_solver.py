@@ -57,7 +57,7 @@ def solve_section(
     loops = [np.asarray(loop, dtype=np.float64) for loop in (outline, *holes)]
     area = abs(signed_area(loops[0])) - sum(abs(signed_area(hole)) for hole in loops[1:])
     edge = sum(float(np.sum(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1))) for loop in loops)
-    if area <= 0.0:
+    if area <= 1e-12 * edge**2:
         raise SectionError("the outline encloses nothing")
     # Area over perimeter is half the wall of a thin-walled section; a full one is cut into some hundreds.
     size = max(min(area / edge, np.sqrt(area / ELEMENTS)), edge / LONGEST)

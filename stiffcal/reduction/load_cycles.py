@@ -56,7 +56,10 @@ class LoadCycles:
 def load_vector(wrench: Floats) -> Floats:
     """Return (n, 3) the force, or the moment where no force was applied to speak of."""
     force = wrench[:, :3]
-    return force if float(np.max(np.abs(force), initial=0.0)) > 0.0 else wrench[:, 3:]
+    moment = wrench[:, 3:]
+    # A lever of a thousand kilometres: such a force is what rounding leaves of none.
+    least = 1e-6 * float(np.max(np.abs(np.nan_to_num(moment)), initial=0.0))
+    return force if float(np.max(np.abs(force), initial=0.0)) > least else moment
 
 
 def _directions(vectors: Floats, loaded: NDArray[np.bool_]) -> tuple[Integers, Integers]:

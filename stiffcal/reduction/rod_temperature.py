@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.varying import varies
 
 Floats = NDArray[np.float64]
 
@@ -54,7 +55,7 @@ def rod_growth(states: LoadStates) -> Floats:
 
 def smooth_in_time(time: Floats, temperature: Floats) -> Floats:
     """Return (n,) a run's temperature as a slow curve of time; as read where readings are too few, or have no times."""
-    if len(time) < FEWEST or not np.isfinite(time).all() or np.ptp(time) == 0.0:
+    if len(time) < FEWEST or not np.isfinite(time).all() or not varies(time):
         return temperature
     since = (time - time.mean()) / np.ptp(time)
     powers = since[:, None] ** np.arange(CURVE + 1)

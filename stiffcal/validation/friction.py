@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.experiments.friction import fit_friction
-from stiffcal.experiments.friction_rows import FrictionRows, together
+from stiffcal.experiments.friction_rows import FrictionRows, felt_columns, together
 from stiffcal.model.composite import PlacedEffect
 
 Floats = NDArray[np.float64]
@@ -91,6 +91,6 @@ def _left_out(
         n = int(steady.sum())
         left[steady] = (left[steady] - left[steady].mean()) * (np.sqrt(n / (n - 1.0)) if n > 1 else np.nan)
     if not steady.all():
-        felt = np.any(rows.beside[kept] != 0.0, axis=0)
+        felt = felt_columns(rows.beside[kept])
         left[~steady] -= rows.beside[np.ix_(out[~steady], felt)] @ fit.unknowns
     return left

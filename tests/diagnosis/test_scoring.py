@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from stiffcal.diagnosis.scoring import fold_products, quadratic, score_variants, solve_within
+from stiffcal.diagnosis.scoring import fold_products, quadratic, score_variants, solve_within, without_rows
 
 
 @pytest.mark.parametrize("likeness", [0.0, 0.9, 0.999])
@@ -64,3 +64,19 @@ def test_quadratic_is_the_sum_of_squares() -> None:
     rows, x = rng.normal(size=(3, 40)), np.array([0.3, -1.2])
     left = rows[2] - x @ rows[:2]
     assert quadratic(rows @ rows.T, x) == pytest.approx(float(left @ left))
+
+
+def test_columns_whose_rows_are_all_left_out_are_zero() -> None:
+    """With both of two poses left out, what the subtraction leaves of the columns is rounding, and explains nothing."""
+    rng = np.random.default_rng(2)
+    rows = rng.normal(size=(4, 90)) * np.array([[1.0], [1e3], [1e-3], [1.0]])
+    folds = [np.arange(k, 90, 3) for k in range(3)]
+    products = fold_products(rows, folds)
+    shuffled = products[[2, 0, 1]].sum(axis=0)  # in another order, as another processor sums
+    assert np.all(without_rows(shuffled, products.sum(axis=0)) == 0.0)
+    some = without_rows(shuffled, products[0])
+    assert np.allclose(some, products[1] + products[2], rtol=1e-12)
+    score = score_variants([products[:2]], np.zeros(3), np.full(3, np.inf), np.arange(2))
+    # both left out: nothing is known, and the residual of either is what it was
+    assert score.nested[0, 1] == pytest.approx(products[1, -1, -1])
+    assert score.nested[1, 0] == pytest.approx(products[0, -1, -1])

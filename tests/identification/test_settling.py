@@ -57,6 +57,20 @@ def test_bounded_least_squares_that_do_not_settle_are_errors(monkeypatch: pytest
         scoring.solve_within(design, wanted, zero, zero + np.inf)
 
 
+@pytest.mark.parametrize("pivots", [0, 6])
+def test_pivots_that_do_not_end_are_left_to_the_active_set(pivots: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The answer is the best within bounds, however far the pivots got."""
+    rng = np.random.default_rng(2)
+    columns, wanted = rng.normal(size=(20, 40, 5)), rng.normal(size=(20, 40))
+    normal, right = np.swapaxes(columns, 1, 2) @ columns, np.einsum("bnk,bn->bk", columns, wanted)
+    zero = np.zeros(5)
+    monkeypatch.setattr(scoring, "PIVOTS", pivots)
+    found = scoring.solve_within(normal, right, zero, zero + np.inf)
+    for design, aim, x in zip(columns, wanted, found, strict=True):
+        best, _ = least_squares_within(design, aim, zero, zero + np.inf)
+        assert x == pytest.approx(best, rel=1e-8, abs=1e-9)
+
+
 def repeats() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return scaled differences (c, 6), levers (c, 6, 6) of forces alone, and kinds of rows."""
     rng = np.random.default_rng(3)
