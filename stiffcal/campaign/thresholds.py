@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -66,36 +66,83 @@ class CampaignThresholds(Table):
 
 
 class ThresholdsFile(Table):
-    """Thresholds of many campaigns in one file.
+    """Thresholds of many campaigns in one file. What a campaign says itself may be tighter than these, never looser.
 
     Attributes
     ----------
-    validate : for every campaign, before what its manifest says.
-    campaigns : by a campaign's name, or its folder's: for that one, before everything else.
+    validate : for every campaign.
+    campaigns : by a campaign's folder: for that one, before those for all. By the name in its manifest: only where
+        they are tighter, as whoever writes the manifest chooses the name.
     """
 
     schema_id: Literal["stiffcal/thresholds/1"] = Field(alias="schema")
     limits: Thresholds = Field(default_factory=Thresholds, alias="validate")
     campaigns: dict[str, CampaignThresholds] = Field(default_factory=dict)
 
-    def limits_for(self, names: Sequence[str], manifest: Thresholds) -> Thresholds:
-        """Return the thresholds of one campaign: key by key its own here, else those for all, else the manifest's.
+    def own_limits(self, name: str, folder: str) -> Thresholds:
+        """Return what the file asks of one campaign.
+
+        Parameters
+        ----------
+        name : in its manifest. folder : the name of its folder.
+        """
+        limits = self.limits
+        if folder in self.campaigns:
+            limits = Thresholds.model_validate(limits.written() | self.campaigns[folder].limits.written())
+        by_name = self.campaigns.get(name) if name != folder else None
+        return tighter(limits, by_name.limits) if by_name is not None else limits
+
+    def limits_for(self, name: str, folder: str, manifest: Thresholds) -> Thresholds:
+        """Return the thresholds of one campaign: those of this file, or the manifest's where they are tighter.
 
         Examples
         --------
         >>> document = {"schema": "stiffcal/thresholds/1", "validate": {"max_rms_m": 2e-4}}
         >>> file = ThresholdsFile.model_validate(document | {"campaigns": {"b": {"validate": {"max_rms_m": 3e-4}}}})
-        >>> [file.limits_for([name], Thresholds(max_relative=0.3)).written() for name in "ab"]
-        [{'max_rms_m': 0.0002, 'max_relative': 0.3}, {'max_rms_m': 0.0003, 'max_relative': 0.3}]
+        >>> manifest = Thresholds(max_rms_m=2.5e-4, max_relative=0.3)
+        >>> [file.limits_for("", folder, manifest).written() for folder in "ab"]
+        [{'max_rms_m': 0.0002, 'max_relative': 0.3}, {'max_rms_m': 0.00025, 'max_relative': 0.3}]
         """
-        written = manifest.written() | self.limits.written()
-        own = next((self.campaigns[name] for name in names if name in self.campaigns), None)
-        return Thresholds.model_validate(written | (own.limits.written() if own is not None else {}))
+        return tighter(self.own_limits(name, folder), manifest)
 
     def baselines(self) -> tuple[Path, ...]:
         """Return every baseline that the file names."""
         named = [self.limits, *(held.limits for held in self.campaigns.values())]
         return tuple(Path(limits.baseline) for limits in named if limits.baseline is not None)
+
+
+def tighter(first: Thresholds, second: Thresholds) -> Thresholds:
+    """Return thresholds that hold where both hold: of each the tighter one; the baseline is that of the first, if any.
+
+    Without `max_drift` a baseline allows no change that is more than chance, which no other number may loosen.
+
+    Examples
+    --------
+    >>> tighter(Thresholds(max_rms_m=2e-4), Thresholds(max_rms_m=1e-3, min_stiffness={"all": 1e5})).written()
+    {'max_rms_m': 0.0002, 'min_stiffness': {'all': 100000.0}}
+    """
+    found: dict[str, object] = {}
+    for name in ("max_rms_m", "max_rms_rad", "max_relative", "max_over_noise"):
+        limits = [value for value in (getattr(first, name), getattr(second, name)) if value is not None]
+        found[name] = min(limits, default=None)
+    found["min_stiffness"] = _by_joint_tighter(first.min_stiffness, second.min_stiffness, max)
+    found["baseline"] = first.baseline or second.baseline
+    strict = {ALL_JOINTS: 0.0} if first.baseline is not None else {}
+    drift = _by_joint_tighter({**strict, **first.max_drift}, second.max_drift, min)
+    found["max_drift"] = {name: value for name, value in drift.items() if value > 0.0}
+    return Thresholds.model_validate({name: value for name, value in found.items() if value not in (None, {})})
+
+
+def _by_joint_tighter(
+    first: dict[str, float], second: dict[str, float], choose: Callable[[list[float]], float]
+) -> dict[str, float]:
+    """Return one table by joint of two; a joint that a table does not name has what it says of all."""
+    names = dict.fromkeys((*first, *second))
+    tables = [table for table in (first, second) if table]
+    return {
+        name: choose([limit for table in tables if (limit := table.get(name, table.get(ALL_JOINTS))) is not None])
+        for name in names
+    }
 
 
 def strange_joints(limits: Thresholds, joint_names: Sequence[str]) -> list[tuple[str, str]]:

@@ -95,7 +95,7 @@ class _Told:
 
 def show_batch(console: Console, document: Document) -> None:
     """Draw the summary: a row per campaign, then what does not hold, then the totals."""
-    from stiffcal.workflow.batch_summary import complaints_of, totals_of, verdict_of
+    from stiffcal.workflow.batch_summary import choice_text, complaints_of, totals_of, verdict_of
 
     table = plain_table("campaign", "verdict", "rms in unseen poses>", "of the deflection>", "noise>", "computed")
     for number, column in enumerate(table.columns):
@@ -120,6 +120,9 @@ def show_batch(console: Console, document: Document) -> None:
             console.print(f"{outcome['campaign']}: {verdict_of(outcome)}: {line}", soft_wrap=True)
         for line in outcome["not_judged"]:
             console.print(f"{outcome['campaign']}: not judged: {line}", soft_wrap=True)
+    for outcome in document["campaigns"]:
+        for choice in outcome["choices"]:
+            console.print(f"{outcome['campaign']}: chosen: {choice_text(choice)}", soft_wrap=True)
     console.print(totals_of(document), soft_wrap=True)
 
 

@@ -33,7 +33,7 @@ class Wishes:
     Attributes
     ----------
     jobs : processes on this machine; None: one per core that this process may use.
-    thresholds : a file of thresholds that go before those of the manifests.
+    thresholds : a file of thresholds, which the manifests may only tighten.
     store : below which address the stores are, each under its campaign's name; None: DIR/store.
     reports : below which folder the PDFs go, each under its campaign's name; None: DIR/report.pdf.
     report : False: no PDFs.
@@ -82,7 +82,7 @@ def batch_campaigns(folders: Sequence[Path], wishes: Wishes | None = None) -> Do
 
     def take(outcome: Document) -> None:
         # What a worker's process or a cluster wrote of itself stands in these as it came.
-        outcome |= {name: masked(outcome[name]) for name in ("error", "others", "warnings")}
+        outcome |= {name: masked(outcome[name]) for name in ("error", "others", "warnings", "choices")}
         outcomes[outcome["folder"]] = outcome
         done = len(outcomes) - len(absent)
         wishes.progress(f"{done} of {len(tasks)} campaigns: {outcome['campaign']}", done / len(tasks))

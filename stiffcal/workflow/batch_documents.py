@@ -6,6 +6,7 @@ from typing import Literal
 
 from typing_extensions import TypedDict
 
+from stiffcal.workflow.author_choices import AuthorChoice
 from stiffcal.workflow.document_types import Fault, Number, Origin, Rms, Threshold, Where
 
 
@@ -30,7 +31,8 @@ class BatchCampaign(TypedDict):
     """What came of a campaign.
 
     ``state``: held and not held (thresholds), broken (its files are wrong), fault (stiffcal's own), lost (its process
-    was ended each time). Numbers are null where it did not come so far.
+    was ended each time). Numbers are null where it did not come so far. ``choices``: what the author of campaign.toml
+    has left out or asks for.
     """
 
     campaign: str
@@ -51,6 +53,7 @@ class BatchCampaign(TypedDict):
     failed: list[str]
     not_judged: list[str]
     warnings: list[str]
+    choices: list[AuthorChoice]
     report: str | None
     origin: Origin | None
     error: Fault | None

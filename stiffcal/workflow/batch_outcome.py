@@ -50,6 +50,7 @@ def outcome_of(task: Document, state: str, error: Document | None = None) -> Doc
         "failed": [],
         "not_judged": [],
         "warnings": [],
+        "choices": [],
         "report": None,
         "origin": None,
         "error": error,

@@ -58,6 +58,11 @@ def verdict_of(outcome: Document) -> str:
     return VERDICTS.get(state, state)
 
 
+def choice_text(choice: Document) -> str:
+    """Return a choice of a campaign's author as one line."""
+    return f"{choice['kind']}, {choice['place']}: {choice['text']}"
+
+
 def complaints_of(outcome: Document) -> list[str]:
     """Return what does not hold or is wrong with a campaign, one line each."""
     error = outcome["error"]
@@ -93,7 +98,7 @@ def junit_text(document: Document) -> str:
     """
     root = ElementTree.Element("testsuites", name="stiffcal batch", time=f"{document['seconds']:.3f}")
     for outcome in document["campaigns"]:
-        cases = [*_steps(outcome), *_checks(outcome)]
+        cases = [*_steps(outcome), *_checks(outcome), *_choices(outcome)]
         suite = ElementTree.SubElement(
             root,
             "testsuite",
@@ -104,6 +109,11 @@ def junit_text(document: Document) -> str:
             errors=str(sum(case.find("error") is not None for case in cases)),
             skipped=str(sum(case.find("skipped") is not None for case in cases)),
         )
+        if outcome["choices"]:
+            properties = ElementTree.SubElement(suite, "properties")
+            for choice in outcome["choices"]:
+                value = xml_text.characters(choice_text(choice))
+                ElementTree.SubElement(properties, "property", name=choice["kind"], value=value)
         suite.extend(cases)
     for count in ("tests", "failures", "errors", "skipped"):
         root.set(count, str(sum(int(suite.get(count, "0")) for suite in root)))
@@ -148,6 +158,16 @@ def _checks(outcome: Document) -> list[ElementTree.Element]:
     return cases
 
 
+def _choices(outcome: Document) -> list[ElementTree.Element]:
+    """Return one case that passes and carries what the author has chosen, in a place that CI systems show."""
+    if not outcome["choices"]:
+        return []
+    case = _case(outcome, "chosen in campaign.toml")
+    text = "\n".join(xml_text.characters(choice_text(choice)) for choice in outcome["choices"])
+    ElementTree.SubElement(case, "system-out").text = text
+    return [case]
+
+
 def _with(case: ElementTree.Element, tag: str, message: str, text: str = "", kind: str = "") -> None:
     entry = ElementTree.SubElement(case, tag, message=xml_text.characters(message))
     if kind:
@@ -170,6 +190,10 @@ def markdown_text(document: Document) -> str:
     ]
     for outcome in document["campaigns"]:
         lines.append("| " + " | ".join(_row(outcome)) + " |")
+    chosen = [(one["campaign"], choice) for one in document["campaigns"] for choice in one["choices"]]
+    if chosen:
+        lines += ["", "### Chosen by the authors of the campaigns", ""]
+        lines += [_item(name, choice_text(choice)) for name, choice in chosen]
     not_judged = [(one["campaign"], line) for one in document["campaigns"] for line in one["not_judged"]]
     if not_judged:
         lines += ["", "<details><summary>what could not be judged</summary>", ""]

@@ -19,6 +19,7 @@ from stiffcal.errors import Fault, InputError
 from stiffcal.fault_log import write_fault_log
 from stiffcal.files import read_regular
 from stiffcal.store.origin import committed_by_this_process
+from stiffcal.workflow.author_choices import AuthorChoice, author_choices
 from stiffcal.workflow.batch_outcome import BROKEN, FAULT, GENERATIONS, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
 from stiffcal.workflow.report import report_campaign
@@ -39,11 +40,17 @@ REPORT = "report"
 
 @dataclass
 class _Run:
-    """What a task has done so far: each step with its reason ("" where nothing had to be done) and its time, s."""
+    """What a task has done so far: each step with its reason ("" where nothing had to be done) and its time, s.
+
+    Attributes
+    ----------
+    choices : of the campaign's author, as soon as they are known.
+    """
 
     steps: dict[str, Document] = field(default_factory=dict)
     step: str = STEPS[0]
     why: str = ""
+    choices: list[AuthorChoice] = field(default_factory=list)
 
     def say(self, text: str) -> None:
         """Take note of why a step is run."""
@@ -77,7 +84,7 @@ def run_task(task: Document) -> Document:
     failed_at = run.step if outcome["error"] else None
     took = round(time.monotonic() - began, 3)
     outcome |= {"steps": run.steps, "failed_at": failed_at, "seconds": took, "memory_bytes": _peak_memory()}
-    return outcome | {GENERATIONS: list(committed_by_this_process()[before:])}
+    return outcome | {"choices": run.choices, GENERATIONS: list(committed_by_this_process()[before:])}
 
 
 def _all_steps(task: Document, run: _Run) -> Document:
@@ -86,6 +93,9 @@ def _all_steps(task: Document, run: _Run) -> Document:
     file = None if task["thresholds"] is None else ThresholdsFile.model_validate(task["thresholds"])
     with run.doing("ingest"):
         data = ingested(folder, means)
+        run.choices = author_choices(
+            data.campaign, file, (stored_document(data.store, VALIDATE) or {}).get("thresholds")
+        )
     with run.doing("identify"):
         stored = stored_document(data.store, IDENTIFY)
         # A fit with the robust loss counts as present too: the user asked for it.

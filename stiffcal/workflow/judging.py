@@ -30,7 +30,7 @@ def judgement(
     Parameters
     ----------
     identified, validation : the documents of the fit and of its validation.
-    file : thresholds that go before the manifest's.
+    file : thresholds that the manifest may only tighten.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def judgement(
     campaign = data.campaign
     limits = campaign.manifest.thresholds
     if file is not None:
-        limits = file.limits_for((campaign.name, campaign.folder.resolve().name), limits)
+        limits = file.limits_for(campaign.name, campaign.folder.resolve().name, limits)
         for key, name in strange_joints(limits, data.joint_names):
             mend = "use " + ", ".join(data.joint_names)
             raise InputError.at("thresholds", f"{key}.{name}", f"{campaign.name} has no such joint", mend)

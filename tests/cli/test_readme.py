@@ -56,7 +56,7 @@ def test_thresholds_shown_are_understood(tmp_path: Path) -> None:
     (shown,) = re.findall(r"```toml\n(schema = \"stiffcal/thresholds.*?)```", README, flags=re.DOTALL)
     file = tmp_path / "thresholds.toml"
     file.write_text(shown, encoding="utf-8")
-    limits = load_thresholds(file).limits_for(["cell-2"], Thresholds())
+    limits = load_thresholds(file).limits_for("cell-2", "cell-2", Thresholds())
     assert limits.baseline == str(tmp_path / "cell-2-2025")
     assert set(limits.written()) == set(Thresholds.model_fields) - {"max_rms_rad"}
     load_thresholds(Path(__file__).parents[2] / "campaigns" / "thresholds.toml")

@@ -1,0 +1,129 @@
+"""What the author of a campaign has chosen that moves its verdict: rows and runs left out, thresholds of its own.
+
+In a pull request the author of the data writes these too, so a summary for those who judge it names every one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any, Literal
+
+from typing_extensions import TypedDict
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.thresholds import Thresholds, ThresholdsFile, tighter
+
+
+class AuthorChoice(TypedDict):
+    """One choice: its kind, where it stands in campaign.toml, and what it is."""
+
+    kind: Literal["exclude", "row filter", "holdout", "threshold"]
+    place: str
+    text: str
+
+
+def author_choices(
+    campaign: Campaign, file: ThresholdsFile | None, earlier: dict[str, Any] | None
+) -> list[AuthorChoice]:
+    """Return every choice of a campaign's author, in the order of campaign.toml.
+
+    Parameters
+    ----------
+    campaign : as loaded.
+    file : the thresholds that the user gave, None where there are none.
+    earlier : the thresholds of campaign.toml when its last validation was stored, None where nothing is known.
+    """
+    manifest = campaign.manifest
+    return [*_row_filters(manifest), *_holdouts(manifest), *_excludes(manifest), *_thresholds(campaign, file, earlier)]
+
+
+def _row_filters(manifest: Manifest) -> Iterator[AuthorChoice]:
+    for source, name, signal in manifest.signals():
+        rows = getattr(signal, "rows", None)
+        if rows:
+            yield {"kind": "row filter", "place": f"sources.{source}.{name}.rows", "text": f"only rows with {rows}"}
+
+
+def _holdouts(manifest: Manifest) -> Iterator[AuthorChoice]:
+    runs = [run.id for run in manifest.runs if run.holdout]
+    if runs:
+        text = f"the unseen poses are those of {len(runs)} of {len(manifest.runs)} runs: {', '.join(runs)}"
+        yield {"kind": "holdout", "place": "runs", "text": text}
+
+
+def _excludes(manifest: Manifest) -> Iterator[AuthorChoice]:
+    for number, entry in enumerate(manifest.exclude, 1):
+        run = f" of run {entry.run}" if entry.run is not None else ""
+        noun = "row" if len(entry.rows) == 1 else "rows"
+        text = f"{entry.source}{run}: {noun} {_ranges(entry.rows)} ({len(entry.rows)}) left out: {entry.why}"
+        yield {"kind": "exclude", "place": f"exclude[{number}]", "text": text}
+
+
+def _ranges(rows: Iterable[int]) -> str:
+    """Return row numbers as ranges.
+
+    Examples
+    --------
+    >>> _ranges((3, 7, 8, 9))
+    '3, 7-9'
+    """
+    found: list[list[int]] = []
+    for row in sorted(set(rows)):
+        if found and row == found[-1][1] + 1:
+            found[-1][1] = row
+        else:
+            found.append([row, row])
+    return ", ".join(str(first) if first == last else f"{first}-{last}" for first, last in found)
+
+
+def _thresholds(
+    campaign: Campaign, file: ThresholdsFile | None, earlier: dict[str, Any] | None
+) -> Iterator[AuthorChoice]:
+    own = campaign.manifest.thresholds.written()
+    for key in sorted({*own, *(earlier or {})}):
+        notes = []
+        if earlier is not None and own.get(key) != earlier.get(key):
+            notes.append(f"was {_shown(earlier.get(key))} at the last validation")
+        if file is not None and key in own:
+            notes.append(_against_file(key, campaign, file))
+        if notes:
+            text = f"{key} = {_shown(own.get(key))}: {'; '.join(notes)}"
+            yield {"kind": "threshold", "place": f"thresholds.{key}", "text": text}
+    if file is not None:
+        yield from _by_name_alone(campaign, file)
+
+
+def _against_file(key: str, campaign: Campaign, file: ThresholdsFile) -> str:
+    limits = file.own_limits(campaign.name, _folder(campaign))
+    theirs = limits.written().get(key)
+    if key == "baseline":
+        return "the file names none" if theirs is None else "not used: the file names its own"
+    if theirs is None and not (key == "max_drift" and limits.baseline is not None):
+        return "stands in campaign.toml alone"
+    holds = tighter(limits, Thresholds.model_validate({key: campaign.manifest.thresholds.written()[key]}))
+    if holds.written().get(key) == theirs:
+        return f"not used: the file's {_shown(theirs)} is tighter"
+    return f"tighter than the file's {_shown(theirs)}: {_shown(holds.written().get(key))} holds"
+
+
+def _by_name_alone(campaign: Campaign, file: ThresholdsFile) -> Iterator[AuthorChoice]:
+    name = campaign.name
+    if name == _folder(campaign) or name not in file.campaigns:
+        return
+    before = file.campaigns[name].limits
+    if file.own_limits(name, _folder(campaign)).written() != (file.limits.written() | before.written()):
+        text = f'name = "{name}": the thresholds of that name hold only where tighter, as the folder has another name'
+        yield {"kind": "threshold", "place": "name", "text": text}
+
+
+def _folder(campaign: Campaign) -> str:
+    return campaign.folder.resolve().name
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{name} = {limit:g}" for name, limit in value.items()) + " }"
+    return f"{value:g}" if isinstance(value, float | int) else f'"{value}"'
