@@ -30,6 +30,8 @@ Pairs: TypeAlias = Annotated[
 ]
 Thresholds: TypeAlias = Annotated[
     Path | None,
-    typer.Option("--thresholds", metavar="FILE", help="Thresholds; campaign.toml may only tighten them.", show_default=False),
+    typer.Option(
+        "--thresholds", metavar="FILE", help="Thresholds; a campaign may only tighten them.", show_default=False
+    ),
 ]
 HERE = Path()

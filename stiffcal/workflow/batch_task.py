@@ -18,6 +18,7 @@ from stiffcal.campaign.thresholds import ThresholdsFile
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_log import write_fault_log
 from stiffcal.files import read_regular
+from stiffcal.store.index import FOREIGN
 from stiffcal.store.origin import committed_by_this_process
 from stiffcal.workflow.author_choices import AuthorChoice, author_choices
 from stiffcal.workflow.batch_outcome import BROKEN, FAULT, GENERATIONS, HELD, NOT_HELD, STEPS, Document, outcome_of
@@ -93,9 +94,7 @@ def _all_steps(task: Document, run: _Run) -> Document:
     file = None if task["thresholds"] is None else ThresholdsFile.model_validate(task["thresholds"])
     with run.doing("ingest"):
         data = ingested(folder, means)
-        run.choices = author_choices(
-            data.campaign, file, (stored_document(data.store, VALIDATE) or {}).get("thresholds")
-        )
+        run.choices = author_choices(data.campaign, file, _earlier_thresholds(data))
     with run.doing("identify"):
         stored = stored_document(data.store, IDENTIFY)
         # A fit with the robust loss counts as present too: the user asked for it.
@@ -116,6 +115,12 @@ def _all_steps(task: Document, run: _Run) -> Document:
         with run.doing("report"):
             found["report"] = _report(data, task, means, run)
     return found
+
+
+def _earlier_thresholds(data: Ingested) -> Document | None:
+    """Return the campaign's own thresholds at its last validation; None where that is nobody's whom the user trusts."""
+    stored = stored_document(data.store, VALIDATE)
+    return None if stored is None or data.store.origin_of(VALIDATE) == FOREIGN else stored.get("thresholds")
 
 
 def _numbers(data: Ingested, identified: Document, validation: Document) -> Document:

@@ -41,7 +41,7 @@ def validate_campaign(
     folder : the campaign folder.
     means : store, progress and so on.
     model : another campaign's folder, whose fitted model is judged on this campaign's data instead.
-    thresholds : the manifest may only tighten them; for this answer: the store keeps the verdict on the manifest's own.
+    thresholds : for this answer; the manifest may only tighten them. The store keeps the verdict on the manifest's own.
 
     Returns
     -------
