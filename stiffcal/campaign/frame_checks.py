@@ -7,6 +7,7 @@ from difflib import get_close_matches
 
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.signals import Deflection, Displacement, Pose
+from stiffcal.campaign.sizes import length_mistake
 from stiffcal.errors import Fault
 
 _MANIFEST = "campaign.toml"
@@ -38,11 +39,21 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
         if mistake is not None:
             key, what = mistake
             yield Fault(_MANIFEST, f"{place}.{key}", what.reason, what.mend)
+        yield from _too_far(manifest, name)
         fault = frame_fault(manifest, links, frame.parent, f"{place}.parent")
         if fault is not None:
             yield fault
     yield from _circles(manifest)
     yield from _moving_axes(manifest)
+
+
+def _too_far(manifest: Manifest, name: str) -> Iterator[Fault]:
+    """Give a fault where a frame on the robot lies far from it; where a tracker stands on the ground is measured."""
+    frame = manifest.frames[name]
+    for part in frame.xyz_m if frame.parent not in ("base", *manifest.frames) else ():
+        mistake = length_mistake(part)
+        if mistake is not None:
+            yield Fault(_MANIFEST, f"frames.{name}.xyz_m", mistake.reason, mistake.mend)
 
 
 def _circles(manifest: Manifest) -> Iterator[Fault]:

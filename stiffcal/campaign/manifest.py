@@ -34,16 +34,15 @@ from stiffcal.campaign.signals import (
     Temperature,
     Wrench,
 )
+from stiffcal.campaign.sizes import Mass, PlaceOnRobot
 from stiffcal.campaign.thresholds import Thresholds
 from stiffcal.campaign.typed import (
     Counting,
     Name,
-    NotNegative,
     Pair,
     Placement,
     Positive,
     Table,
-    Vector3,
     WrongValueError,
 )
 from stiffcal.quantities import UnknownUnitError, unit, unit_names
@@ -78,8 +77,8 @@ class Frame(Placement):
 class Tool(Table):
     """What hangs on the flange, for its weight: mass and centre of mass in the flange frame."""
 
-    mass_kg: NotNegative
-    com_m: Vector3 = (0.0, 0.0, 0.0)
+    mass_kg: Mass
+    com_m: PlaceOnRobot = (0.0, 0.0, 0.0)
 
     look_alikes: ClassVar[dict[str, str]] = {"mass": "mass_kg", "com": "com_m"}
 
@@ -229,8 +228,8 @@ class Rod(Table):
     """
 
     link: Name
-    start_m: Vector3
-    end_m: Vector3
+    start_m: PlaceOnRobot
+    end_m: PlaceOnRobot
     warping_m2: Pair | None = None
     expansion_per_K: float | None = Field(None, ge=-1e-4, le=1e-3)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from stiffcal.campaign.naming import beam_name, name_links
 from stiffcal.campaign.reach import escapes
 from stiffcal.campaign.robot_file import JointEntry, RobotFile
+from stiffcal.campaign.sizes import length_mistake
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import Fault, InputError
 
@@ -73,6 +74,10 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
     mistake = robot.flange.rotation_mistake()
     if mistake is not None:
         yield Fault(file, f"flange.{mistake[0]}", mistake[1].reason, mistake[1].mend)
+    for metres in robot.flange.xyz_m:
+        too_long = length_mistake(metres)
+        if too_long is not None:
+            yield Fault(file, "flange.xyz_m", too_long.reason, too_long.mend)
     names = [entry.name for entry in robot.joints]
     for name, count in Counter(names).items():
         if count > 1:

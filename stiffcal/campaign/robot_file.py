@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
+from stiffcal.campaign.sizes import Degrees, Gravity, Length, Mass, PlaceOnRobot, PositiveLength, Ratio
 from stiffcal.campaign.typed import (
     Counting,
     Interval,
     Name,
-    NotNegative,
     Placement,
     Positive,
     Table,
-    Vector3,
     WrongValueError,
     at_most,
 )
@@ -34,8 +33,8 @@ class LinkMass(Table):
     """The link a joint moves: its name, and mass and centre of mass (in the joint's own frame) where known."""
 
     name: Name | None = None
-    mass_kg: NotNegative | None = None
-    com_m: Vector3 | None = None
+    mass_kg: Mass | None = None
+    com_m: PlaceOnRobot | None = None
 
     look_alikes: ClassVar[dict[str, str]] = {"mass": "mass_kg", "com": "com_m"}
 
@@ -54,17 +53,17 @@ class JointEntry(Table):
     """
 
     name: Name
-    a_m: float = 0.0
-    alpha_deg: float = 0.0
-    d_m: float = 0.0
-    theta_deg: float = 0.0
+    a_m: Length = 0.0
+    alpha_deg: Degrees = 0.0
+    d_m: Length = 0.0
+    theta_deg: Degrees = 0.0
     limits_deg: Interval | None = None
     direction: Literal[1, -1] = 1
-    logged: dict[str, float] | None = None
+    logged: dict[str, Ratio] | None = None
     coupling: Literal["display", "mechanical"] = "display"
-    gear_ratio: float = 1.0
+    gear_ratio: Ratio = 1.0
     gear_orders: Annotated[tuple[Counting, ...], Field(strict=False), at_most(100, "name the orders that show")] = ()
-    bearing_m: float = 0.0
+    bearing_m: Length = 0.0
     link: LinkMass = LinkMass()
 
     look_alikes: ClassVar[dict[str, str]] = {
@@ -83,8 +82,8 @@ class GravityCompensator(Table):
     """
 
     joint: Counting
-    anchor_m: Vector3
-    arm_m: Vector3
+    anchor_m: PlaceOnRobot
+    arm_m: PlaceOnRobot
     rate_N_m: Positive | None = None
     preload_N: float = 0.0
 
@@ -127,7 +126,7 @@ class Section(Table):
     """
 
     outline: Outline | None = None
-    wall_m: Positive | None = None
+    wall_m: PositiveLength | None = None
     holes: Annotated[tuple[Outline, ...], Field(strict=False), at_most(MOST_HOLES, "draw it with fewer")] = ()
     E_Pa: Positive | None = None
     G_Pa: Positive | None = None
@@ -148,10 +147,10 @@ class LinkBeamEntry(Table):
     expansion_per_K : thermal expansion of what it is made of (cast iron 1.05e-5, steel 1.2e-5, aluminium 2.3e-5).
     """
 
-    from_m: Vector3 | None = None
-    to_m: Vector3 | None = None
+    from_m: PlaceOnRobot | None = None
+    to_m: PlaceOnRobot | None = None
     section: Section | None = None
-    warping_decay_m: Positive | None = None
+    warping_decay_m: PositiveLength | None = None
     expansion_per_K: float | None = Field(None, ge=-1e-4, le=1e-3)
 
 
@@ -172,7 +171,7 @@ class RobotFile(Table):
     urdf: Name | None = None
     base_link: Name | None = None
     tip_link: Name | None = None
-    gravity_mps2: Vector3 = (0.0, 0.0, -9.81)
+    gravity_mps2: Gravity = (0.0, 0.0, -9.81)
     joints: Annotated[
         tuple[JointEntry, ...], Field(strict=False), at_most(MOST_JOINTS, "describe one arm, base to flange")
     ] = ()

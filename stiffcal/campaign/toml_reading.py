@@ -20,6 +20,7 @@ from stiffcal.limits import ENTRIES, RUNS, TOML
 Model = TypeVar("Model", bound=BaseModel)
 
 LARGEST = 1e30  # in SI: what is larger overflows somewhere in the physics, and is a slip
+SMALLEST = 1e-100  # its square is still a number; below it only slips are written
 MOST_DOTS = 100  # in one key
 MOST_ODD_NAMES = 20  # that are shown, each on its line
 MOST_NESTED = 20  # tables in tables: twice what any of our files needs
@@ -112,6 +113,9 @@ def _check_sizes(document: dict[str, Any], file: str) -> None:
         elif isinstance(value, float) and LARGEST < abs(value) < math.inf:
             reason = f"{value:g} is larger than anything that is measured"
             raise InputError.at(file, key_path(place, document), reason, "write it in SI units")
+        elif isinstance(value, float) and 0.0 < abs(value) < SMALLEST:
+            reason = f"{value:g} is smaller than anything that is measured"
+            raise InputError.at(file, key_path(place, document), reason, "write 0, or the number that was meant")
 
 
 def validate(document: dict[str, Any], file: str, model: type[Model]) -> Model:

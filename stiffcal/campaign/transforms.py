@@ -65,7 +65,8 @@ def rotation_taking_z_to(axis: Numbers) -> Floats:
     >>> rotation_taking_z_to([0.0, 2.0, 0.0])[:3, 2].round(9).tolist()
     [0.0, 1.0, 0.0]
     """
-    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    direction = np.asarray(axis, dtype=float) / np.max(np.abs(axis))  # squares of 1e-300 and of 1e300 are no numbers
+    x, y, z = direction / np.linalg.norm(direction)
     across = x * x + y * y
     if z < 0 and across < 1e-24:
         rotation = np.diag([1.0, -1.0, -1.0])

@@ -59,14 +59,17 @@ def _numbers(value: object, count: int) -> tuple[float, ...]:
     return tuple(float(item) for item in value)
 
 
-def _vector_of(count: int) -> Callable[[object], tuple[float, ...]]:
+def vector_of(count: int) -> Callable[[object], tuple[float, ...]]:
+    """Make a check that a value is so many finite numbers."""
+
     def check(value: object) -> tuple[float, ...]:
         return _numbers(value, count)
 
     return check
 
 
-def _array_schema(count: int) -> dict[str, Any]:
+def array_schema(count: int) -> dict[str, Any]:
+    """Return the JSON schema of so many numbers."""
     return {"type": "array", "items": {"type": "number"}, "minItems": count, "maxItems": count}
 
 
@@ -77,16 +80,16 @@ def _matrix3(value: object) -> tuple[tuple[float, ...], ...]:
 
 
 Vector3: TypeAlias = Annotated[
-    tuple[float, float, float], BeforeValidator(_vector_of(3)), WithJsonSchema(_array_schema(3))
+    tuple[float, float, float], BeforeValidator(vector_of(3)), WithJsonSchema(array_schema(3))
 ]
 """Three numbers."""
 
 Quaternion: TypeAlias = Annotated[
-    tuple[float, float, float, float], BeforeValidator(_vector_of(4)), WithJsonSchema(_array_schema(4))
+    tuple[float, float, float, float], BeforeValidator(vector_of(4)), WithJsonSchema(array_schema(4))
 ]
 """Four numbers w, x, y, z; that its length is one is checked with the frames."""
 
-Interval: TypeAlias = Annotated[tuple[float, float], BeforeValidator(_vector_of(2)), WithJsonSchema(_array_schema(2))]
+Interval: TypeAlias = Annotated[tuple[float, float], BeforeValidator(vector_of(2)), WithJsonSchema(array_schema(2))]
 """Two numbers, low and high."""
 
 Pair: TypeAlias = Interval
@@ -95,7 +98,7 @@ Pair: TypeAlias = Interval
 Matrix3: TypeAlias = Annotated[
     tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]],
     BeforeValidator(_matrix3),
-    WithJsonSchema({"type": "array", "items": _array_schema(3), "minItems": 3, "maxItems": 3}),
+    WithJsonSchema({"type": "array", "items": array_schema(3), "minItems": 3, "maxItems": 3}),
 ]
 """Three rows of three numbers; orthogonality is checked with the frames."""
 

@@ -6,6 +6,7 @@ Tested against pinocchio. See the URDF XML specification, elements `joint` and `
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,8 @@ from typing import TypeAlias
 
 from stiffcal.campaign.name_checks import check_name
 from stiffcal.campaign.robot_file import MOST_JOINTS
+from stiffcal.campaign.sizes import length_mistake, mass_mistake
+from stiffcal.campaign.typed import WrongValueError
 from stiffcal.errors import InputError
 from stiffcal.files import read_regular
 from stiffcal.limits import URDF, URDF_NODES
@@ -20,6 +23,7 @@ from stiffcal.limits import URDF, URDF_NODES
 Triple: TypeAlias = tuple[float, float, float]
 
 MOST_NESTED = 100  # elements in elements: a robot has five
+MOST_RAD = 200.0 * math.pi  # a hundred turns
 _ZERO: Triple = (0.0, 0.0, 0.0)
 
 
@@ -170,16 +174,44 @@ def _triple(text: str | None, default: Triple, file: str, place: str) -> Triple:
         x, y, z = (float(part) for part in text.split())
     except ValueError:
         raise InputError.at(file, place, f'"{text}" is not three numbers', "write x y z") from None
+    if not all(math.isfinite(part) for part in (x, y, z)):
+        raise InputError.at(file, place, f'"{text}" is not three finite numbers', "write x y z")
     return x, y, z
+
+
+def _lengths(text: str | None, file: str, place: str) -> Triple:
+    """Return a place in m."""
+    found = _triple(text, _ZERO, file, place)
+    for part in found:
+        _refuse(length_mistake(part), file, place)
+    return found
+
+
+def _angles(text: str | None, file: str, place: str) -> Triple:
+    """Return three angles in rad."""
+    found = _triple(text, _ZERO, file, place)
+    for part in found:
+        if abs(part) > MOST_RAD:
+            mend = f"write the angles in rad: if {part:.6g} is in degrees, {math.radians(part):.6g}"
+            raise InputError.at(file, place, f"rpy: {part:.6g} rad is more than a hundred turns", mend)
+    return found
+
+
+def _refuse(mistake: WrongValueError | None, file: str, place: str) -> None:
+    if mistake is not None:
+        raise InputError.at(file, place, mistake.reason, mistake.mend)
 
 
 def _number(text: str | None, file: str, place: str) -> float | None:
     if text is None:
         return None
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
         raise InputError.at(file, place, f'"{text}" is not a number', "write a number") from None
+    if math.isnan(value):
+        raise InputError.at(file, place, f'"{text}" is not a number', "write a number")
+    return value
 
 
 def _joint(element: ElementTree.Element, file: str) -> UrdfJoint:
@@ -199,9 +231,9 @@ def _joint(element: ElementTree.Element, file: str) -> UrdfJoint:
         kind,
         parent.get("link", ""),
         child.get("link", ""),
-        _triple(None if origin is None else origin.get("xyz"), _ZERO, file, place),
-        _triple(None if origin is None else origin.get("rpy"), _ZERO, file, place),
-        _triple(None if axis is None else axis.get("xyz"), (1.0, 0.0, 0.0), file, place),
+        _lengths(None if origin is None else origin.get("xyz"), file, f"{place}, origin xyz"),
+        _angles(None if origin is None else origin.get("rpy"), file, f"{place}, origin rpy"),
+        _triple(None if axis is None else axis.get("xyz"), (1.0, 0.0, 0.0), file, f"{place}, axis"),
         limits,
         element.find("mimic") is not None,
     )
@@ -213,8 +245,13 @@ def _link(element: ElementTree.Element, file: str) -> UrdfLink:
     if inertial is None:
         return UrdfLink(name, None, _ZERO)
     mass, origin = inertial.find("mass"), inertial.find("origin")
-    value = None if mass is None else _number(mass.get("value"), file, f"link {name}")
-    return UrdfLink(name, value, _triple(None if origin is None else origin.get("xyz"), _ZERO, file, f"link {name}"))
+    place = f"link {name}"
+    value = None if mass is None else _number(mass.get("value"), file, f"{place}, mass")
+    if value is not None:
+        _refuse(mass_mistake(value), file, f"{place}, mass")
+    return UrdfLink(
+        name, value, _lengths(None if origin is None else origin.get("xyz"), file, f"{place}, inertial xyz")
+    )
 
 
 def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:

@@ -32,7 +32,7 @@ from stiffcal.mechanics.dual_quaternions import (
 )
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import RZ, Inputs, joint_node
-from stiffcal.model.equilibrium import displacements, find_rest, rest_under_weight
+from stiffcal.model.equilibrium import NoBalanceError, displacements, find_rest, rest_under_weight
 
 Floats = NDArray[np.float64]
 
@@ -220,8 +220,11 @@ def _matrix_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
         {one.parameter_name("c"): float(whole[one.place.joints[0] - 1]) for one in task.robot.placed}
     )
     inputs = Inputs(data.angles, data.wrench, data.setup)
-    unloaded = rest_under_weight(robot, inputs, TIGHT)
-    loaded = find_rest(robot, inputs, data.order, unloaded.wrench, unloaded.displacement, TIGHT)
+    try:
+        unloaded = rest_under_weight(robot, inputs, TIGHT)
+        loaded = find_rest(robot, inputs, data.order, unloaded.wrench, unloaded.displacement, TIGHT)
+    except NoBalanceError as error:
+        raise error.at_state(error.state, f"{data.place_of(error.state)}, {error.where}") from None
     moved = np.stack(displacements(robot, loaded, unloaded))[data.body, data.component]
     missing = np.where(data.seen, data.measured - moved, 0.0)
     drives = robot.chain.drive_axes

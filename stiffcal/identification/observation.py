@@ -18,6 +18,7 @@ from stiffcal.mechanics.kinematics import cross
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Inputs, NodeLoads, Observed, Sort
 from stiffcal.model.equilibrium import (
+    NoBalanceError,
     Rest,
     Unloaded,
     blocks,
@@ -129,8 +130,11 @@ def _evaluate_block(
 def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, Unloaded]:
     """Return where the robot rests under load and under weight alone."""
     inputs = Inputs(data.angles, data.wrench, data.setup)
-    unloaded = rest_under_weight(model, inputs, FIT_TOLERANCE)
-    loaded = find_rest(model, inputs, data.order, unloaded.wrench, unloaded.displacement, FIT_TOLERANCE)
+    try:
+        unloaded = rest_under_weight(model, inputs, FIT_TOLERANCE)
+        loaded = find_rest(model, inputs, data.order, unloaded.wrench, unloaded.displacement, FIT_TOLERANCE)
+    except NoBalanceError as error:
+        raise error.at_state(error.state, f"{data.place_of(error.state)}, {error.where}") from None
     return loaded, unloaded
 
 

@@ -43,6 +43,7 @@ class Observations:
     setup : where the instruments sit.
     index : (n,) index of the state in the campaign's load states.
     spread : how far each pose is known where poses come from points, some of them hidden at times; else None.
+    run_names : of the campaign's runs, by run number.
     """
 
     angles: Floats
@@ -56,6 +57,12 @@ class Observations:
     setup: MeasurementSetup
     index: Integers
     spread: PoseSpread | None = None
+    run_names: tuple[str, ...] = ()
+
+    def place_of(self, state: int) -> str:
+        """Return in words where a state was measured, for messages."""
+        run = int(self.run[state])
+        return f'run "{self.run_names[run]}"' if run < len(self.run_names) else f"run {run + 1}"
 
     @property
     def n_states(self) -> int:
@@ -159,6 +166,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         setup=states.setup,
         index=keep,
         spread=None if spread is None else spread.part(keep),
+        run_names=tuple(run.name for run in states.runs),
     )
 
 

@@ -22,6 +22,8 @@ from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame, turn_between
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RZ, Inputs, NodeLoads, StateOrder, Term, tool_node
+from stiffcal.model.no_balance import NoBalanceError as NoBalanceError
+from stiffcal.model.no_balance import no_balance
 from stiffcal.model.shape import Shape, chain_shape, node_wrenches
 
 Floats = NDArray[np.float64]
@@ -31,10 +33,6 @@ TOLERANCE = 1e-12
 MAX_SWEEPS = 200
 # Below this ratio of two sweeps' changes the next sweep's change is foretold well enough to be left out.
 EVEN_CONTRACTION = 0.05
-
-
-class NoBalanceError(ArithmeticError):
-    """The chain finds no rest: the load is beyond what the springs can hold (buckling)."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +128,8 @@ def find_rest(
         _add_side_torques(robot, joint_turn, wrench)
         terms = law_terms(robot, NodeLoads(wrench, inputs.angles, order, weight))
         updated = node_displacements(robot, terms, n)
-        change = float(np.max(np.abs(updated if small is None else updated - small), initial=0.0))
+        moved = np.abs(updated if small is None else updated - small)
+        change = float(np.max(moved, initial=0.0))
         small = updated
         if not robot.deformed:
             return Rest(shape, wrench, small, terms, inputs, sweep, weight)
@@ -141,9 +140,7 @@ def find_rest(
         if not np.isfinite(change) or (sweep > 20 and change > 2.0 * previous):
             break
         previous = change
-    raise NoBalanceError(
-        f"no balance after {sweep} sweeps (last change {change:.2g} rad): the load is more than the springs hold"
-    )
+    raise no_balance(robot, inputs, updated, moved.max(axis=(0, 1)))
 
 
 @dataclass(frozen=True)
@@ -252,7 +249,10 @@ def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = 
         wrench=np.zeros((len(inputs.wrench), len(first))),
         loaded=False,
     )
-    rest = find_rest(robot, poses, tolerance=tolerance)
+    try:
+        rest = find_rest(robot, poses, tolerance=tolerance)
+    except NoBalanceError as error:
+        raise error.at_state(int(first[error.state])) from None
     frames = rest.targets
     linear = [] if robot.deformed else first_order_displacement(rest)
     return Unloaded(
@@ -303,9 +303,12 @@ def solve_balance(
     run = None if order is None else order.run
     for block in blocks(run, n, robot.has_memory):
         inputs = Inputs(np.ascontiguousarray(joints[block].T), np.ascontiguousarray(wrench[block].T), setup)
-        unloaded = rest_under_weight(robot, inputs)
         memory = None if order is None else order.block(block)
-        loaded = find_rest(robot, inputs, memory, unloaded.wrench, unloaded.displacement)
+        try:
+            unloaded = rest_under_weight(robot, inputs)
+            loaded = find_rest(robot, inputs, memory, unloaded.wrench, unloaded.displacement)
+        except NoBalanceError as error:
+            raise error.at_state(block.start + error.state) from None
         torque[block] = loaded.wrench[1 : 2 * robot.chain.n_joints : 2, RZ].T
         nodes[block] = np.moveaxis(loaded.displacement - unloaded.displacement, -1, 0)
         moves = displacements(robot, loaded, unloaded)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stiffcal.campaign.manifest import Source
 from stiffcal.campaign.row_filter import RowCondition
 from stiffcal.campaign.signals import Deflection, Displacement, Joints, Pose, Wrench
+from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_rpy, rotation_from_vector
 from stiffcal.quantities import unit
@@ -82,10 +83,24 @@ def read_rows(
     if not files:
         raise InputError.at("campaign.toml", f"[sources.{name}]", "no file is named", 'add file = "raw/….csv"')
     for batch in _batches(folder, source, files):
+        _check_sizes(batch, files)
         rows = rows_of(source, batch, name)
         if watch is not None:
             watch(rows)
         yield rows
+
+
+def _check_sizes(batch: Batch, files: Mapping[str, str]) -> None:
+    """Raise where a number is larger than anything that is measured, and what is computed from it overflows."""
+    for column, values in batch.numbers.items():
+        large = np.abs(values) > LARGEST
+        if large.any():
+            row = int(np.argmax(large))
+            place = f"row {batch.first_row + row}, column {column}"
+            reason = f"{values[row]:g} is larger than anything that is measured"
+            raise InputError.at(
+                ", ".join(dict.fromkeys(files.values())), place, reason, "correct it, or exclude its row"
+            )
 
 
 def rows_of(source: Source, batch: Batch, name: str = "") -> Rows:

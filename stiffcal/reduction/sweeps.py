@@ -133,6 +133,8 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> C
     ----------
     time, angle : (n,) s and rad. other_time : (m,) s. wrench : (m, 6).
     """
+    if min(time.size, other_time.size) < 2:  # logs of a moment hold no motion
+        return None
     step = max(
         float(np.median(np.diff(time))), float(np.median(np.diff(other_time))),
         max(np.ptp(time), np.ptp(other_time)) / _MOST_POINTS,
@@ -142,6 +144,8 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> C
         return None
     a = np.interp(np.arange(time[0], time[-1], step), time, angle)
     b = np.interp(np.arange(other_time[0], other_time[-1], step), other_time, force)
+    if min(a.size, b.size) < 2:
+        return None
     a, b = a - a.mean(), b - b.mean()
     size = 1 << int(np.ceil(np.log2(a.size + b.size)))
     product = np.abs(np.fft.irfft(np.fft.rfft(b, size) * np.conj(np.fft.rfft(a, size)), size))

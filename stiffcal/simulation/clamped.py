@@ -98,7 +98,8 @@ def play_clamped(
     some, again = _distinct(program.joints[:, program.moved - 1], robot.has_memory)
     held = _Held(robot, _nodes_of(program, some), act.load_point, tool, fixture, int(again[0]))
     wrench, balance = held.solve(act.name)
-    moving = np.gradient(program.joints, program.node, axis=0)
+    later = np.append(True, np.diff(program.node) > 0.0)  # without a rest before or after, two nodes share a moment
+    moving = np.gradient(program.joints[later], program.node[later], axis=0)[np.cumsum(later) - 1]
     drives = robot.chain.drive_axes
     torque = -(balance.joint_torque @ drives)[again] + _friction(robot, moving)
     done = replace(program, wrench_at_node=wrench[again], torque=torque)
@@ -248,7 +249,7 @@ class _Held:
         try:
             return solve_balance(self.robot, model, wrench, setup, order)
         except NoBalanceError as error:
-            raise InputError.at(FILE_NAME, f'runs "{name}"', str(error), "lower clamped.amplitude_deg") from None
+            raise error.of_load(FILE_NAME, f'runs "{name}"', "lower clamped.amplitude_deg") from None
 
     def _beside(self, model: Floats, drives: _Drives) -> Floats:
         """Return (6, 6) the compliance that is not the drives', by unit wrenches."""

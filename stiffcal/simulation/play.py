@@ -288,7 +288,7 @@ def _balanced(robot: CompliantRobot) -> Settle:
         try:
             balance = solve_balance(robot, joints, wrench, setup, order)
         except NoBalanceError as error:
-            raise InputError.at(FILE_NAME, "loads", str(error), "lower max_force_N, or stiffen model.toml") from None
+            raise error.of_load(FILE_NAME, "loads", "lower max_force_N, or stiffen model.toml") from None
         return Places(balance.target_position, balance.target_rotation, balance.displacement, balance.nodes)
 
     return settle

@@ -72,6 +72,8 @@ def simulate_campaign(
     """
     out = Path(out)
     drawn = settings.seed if seed is None else seed
+    if drawn < 0:
+        raise InputError.at("command line", "--seed", f"{drawn} is negative", "give a whole number from 0")
     _check_out(out, campaign.folder)
     progress("setting loads", 0.0)
     robot, stage = play_campaign(campaign, settings, drawn, settle)

@@ -74,7 +74,7 @@ def _together(documents: list[Document]) -> float | None:
     for document in documents:
         known = {one["name"]: one for one in document["parameters"]}
         pick = [document["free_parameters"].index(name) for name in names]
-        covariance = np.array(document["covariance"], dtype=np.float64).reshape(len(document["free_parameters"]), -1)
+        covariance = np.array(document["covariance"], dtype=np.float64).reshape((len(document["free_parameters"]),) * 2)
         covariances.append(covariance[np.ix_(pick, pick)])
         values.append(np.array([_amplitude(known[name]) for name in names]))
     difference = values[1] - values[0]

@@ -107,7 +107,7 @@ def compensate_campaign(
     try:
         found = correct_joints(valued.robot, path.joints, path.wrench, path.setup, solve, valued.covariance)
     except NoBalanceError as error:
-        raise InputError.at(str(wish.path), "", f"no balance: {error}", "give smaller loads") from error
+        raise error.of_load(str(wish.path), "", "give smaller loads") from error
     _check_reached(path, found)
     judged = None if wish.judge is None else _judge(valued, wish, path, found, means)
     document = _document(valued, path, found, target, wish, judged)

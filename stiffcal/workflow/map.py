@@ -99,7 +99,7 @@ def map_campaign(
     try:
         found = map_workspace(valued.robot, setup, wish, valued.covariance)
     except NoBalanceError as error:
-        raise InputError.at("command line", "--load", f"no balance: {error}", "give a smaller load") from error
+        raise error.of_load("command line", "--load", "give a smaller load") from error
     document = _document(valued, request, wish, found, target, shape, levels)
     if table is not None:
         from stiffcal.workflow.export import write_table
@@ -128,7 +128,7 @@ def _wrench(valued: ValuedCampaign, request: MapRequest) -> Floats:
         raise InputError.at("command line", "--mass", "there is a --load already", "give one of the two")
     wrench = np.zeros(6)
     if request.mass is not None:
-        if not request.mass > 0.0:
+        if not 0.0 < request.mass < np.inf:
             raise InputError.at("command line", "--mass", f"{request.mass:g} kg hang nowhere", "give a mass in kg")
         wrench[:3] = request.mass * valued.campaign.chain.gravity
     elif request.load is not None:

@@ -92,8 +92,9 @@ def predict_campaign(
             valued.robot, loads.joints, loads.wrench, valued.setup, valued.covariance, in_order=load_path is not None
         )
     except NoBalanceError as error:
-        place = load_path.corners if load_path is not None else str(poses)
-        raise InputError.at(place, "", f"no balance: {error}", "give smaller loads") from error
+        if load_path is None:
+            raise error.of_load(str(poses), "", "give smaller loads") from error
+        raise error.of_load("command line", f"--load-path {load_path.corners}", "give smaller loads") from error
     order = one_run(valued.robot, len(loads.joints)) if load_path is not None else None
     angles, setup = valued.robot.chain.model_angles(loads.joints), at_load_point(valued.setup)
     parts = link_parts(valued.robot, angles, loads.wrench, setup, order, valued.link_compliances)

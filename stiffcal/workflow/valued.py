@@ -135,7 +135,7 @@ def _cautions(identified: Document, names: set[str]) -> Iterator[str]:
             f"these data do not tell {', '.join(sorted(told))}: taken as rigid; a load that turns it moves the robot "
             "further than is said here, and the stated uncertainty does not hold that"
         )
-    missed, noise = (identified[key]["translation"] for key in ("rms", "noise"))
+    missed, noise = ((identified[key] or {}).get("translation") for key in ("rms", "noise"))
     if missed is not None and noise is not None and missed > _BEYOND_NOISE * noise:
         yield (
             f"this model misses the readings it was fitted to by {1e3 * missed:.3g} mm rms, their noise being "

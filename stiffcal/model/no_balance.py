@@ -1,0 +1,152 @@
+"""The fault of a robot that finds no balance: in which pose, under what, and which number is the likely cause.
+
+A chain without balance is nearly always one number in the wrong unit: forces a thousand times too large, masses in g,
+a centre of mass or a length in mm, a stiffness per mrad. What exceeds the largest robots there are is named; the
+largest excess first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.errors import Fault, InputError
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import Inputs
+
+Floats = NDArray[np.float64]
+
+# Beyond the largest robots that are built (2.3 t of payload, 12 t of own mass, 5 m of reach, links below 3 m).
+FORCE_N = 1e5
+MOMENT_NM = 1e5
+LINK_MASS_KG = 1e4
+LINK_LENGTH_M = 5.0
+CENTRE_M = 3.0
+# A joint that gives more than 1 rad under a wrist's own torque is no drive.
+SOFTEST_NM_PER_RAD = 100.0
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A number that is larger than on any robot.
+
+    Attributes
+    ----------
+    excess : how many times larger. file, place : where it stands. found : the number in words. mend : what to write.
+    """
+
+    excess: float
+    file: str
+    place: str
+    found: str
+    mend: str
+
+
+class NoBalanceError(InputError):
+    """The chain finds no rest: the load is beyond what the springs can hold (buckling), or a number has another unit.
+
+    Attributes
+    ----------
+    state : index of the state that settles least, among those handed in.
+    where : that state in words: a run, or the pose.
+    """
+
+    def __init__(self, reason: str, state: int = 0, where: str = "", suspect: Suspect | None = None) -> None:
+        self.state = state
+        self.where = where
+        self._reason = reason
+        self._suspect = suspect
+        if suspect is None:
+            mend = "check the stiffness in model.toml, the masses in robot.toml, and the unit of the forces"
+            fault = Fault("model.toml", "effects", self._words, mend)
+        else:
+            fault = Fault(suspect.file, suspect.place, f"{self._words}; {suspect.found}", suspect.mend)
+        super().__init__(fault)
+
+    @property
+    def _words(self) -> str:
+        where = f" in {self.where}" if self.where else ""
+        return f"the robot finds no balance{where}, {self._reason}"
+
+    def at_state(self, state: int, where: str = "") -> NoBalanceError:
+        """Return the same fault with the state counted, and called, as the caller's user does."""
+        return NoBalanceError(self._reason, state, where or self.where, self._suspect)
+
+    def of_load(self, file: str, place: str, mend: str) -> InputError:
+        """Return the fault of a load that the user has given elsewhere than in the logs.
+
+        Where a mass, a length or a stiffness is the likely cause, that stays the fault.
+
+        Parameters
+        ----------
+        file, place : where the load was given. mend : what to do about it.
+        """
+        if self._suspect is not None and self._suspect.place != "wrench":
+            return self
+        return InputError.at(file, place, self._words, mend)
+
+
+def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, change: Floats) -> NoBalanceError:
+    """Return the fault of states that do not settle.
+
+    Parameters
+    ----------
+    robot : chain and effects. inputs : angles (J, n), wrench (6, n), set-up.
+    displacement : (2J + 2, 6, n) of the nodes after the last sweep. change : (n,) by the last sweep, rad and m.
+    """
+    state = int(np.argmax(np.where(np.isfinite(change), change, np.inf)))
+    force, moment = (float(np.linalg.norm(part)) for part in (inputs.wrench[:3, state], inputs.wrench[3:, state]))
+    under = "under its weight alone"
+    if inputs.loaded:
+        under = f"under {force:.3g} N" + (f" and {moment:.3g} N·m" if inputs.setup.moments_measured else "")
+    turn = float(np.max(np.abs(displacement[:, 3:, state]), initial=0.0))
+    reached = f"it gives way by {turn:.3g} rad" if np.isfinite(turn) else "it gives way without end"
+    pose = ", ".join(f"{angle:.4g}" for angle in np.degrees(inputs.angles[:, state]))
+    suspects = list(_suspects(robot, inputs, force, moment))
+    worst = max(suspects, key=lambda suspect: suspect.excess, default=None)
+    return NoBalanceError(f"{under}: {reached}", state, f"the pose ({pose}) deg", worst)
+
+
+def _suspects(robot: CompliantRobot, inputs: Inputs, force: float, moment: float) -> Iterator[Suspect]:
+    chain = robot.chain
+    if inputs.loaded:
+        if force > FORCE_N:
+            mend = "if the log is in N or kN, say so in units.force; else correct the load"
+            yield Suspect(force / FORCE_N, "campaign.toml", "wrench", f"{force:.3g} N is no robot's load", mend)
+        if moment > MOMENT_NM and inputs.setup.moments_measured:
+            mend = "say the log's unit in units.moment, e.g. N*mm; else correct the load"
+            yield Suspect(moment / MOMENT_NM, "campaign.toml", "wrench", f"{moment:.3g} N·m is no robot's load", mend)
+    for k, joint in enumerate(chain.joint_names):
+        place, mass, centre = f"joints ({joint})", float(chain.link_mass[k]), float(np.linalg.norm(chain.link_com[k]))
+        length = float(np.linalg.norm(chain.fixed[k, :3, 3]))
+        if mass > LINK_MASS_KG:
+            mend = f"if it is in g, write {mass / 1e3:.6g}"
+            yield Suspect(
+                mass / LINK_MASS_KG, "robot.toml", f"{place}.link.mass_kg", f"{mass:.6g} kg in one link", mend
+            )
+        if centre > CENTRE_M:
+            mend = "if com_m is in mm, divide it by 1000"
+            found = f"the centre of mass is {centre:.4g} m from the joint"
+            yield Suspect(centre / CENTRE_M, "robot.toml", f"{place}.link.com_m", found, mend)
+        if length > LINK_LENGTH_M:
+            mend = "if the lengths are in mm, divide them by 1000"
+            yield Suspect(
+                length / LINK_LENGTH_M, "robot.toml", place, f"the link before it is {length:.4g} m long", mend
+            )
+    tool = inputs.setup.tool_mass
+    if tool > LINK_MASS_KG:
+        mend = f"if it is in g, write {tool / 1e3:.6g}"
+        yield Suspect(tool / LINK_MASS_KG, "campaign.toml", "tool.mass_kg", f"{tool:.6g} kg of tool", mend)
+    for placed in robot.placed:
+        for parameter in placed.effect.parameters:
+            if parameter.unit not in ("rad/(N·m)", "N·m/rad"):
+                continue
+            value = abs(placed.amplitude(parameter.symbol))
+            if value > 1.0 / SOFTEST_NM_PER_RAD:
+                name = placed.parameter_name(parameter.symbol)
+                found = f"it is as soft as {1.0 / value:.3g} N·m/rad"
+                mend = "check its value, or the units of the deflections and loads that it was fitted to"
+                yield Suspect(value * SOFTEST_NM_PER_RAD, "model.toml", f"parameters.{name}", found, mend)
