@@ -24,7 +24,7 @@ from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_fault
 from stiffcal.campaign.robot_file import RobotFile, chain_of
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import Fault, InputError, raise_faults
-from stiffcal.escapes import visible
+from stiffcal.escapes import shell, visible
 
 if TYPE_CHECKING:
     from stiffcal.mechanics.chain import Chain
@@ -168,7 +168,7 @@ def load_manifest(folder: Path) -> Manifest:
     """
     path = Path(folder) / MANIFEST_FILE
     if not path.exists():
-        mend = f"make one: stiffcal init {folder} --kind load"
+        mend = f"make one: stiffcal init {shell.escaped_path(str(folder))} --kind load"
         raise InputError.at(MANIFEST_FILE, "", f"there is no {MANIFEST_FILE} in {folder}", mend)
     check_own(Path(folder), MANIFEST_FILE)
     return validate(read_toml(path, MANIFEST_FILE), MANIFEST_FILE, Manifest)

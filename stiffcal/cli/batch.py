@@ -128,9 +128,11 @@ def show_batch(console: Console, document: Document) -> None:
 
 def _next(document: Document, store: str | None) -> str:
     """Return the step that the worst campaign asks for."""
+    from stiffcal.workflow.batch import store_below
+
     for outcome in document["campaigns"]:
         if outcome["error"] is not None:
             return command_line("check", Path(outcome["folder"]))
     first = next((one for one in document["campaigns"] if one["failed"]), document["campaigns"][0])
-    own = f"{store.rstrip('/')}/{first['campaign']}" if store else None
+    own = store_below(store, first["campaign"]) if store else None
     return command_line("diagnose", Path(first["folder"]), store=own)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from urllib.parse import quote
 
@@ -11,6 +12,7 @@ _SAFE = " -_+=@#(),"
 _DEVICES = re.compile(r"(?:CON|PRN|AUX|NUL|COM[0-9]|LPT[0-9]|CONIN\$|CONOUT\$)(?=$|[ .])", re.IGNORECASE)
 LONGEST = 180  # bytes: file systems take 255, and an ending, a lock's or a temporary file's name have to fit as well
 _DIGEST = 16
+_TAKEN = 240  # bytes that a name can have beside the longest ending, `.parquet`
 
 
 def escaped(text: str) -> str:
@@ -32,3 +34,29 @@ def escaped(text: str) -> str:
         return name or "%"
     digest = hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:_DIGEST]
     return f"{re.sub('%.?$', '', name[: LONGEST - _DIGEST - 1])}~{digest}"
+
+
+def stored(text: str) -> str:
+    """Return a name of a part of a store, which stays what it was in stores of earlier versions where one could be.
+
+    Examples
+    --------
+    >>> stored("pose 1?"), stored(".."), stored("-rf"), stored(""), len(stored("x" * 300))
+    ('pose 1%3F', '%2E%2E', '-rf', '', 180)
+    """
+    name = quote(text, safe=_SAFE, errors="surrogatepass")
+    if not name.strip("."):
+        return name.replace(".", "%2E")
+    return escaped(text) if len(name) > _TAKEN or _DEVICES.match(name) else name
+
+
+def fitting(path: str, ending: str) -> str:
+    """Return a relative path with an ending, its last name shortened where it is too long for a file system.
+
+    Examples
+    --------
+    >>> fitting("cells/a", ".pdf"), len(fitting("cells/" + "x" * 255, ".pdf"))
+    ('cells/a.pdf', 190)
+    """
+    folder, slash, name = path.rpartition("/")
+    return folder + slash + (escaped(name) if len(os.fsencode(name)) > _TAKEN else name) + ending

@@ -13,9 +13,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
-from urllib.parse import quote
 
 from stiffcal.errors import InputError
+from stiffcal.escapes import file_name
 from stiffcal.store.inside import open_inside
 
 SCHEMA = "stiffcal/store/2"
@@ -100,9 +100,7 @@ def file_of(name: str, ending: str) -> str:
     >>> file_of("recordings/pose 1?/ft", ".parquet")
     'recordings/pose 1%3F/ft.parquet'
     """
-    parts = [quote(part, safe=" -_+=@#(),") for part in name.split("/")]
-    # Names of dots alone would lead out of the folder.
-    parts = [part.replace(".", "%2E") if not part.strip(".") else part for part in parts]
+    parts = [file_name.stored(part) for part in name.split("/")]
     if not all(parts):
         raise ValueError(f"no name for a table or document: {name!r}")
     return "/".join(parts) + ending

@@ -9,9 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.escapes.file_name import fitting
 from stiffcal.masking import masked
 from stiffcal.workflow.batch_outcome import BROKEN, HELD, NOT_HELD, Document, outcome_of, task_of
 
@@ -168,12 +170,23 @@ def _tasks(
     for folder, label in found:
         report: str | bool | None = None if wishes.report else False
         if wishes.report and wishes.reports is not None:
-            report = str((wishes.reports / f"{label}.pdf").resolve())
-        store = f"{wishes.store.rstrip('/')}/{label}" if wishes.store is not None else None
+            report = str((wishes.reports / fitting(label, ".pdf")).resolve())
+        store = store_below(wishes.store, label) if wishes.store is not None else None
         # A cluster's workers have another current folder.
         place = folder if here else folder.resolve()
         tasks.append(task_of(place, label, store=store, report=report, thresholds=thresholds, reach=reach))
     return tasks
+
+
+def store_below(store: str, label: str) -> str:
+    """Return where the store of one campaign is, of stores that are all below one address.
+
+    Examples
+    --------
+    >>> store_below("build/stores", "cells/a b"), store_below("s3://lab/stores/", "cells/50 %")
+    ('build/stores/cells/a b', 's3://lab/stores/cells/50%20%25')
+    """
+    return f"{store.rstrip('/')}/{quote(label, errors='surrogateescape') if '://' in store else label}"
 
 
 def _bytes_of(folder: Path) -> int:

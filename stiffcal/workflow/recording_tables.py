@@ -24,6 +24,17 @@ _SI = {
 }
 
 
+def recording_name(run: str, source: str) -> str:
+    """Return what the table of a run's recording by a source is called in the store.
+
+    Examples
+    --------
+    >>> recording_name("pose 1", "ft"), recording_name("cold/1", "ft")
+    ('recordings/pose 1/ft', 'recordings/cold%2F1/ft')
+    """
+    return "/".join(("recordings", *(part.replace("%", "%25").replace("/", "%2F") for part in (run, source))))
+
+
 def recording_columns(source: Source, rows: Rows) -> list[str]:
     """Return a recording's column names: time_s, then component and SI unit, as in ``Fx_N`` or ``target_x_m``."""
     names = ["time_s"]

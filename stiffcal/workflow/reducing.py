@@ -33,7 +33,7 @@ from stiffcal.reduction.sweeps import clamped_readings, moved_joint
 from stiffcal.store import TableStream, Writing
 from stiffcal.workflow.logged_runs import log_files, logged_runs
 from stiffcal.workflow.logged_runs import of_run as rows_of_run
-from stiffcal.workflow.recording_tables import recording_columns, recording_table
+from stiffcal.workflow.recording_tables import recording_columns, recording_name, recording_table
 from stiffcal.workflow.watching import Watches, contradictions
 
 Floats = NDArray[np.float64]
@@ -346,7 +346,7 @@ def _read_log(
         watches.see(name, file, kept, run.id)
         if reading.writing is not None:
             if stream is None:
-                stream = reading.writing.stream(f"recordings/{run.id}/{name}", recording_columns(source, rows))
+                stream = reading.writing.stream(recording_name(run.id, name), recording_columns(source, rows))
             stream.append(recording_table(source, rows))
         averager.add(kept.time, kept.signals)
         # a guess from the first piece is good enough for a bar

@@ -18,6 +18,7 @@ from stiffcal.reduction.commanded import compensated_states
 from stiffcal.report.compensation_content import ComparedPose, HalfRun, TimePair, Trace, WithAndWithout
 from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.store import values_of
+from stiffcal.workflow.recording_tables import recording_name
 from stiffcal.workflow.steps import INGEST, Ingested, stored_document
 
 Floats = NDArray[np.float64]
@@ -150,7 +151,7 @@ def _trace(data: Ingested, states: LoadStates, run: int) -> Trace | None:
     pose = next((key for key, one in sources.items() if one.pose is not None and not one.is_states), None)
     if wrench is None or pose is None:
         return None
-    tables = [f"recordings/{name}/{source}" for source in (wrench, pose)]
+    tables = [recording_name(name, source) for source in (wrench, pose)]
     if any(table not in data.store.tables for table in tables):
         return None
     ahead = _clocks(data, name)

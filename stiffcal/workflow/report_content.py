@@ -30,6 +30,7 @@ from stiffcal.report.content import (
 )
 from stiffcal.store import values_of
 from stiffcal.store.index import FOREIGN
+from stiffcal.workflow.recording_tables import recording_name
 from stiffcal.workflow.report_bodies import joint_pictures
 from stiffcal.workflow.report_clamped import clamped_curves
 from stiffcal.workflow.report_compensation import with_and_without
@@ -306,7 +307,7 @@ def _instruments(data: Ingested) -> list[Instrument]:
 def _rate(data: Ingested, source: str) -> float | None:
     """Return samples per second of a source's first recording."""
     for name in data.store.tables:
-        if name.startswith("recordings/") and name.endswith(f"/{source}"):
+        if name.startswith("recordings/") and name.endswith(recording_name("", source).removeprefix("recordings/")):
             time = values_of(data.store.read_table(name, columns=["time_s"]).column("time_s"))
             span = float(time[-1] - time[0]) if len(time) > 1 else 0.0
             return (len(time) - 1) / span if span > 0.0 else None
