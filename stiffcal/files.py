@@ -161,6 +161,21 @@ def read_regular(path: Path, shown: str = "", *, limit: Limit = DOCUMENT, follow
     return content
 
 
+def is_given(path: Path) -> bool:
+    """Return True for what a user can name on the command line to be read: a file, a pipe, a terminal.
+
+    Examples
+    --------
+    >>> is_given(Path(__file__)), is_given(Path(__file__).parent)
+    (True, False)
+    """
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):
+        return False
+    return stat.S_ISREG(mode) or stat.S_ISFIFO(mode) or stat.S_ISCHR(mode) or stat.S_ISSOCK(mode)
+
+
 def _descriptor(path: Path, shown: str, further: int) -> int:
     _check_kind(path.stat(), path, shown)  # before it is opened: opening some devices has an effect
     _check_place(path, shown)

@@ -55,6 +55,9 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
         raise InputError.at(file, "", "this is a folder, not a file", "name the file in it") from None
     except PermissionError:
         raise InputError.at(file, "", "the file may not be read", "change its permissions") from None
+    except OSError as error:  # links in a circle, a disk that fails
+        reason = f"the file cannot be read: {error.strerror}"
+        raise InputError.at(file, "", reason, "put a regular file in its place") from None
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise InputError.at(file, f"line {line}", "the text is not UTF-8", "save the file as UTF-8") from None

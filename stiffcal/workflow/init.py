@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.files import is_given
 from stiffcal.workflow.steps import Document
 
 
@@ -50,8 +54,24 @@ def init_campaign(
     else:
         from stiffcal.campaign.from_table import propose_campaign
 
-        proposal = propose_campaign(folder, [Path(table) for table in tables], urdf=urdf, robot=robot)
+        with _at_rest(tables) as files_at_rest:
+            proposal = propose_campaign(folder, files_at_rest, urdf=urdf, robot=robot)
         written, guessed = proposal.files, list(proposal.guessed)
         unused = [f"nothing was seen in column {name}: it is not used" for name in proposal.unused]
     files = [str(file) for file in written]
     return {"schema": "stiffcal/init/1", "warnings": unused, "files": files, "guessed": guessed}
+
+
+@contextmanager
+def _at_rest(tables: Sequence[Path]) -> Iterator[list[Path]]:
+    """Hand out files that can be read twice: what comes through a pipe (``--from <(zcat …)``) is written down first."""
+    with tempfile.TemporaryDirectory(prefix="stiffcal-init-") as place:
+        found = []
+        for number, table in enumerate(map(Path, tables), start=1):
+            if is_given(table) and not table.is_file():
+                kept = Path(place) / ("table.csv" if len(tables) == 1 else f"table-{number}.csv")
+                with table.open("rb") as pipe, kept.open("wb") as file:
+                    shutil.copyfileobj(pipe, file)
+                table = kept
+            found.append(table)
+        yield found

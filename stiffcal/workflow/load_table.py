@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
+from stiffcal.files import is_given
 from stiffcal.quantities import unit
 
 Floats = NDArray[np.float64]
@@ -112,7 +113,7 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     InputError : the file is missing, a column or a cell is wrong.
     """
     shown = str(file)
-    if not file.is_file():
+    if not is_given(file):
         raise InputError.at(shown, "", "no such file", "correct its name")
     try:
         text = file.read_text(encoding="utf-8-sig")

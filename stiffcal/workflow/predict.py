@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import InputError
+from stiffcal.files import is_given
 from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
 from stiffcal.workflow.load_table import AXES, LoadTable, read_load_table
 from stiffcal.workflow.steps import (
@@ -118,7 +119,7 @@ def _wanted(campaign: Campaign, poses: Path | None, wish: LoadPathWish | None) -
     if poses is not None:
         return read_load_table(Path(poses), names, joints_needed=True), ()
     assert wish is not None
-    if Path(wish.corners).is_file():
+    if is_given(Path(wish.corners)):
         table = read_load_table(Path(wish.corners), names, joints_needed=wish.pose is None)
         corner_loads, pose = table.wrench, table.joints[0]
         if wish.pose is None and np.ptp(table.joints, axis=0).max() > 0.0:
@@ -129,7 +130,7 @@ def _wanted(campaign: Campaign, poses: Path | None, wish: LoadPathWish | None) -
         corner_loads, pose = _corners(wish.corners), np.zeros(len(names))
     if wish.pose is not None:
         pose = pose_of_words(wish.pose, names, "--at")
-    elif not Path(wish.corners).is_file():
+    elif not is_given(Path(wish.corners)):
         raise InputError.at("command line", "--at", "no pose given", f"give {len(names)} joint angles in degrees")
     if wish.points < 1 or len(corner_loads) < 2:
         mend = "give two loads or more, and at least one point on each leg"

@@ -12,6 +12,7 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader, formats
 from tests.campaign.folders import DATA, MANIFEST, ROBOT
+from tests.fuzz.attacks import ATTACKS
 from tests.fuzz.databases import SPOILT, allowing, odd_query, spoiling_line, spoilt_options, wanted_of_database
 from tests.fuzz.inputs import MAKERS, make_bag, make_csv, packed
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes, spoilt_lines, spoilt_toml
@@ -200,7 +201,7 @@ def targets() -> dict[str, Target]:
     """Return every target by name: one or more for each log format, one for each TOML file."""
     readers = {name: reader_target(name) for name in MAKERS}
     others = {"csv": feed_csv, "packed csv": feed_packed, "postgres": feed_postgres}
-    return readers | others | toml_targets()
+    return readers | others | toml_targets() | ATTACKS
 
 
 def formats_not_fed() -> tuple[str, ...]:

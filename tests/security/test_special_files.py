@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.thresholds import load_thresholds
+from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.files import check_regular, open_regular, read_regular
 from stiffcal.limits import Limit
+from stiffcal.readers import Wanted, find_reader
+from stiffcal.store.provenance import hash_sources
+from stiffcal.workflow.init import init_campaign
+from stiffcal.workflow.judging import _read_model
+from stiffcal.workflow.load_table import read_load_table
+from tests.workflow.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in the file system here")
 
@@ -104,3 +116,109 @@ class TestOpening:
 
         threading.Thread(target=read, daemon=True).start()
         assert done.wait(5.0)
+
+
+class TestCampaigns:
+    """Whatever file of a campaign is none: every command ends at once, with one line and exit code 2."""
+
+    FILES = ("campaign.toml", "robot.toml", "model.toml", "raw/states.csv", "arm.urdf", "own.py", "baseline.json")
+
+    @pytest.fixture
+    def folder(self, tmp_path: Path) -> Path:
+        folder = tmp_path / "c"
+        write_small_campaign(folder)
+        text = (folder / "campaign.toml").read_text()
+        text = text.replace('robot = "robot.toml"', 'robot = "robot.toml"\nplugins = ["own.py"]')
+        (folder / "campaign.toml").write_text(text + '\n[thresholds]\nbaseline = "baseline.json"\n')
+        (folder / "own.py").write_text("")
+        return folder
+
+    @pytest.mark.parametrize("kind", ["pipe", "socket", "link to a pipe"])
+    @pytest.mark.parametrize("file", FILES)
+    def test_loading_it(self, folder: Path, file: str, kind: str) -> None:
+        if file == "arm.urdf":
+            (folder / "robot.toml").write_text('schema = "stiffcal/robot/1"\nurdf = "arm.urdf"\n')
+        put(folder / file, kind)
+        with ended_within(5.0), pytest.raises(InputError) as refused:
+            _loaded(folder)
+        line = str(refused.value)
+        assert file in line
+        assert "\n" not in line
+        assert "this is a" in line
+
+    @pytest.mark.parametrize("command", ["check", "ingest", "identify", "export", "history", "run"])
+    @pytest.mark.parametrize("file", ["campaign.toml", "raw/states.csv"])
+    def test_every_command(self, folder: Path, file: str, command: str, capsys: pytest.CaptureFixture[str]) -> None:
+        put(folder / file, "pipe")
+        words = [command, str(folder), *(["-o", str(folder / "x.csv")] if command == "export" else [])]
+        with ended_within(8.0), pytest.raises(SystemExit) as ended:
+            main(words)
+        assert ended.value.code == 2
+        assert "this is a pipe, not a file" in capsys.readouterr().err
+
+    def test_hashing_a_log(self, tmp_path: Path) -> None:
+        put(tmp_path / "ft.csv", "pipe")
+        with (
+            ended_within(5.0),
+            pytest.raises(InputError, match="ft.csv: this is a pipe"),
+            hash_sources(tmp_path, ["ft.csv"]) as hashes,
+        ):
+            hashes.result()
+
+    @pytest.mark.parametrize("ending", ["csv", "csv.gz", "h5", "mat", "parquet", "tdms", "mcap", "db3"])
+    @pytest.mark.parametrize("kind", ["pipe", "endless device", "system file"])
+    def test_reading_a_log_of_any_format(self, tmp_path: Path, ending: str, kind: str) -> None:
+        put(tmp_path / f"ft.{ending}", kind)
+        with ended_within(5.0), pytest.raises(InputError, match="ft: this is a"):
+            _read(tmp_path / f"ft.{ending}")
+
+
+class TestFilesOfTheCommandLine:
+    """What the user names may be a pipe: ``--from <(zcat table.csv.gz)``."""
+
+    def piped(self, path: Path, text: str) -> Path:
+        os.mkfifo(path)
+        threading.Thread(target=path.write_text, args=(text,), daemon=True).start()
+        return path
+
+    def test_a_table_to_propose_a_campaign_from(self, tmp_path: Path) -> None:
+        text = "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz\n" + "10,20,30,1,2,3,0,0,100,0,0,-0.2\n" * 3
+        with ended_within(8.0):
+            init_campaign(tmp_path / "c", tables=[self.piped(tmp_path / "pipe", text)], robot="irb4400")
+        assert (tmp_path / "c" / "raw" / "table.csv").read_text() == text
+
+    def test_poses_to_predict_at(self, tmp_path: Path) -> None:
+        text = "A1,A2,Fx,Fy,Fz\n0,10,0,0,-100\n"
+        with ended_within(8.0):
+            table = read_load_table(self.piped(tmp_path / "pipe", text), ["A1", "A2"], joints_needed=True)
+        assert len(table.wrench) == 1
+
+    def test_thresholds(self, tmp_path: Path) -> None:
+        text = 'schema = "stiffcal/thresholds/1"\n[validate]\nmax_rms_m = 2e-4\n'
+        with ended_within(8.0):
+            load_thresholds(self.piped(tmp_path / "pipe", text))
+
+
+@contextmanager
+def ended_within(seconds: float) -> Iterator[None]:
+    """Interrupt what waits for ever; a test then fails instead of hanging."""
+
+    def interrupt(*_: object) -> None:
+        raise TimeoutError("it waits")
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _loaded(folder: Path) -> None:
+    load_campaign(folder)
+    _read_model(folder / "baseline.json", "baseline.json")
+
+
+def _read(path: Path) -> None:
+    list(find_reader(path, None, "ft").read_batches(path, {}, Wanted(("Fx",)), "ft"))

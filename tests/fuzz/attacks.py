@@ -1,0 +1,202 @@
+"""Hostile rather than spoilt: definitions of messages, URDF files, special files, archives that unpack to far more."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from types import SimpleNamespace
+
+import pyarrow as pa
+
+from stiffcal.readers import Wanted, find_reader
+from tests.campaign.folders import DATA, write_campaign
+from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes
+
+NAMES = (
+    "x", "X", "_x", "x_", "__x__", "__class__", "__init__", "self", "class", "None", "T", "dataclass", "FIELDDEFS",
+    "np", "float64", "x;import os", "x\nimport os", 'x"', "x'", "x\\", "x}", "{x}", "é", "a" * 300, "", " ", "time",
+    "header",
+)  # fmt: skip
+TYPES = (
+    "float64", "string", "wstring", "string<=3", "uint8", "bool", "time", "duration", "Header", "wchar", "long double",
+    "Other", "pkg/Other", "pkg/msg/Other", "other_pkg/msg/Missing", "pkg/msg/Message", "../pkg", "a//b", "object",
+)  # fmt: skip
+SIZES = (
+    "",
+    "",
+    "[]",
+    "[3]",
+    "[<=3]",
+    "[0]",
+    "[-1]",
+    "[1000000000]",
+    "[99999999999999999999]",
+    "[x]",
+    "[3][3]",
+    "[1e9]",
+)
+VALUES = (
+    "1", "-1", "1e999", "nan", "'a'", '"a"', '"""', "'\\'", "__import__('os').system('false')", "true", "[1, 2]", "{x}",
+    "9" * 300, "0x" + "f" * 50, "1 << 99999999999", "((((((((1))))))))", "(" * 40, "9*9*9",
+)  # fmt: skip
+
+
+class BrokenFenceError(AssertionError):
+    """What had to be refused went through."""
+
+
+def hostile_definition(chance: random.Random) -> tuple[str, str]:
+    """Return (kind, text) of a definition with odd names, types, sizes and values."""
+    idl = chance.random() < 0.4
+    lines: list[str] = []
+    for _ in range(chance.choice((1, 2, 3, 8))):
+        odd = chance.random() < 0.4
+        base = chance.choice(TYPES if odd else ("float64", "uint8", "string", "Other"))
+        name = chance.choice(NAMES) if odd else f"f{len(lines)}"
+        size = chance.choice(SIZES if odd else ("", "[]", "[3]"))
+        value = chance.choice(VALUES)
+        if idl:
+            lines.append(chance.choice((f"{base} {name}{size};", f"sequence<{base}> {name};", f"double {name};")))
+        else:
+            lines.append(
+                chance.choice(
+                    (f"{base}{size} {name}", f"{base} {name.upper()}={value}", f"{base}{size} {name} {value}")
+                )
+            )
+    if not idl:
+        other = ["=" * 80, f"MSG: {chance.choice(('pkg/Other', 'pkg/msg/Other', chance.choice(NAMES)))}", "float64 y"]
+        text = "\n".join([*lines, *(other if chance.random() < 0.7 else [])])
+    else:
+        constant = f"const long N = {chance.choice(VALUES)}; " if chance.random() < 0.4 else ""
+        text = f"module pkg {{ module msg {{ {constant}struct Other {{ double y; }}; struct Message {{ "
+        text += " ".join(lines) + " }; }; };"
+    if chance.random() < 0.3:
+        text = spoilt_bytes(chance, text.encode()).decode("utf-8", "replace")
+    return "idl" if idl else "msg", text
+
+
+def feed_definition(chance: random.Random, folder: Path) -> None:
+    """Register a hostile definition, and read random bytes by it; what is registered has plain names alone."""
+    from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
+    from rosbags.typesys import Stores, get_typestore
+
+    from stiffcal.readers import whole
+    from stiffcal.readers.rosbag2.definitions import checked_types, parsed_types
+
+    kind, text = hostile_definition(chance)
+    name = "pkg/msg/Message" if chance.random() < 0.9 else chance.choice((*NAMES, *TYPES))
+    form = MessageDefinitionFormat.IDL if kind == "idl" else MessageDefinitionFormat.MSG
+    connection = SimpleNamespace(msgtype=name, msgdef=MessageDefinition(form, text))
+    with whole("bag", "raw/log"):
+        types = checked_types(parsed_types([connection], "raw/log"), name, "raw/log")
+    for type_name, (constants, fields) in types.items():
+        names = [*type_name.split("/"), *(field for field, _ in fields)]
+        if constants or not all(word.isidentifier() and word.isascii() and "__" not in word[:2] for word in names):
+            raise BrokenFenceError(f"registered: {names}")
+    with whole("bag", "raw/log"):
+        store = get_typestore(Stores.EMPTY)
+        store.register(types)
+        store.deserialize_cdr(b"\0\1\0\0" + chance.randbytes(chance.choice((0, 8, 64, 4000))), name)
+
+
+def feed_urdf(chance: random.Random, folder: Path) -> None:
+    """Read a spoilt or hostile URDF."""
+    from stiffcal.campaign.urdf import read_urdf
+
+    text = (DATA / "six.urdf").read_text(encoding="utf-8")
+    draw = chance.random()
+    if draw < 0.2:
+        inside = chance.choice(('<!ENTITY a "x">', '<!ENTITY a SYSTEM "file:///etc/passwd">', '<!ENTITY % a "x">%a;'))
+        text = f"<!DOCTYPE robot [{inside}]>" + text
+    elif draw < 0.4:
+        at = chance.choice([place for place, letter in enumerate(text) if letter == ">"]) + 1
+        text = text[:at] + chance.choice(("<a>", "<link/>", "<joint/>", "&a;", "]]>", "<![CDATA[")) * 300 + text[at:]
+    elif draw < 0.7:
+        words = [place for place in range(len(text)) if text.startswith('"', place)]
+        at = chance.choice(words) + 1
+        text = text[:at] + chance.choice((*NASTY_TEXTS, "nan", "inf", "1e-300", "1e308", "1 2", "9" * 5000)) + text[at:]
+    data = text.encode("utf-8", "surrogatepass")
+    (folder / "robot.urdf").write_bytes(spoilt_bytes(chance, data) if draw > 0.5 else data)
+    read_urdf(folder / "robot.urdf", "robot.urdf", tip_link="tool0")
+
+
+def feed_special(chance: random.Random, folder: Path) -> None:
+    """Put a pipe, device, circle of links or folder where a file of a campaign, or a log of any format, is expected."""
+    from stiffcal.campaign.loading import load_campaign
+
+    shutil.rmtree(folder / "c", ignore_errors=True)
+    campaign = write_campaign(folder / "c")
+    files = sorted(path for path in campaign.rglob("*") if path.is_file())
+    path = chance.choice([*files, *(campaign / "raw" / f"log.{e}" for e in LOG_ENDINGS)])
+    path.parent.mkdir(exist_ok=True)
+    with suppress(FileNotFoundError):
+        path.unlink()
+    make_special(chance, path)
+    if path in files:
+        load_campaign(campaign)
+    if path not in files or path.suffix == ".csv":  # a log may be a folder: its reader says so
+        reader = find_reader(path, chance.choice((None, LOG_ENDINGS[path.suffix[1:]])), "raw/log")
+        list(reader.read_batches(path, {}, Wanted(("Fx",)), "raw/log"))
+    raise BrokenFenceError(str(path))
+
+
+LOG_ENDINGS = {
+    "csv": "csv", "csv.gz": "csv", "h5": "hdf5", "mat": "mat", "parquet": "parquet", "tdms": "tdms", "mcap": "mcap",
+    "db3": "rosbag2", "gz": "csv",
+}  # fmt: skip
+
+
+def make_special(chance: random.Random, path: Path) -> None:
+    """Make something that is no regular file."""
+    kinds = ["/dev/zero", "/dev/null", "/proc/self/environ", "/proc/kmsg", "circle", "nowhere", "folder"]
+    kind = chance.choice([*kinds, "pipe", "pipe"] if hasattr(os, "mkfifo") else kinds[4:])
+    if kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "folder":
+        path.mkdir()
+    else:
+        path.symlink_to({"circle": path.name, "nowhere": "no-such-file"}.get(kind, kind))
+
+
+def feed_bomb(chance: random.Random, folder: Path) -> None:
+    """Read archives that unpack to far more than their bytes; within lowered limits they are refused early."""
+    head, line = b"t,Fx,Fy\n", chance.choice((b"0,0,0\n", b"\n", b"\0", b'"', b"0,", b" ", b"1,2,3,4\n"))
+    content = head + line * (chance.choice((1 << 20, 1 << 21)) // len(line))
+    kind = chance.choice(("zstd", "gzip", "bz2"))
+    packed = pa.compress(content, kind, asbytes=True) if kind != "bz2" else _bz2(content)
+    path = folder / f"log.csv{ {'zstd': '.zst', 'gzip': '.gz', 'bz2': '.bz2'}[kind] }"
+    path.write_bytes(packed * chance.choice((1, 1, 3)))
+    with lowered_limits():
+        for _ in find_reader(path, "csv", "raw/log").read_batches(path, {}, Wanted(("t", "Fx")), "raw/log"):
+            pass
+    raise BrokenFenceError(f"{len(packed)} bytes unpacked to {len(content)}")
+
+
+def _bz2(content: bytes) -> bytes:
+    import bz2
+
+    return bz2.compress(content, 1)
+
+
+@contextmanager
+def lowered_limits() -> Iterator[None]:
+    """Lower the limits so that a small archive exceeds them."""
+    from stiffcal import limits
+
+    before, kept = limits.RATIO_FROM, os.environ.get("STIFFCAL_MAX_RATIO")
+    limits.RATIO_FROM = 1 << 18
+    os.environ["STIFFCAL_MAX_RATIO"] = "20"
+    try:
+        yield
+    finally:
+        limits.RATIO_FROM = before
+        os.environ.pop("STIFFCAL_MAX_RATIO")
+        if kept is not None:
+            os.environ["STIFFCAL_MAX_RATIO"] = kept
+
+
+ATTACKS = {"definitions": feed_definition, "urdf": feed_urdf, "special files": feed_special, "bombs": feed_bomb}
