@@ -18,6 +18,7 @@ import pyarrow as pa
 import pytest
 from markdown_it import MarkdownIt
 from pypdf import PdfReader
+from rich.progress import TextColumn
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
@@ -210,8 +211,9 @@ def test_progress_takes_no_markup(monkeypatch: pytest.MonkeyPatch) -> None:
     assert bar._bar is not None
     text = bar._bar.tasks[0].description
     assert "\x1b" not in text
-    rendered = bar._bar.columns[0].render(bar._bar.tasks[0])  # markup would raise here
-    assert "[/red]" in str(rendered)
+    column = bar._bar.columns[0]
+    assert isinstance(column, TextColumn)
+    assert "[/red]" in str(column.render(bar._bar.tasks[0]))  # as markup it would raise
     bar.stop()
 
 
