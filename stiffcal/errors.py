@@ -60,8 +60,10 @@ class Fault:
 
     def __post_init__(self) -> None:
         for name in ("file", "place", "reason", "mend"):
-            # Masked before it is cut: half a secret would pass the filter.
-            object.__setattr__(self, name, one_line(mask(getattr(self, name))))
+            # Masked before it is cut: half a secret would pass. Of a very long text only its ends may be shown.
+            text = getattr(self, name)
+            text = text if len(text) <= 20 * MOST_SHOWN else text[: 10 * MOST_SHOWN] + text[-10 * MOST_SHOWN :]
+            object.__setattr__(self, name, one_line(mask(text)))
 
     def __str__(self) -> str:
         where = ": ".join(part for part in (self.file, self.place) if part)

@@ -30,9 +30,9 @@ _NO_SECRET_NAME = re.compile(
     r"^(OLD)?PWD$|(^|_)(FILE|PATH|DIR|FOLDER|HOME|SOCK|SOCKET|ASKPASS|COMMAND|TYPE|NAME|USER|HELPER)$", re.IGNORECASE
 )
 _OF_DATABASES = "STIFFCAL_POSTGRES_ENV"
-_PASSWORD_IN_ADDRESS = re.compile(r"(?P<before>://[^\s/:@'\"]*:)(?!\d{1,5}/)(?P<secret>[^\s'\"<>]+)(?=@)")
+_PASSWORD_IN_ADDRESS = re.compile(r"(?P<before>://[^\s/:@'\"]{0,256}:)(?!\d{1,5}/)(?P<secret>[^\s'\"<>]{1,1024})(?=@)")
 _ASSIGNED = re.compile(
-    r"(?P<before>\b(?:[a-z]*(?:password|passwd|passphrase)|pwd|secret|(?:access|auth|api)?[_-]?token|api[_-]?key"
+    r"(?P<before>\b(?:[a-z]{0,16}(?:password|passwd|passphrase)|pwd|secret|(?:access|auth|api)?[_-]?token|api[_-]?key"
     r"|(?:aws)?[_-]?secret[_-]?access[_-]?key|aws[_-]?access[_-]?key[_-]?id|aws[_-]?session[_-]?token"
     r"|x-amz-(?:signature|credential|security-token)|signature)(?:\s?=\s?|[\"']\s?:\s?))"
     r"(?P<secret>'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"|[^\s&;,'\"<>()]+)",
@@ -42,12 +42,12 @@ _HEADER = re.compile(r"(?P<before>\b(?:Bearer|Basic)\s+)(?P<secret>[A-Za-z0-9._~
 _BY_FORM = re.compile(
     r"(?P<before>)(?P<secret>\b(?:AKIA|ASIA)[0-9A-Z]{16}\b|\bgh[pousr]_[A-Za-z0-9]{30,}|\bgithub_pat_\w{30,}"
     r"|\bglpat-[\w-]{20,}|\bxox[abprs]-[\w-]{10,}"
-    r"|-----BEGIN [A-Z ]*PRIVATE KEY-----.*?(?:-----END [A-Z ]*PRIVATE KEY-----|$))",
+    r"|-----BEGIN [A-Z ]{0,32}PRIVATE KEY-----.*?(?:-----END [A-Z ]{0,32}PRIVATE KEY-----|$))",
     re.DOTALL,
 )
 _FORMS = (_PASSWORD_IN_ADDRESS, _ASSIGNED, _HEADER, _BY_FORM)
 # In an environment variable the whole value is an address: its password may hold blanks and quotes.
-_PASSWORD_OF_VALUE = re.compile(r"://[^/:@\s]*:(?!\d{1,5}/)(.+)@", re.DOTALL)
+_PASSWORD_OF_VALUE = re.compile(r"://[^/:@\s]{0,256}:(?!\d{1,5}/)(.{1,4096})@", re.DOTALL)
 _PASSWORD_KEYWORD = re.compile(r"password\s*=\s*(?:'((?:[^'\\]|\\.)*)'|([^\s&'\"]+))", re.IGNORECASE)
 
 
@@ -86,6 +86,7 @@ def masked(value: Any) -> Any:
     return value
 
 
+@lru_cache(maxsize=4096)
 def is_secret_name(name: str) -> bool:
     """Return whether an environment variable of this name holds a secret.
 

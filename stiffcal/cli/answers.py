@@ -60,7 +60,7 @@ class Answer:
         for warning in document.get("warnings", ()):
             self.say(f"warning: {warning}")
         if then:
-            console.print(f"\nnext: {then}", soft_wrap=True)
+            console.print(f"\nnext: {mask(then)}", soft_wrap=True)
 
 
 @contextmanager

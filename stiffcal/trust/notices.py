@@ -6,6 +6,8 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 
+from stiffcal.masking import mask
+
 _outlets: list[Callable[[str], None]] = []
 _given: set[str] = set()
 
@@ -26,8 +28,8 @@ def notice(line: str, subject: str = "") -> None:
         return
     _given.add(subject or line)
     if _outlets:
-        _outlets[0](line)
+        _outlets[0](mask(line))
         return
     with suppress(OSError, ValueError, AttributeError):  # standard error may be closed, or absent
-        sys.stderr.write(line + "\n")
+        sys.stderr.write(mask(line) + "\n")
         sys.stderr.flush()
