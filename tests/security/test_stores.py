@@ -128,17 +128,18 @@ def test_a_document_changed_in_an_own_store_is_computed_again(delivered: Path) -
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows keeps no time of change of an inode: there all is hashed")
-def test_a_log_rewritten_with_its_size_and_time_kept_is_noticed(delivered: Path) -> None:
-    log = delivered / "raw" / "states.csv"
+def test_a_log_rewritten_with_its_size_and_time_kept_is_noticed(tmp_path: Path, state: Path) -> None:
+    folder = write_small_campaign(tmp_path / "mine", poses=2)
+    log = folder / "raw" / "states.csv"
     os.utime(log, ns=(log.stat().st_atime_ns, log.stat().st_mtime_ns - 10**12))
-    before = identify_campaign(delivered)
+    before = identify_campaign(folder)
     found, text = log.stat(), log.read_text()
     last = text.rstrip()[-1]
     log.write_text(text.rstrip()[:-1] + ("1" if last != "1" else "2") + "\n")
     os.utime(log, ns=(found.st_atime_ns, found.st_mtime_ns))
     assert (log.stat().st_size, log.stat().st_mtime_ns) == (found.st_size, found.st_mtime_ns)
     said: list[str] = []
-    after = identify_campaign(delivered, Means(say=said.append))
+    after = identify_campaign(folder, Means(say=said.append))
     assert said[0] == "ingest first: changed: raw/states.csv"
     assert after["key"] != before["key"]
 
