@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test test-kernels bench coverage practice rates campaigns faults fuzz lint lock example clean
+.PHONY: demo test test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -51,6 +51,10 @@ faults: $(VENV)/test.stamp
 # spoilt inputs for every log format and TOML file; quicker with COUNT=500
 fuzz: $(VENV)/test.stamp
 	$(BIN)/python -m tests.fuzz --seed $(SEED) --count $(if $(filter-out 0,$(COUNT)),$(COUNT),10000)
+
+# after a change of numbers on purpose: raise REVISION in stiffcal/workflow/revision.py, then write some answers anew
+fingerprint: $(VENV)/test.stamp
+	$(BIN)/python -P -m tests.fingerprint
 
 lint: $(VENV)/test.stamp
 	$(BIN)/ruff check .

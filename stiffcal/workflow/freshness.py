@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.store import Provenance, Snapshot, Store
 
+OTHERWISE = "this stiffcal computes otherwise than the one that wrote the store"
 NOT_YOURS = "the store was not written by you: computed again"
 
 
@@ -70,6 +71,8 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
         keys = changed_settings(then, ingest_settings(campaign))
     if changes.missing and not (changes.changed or changes.new or changes.dropped or keys):
         return Freshness(missing=changes.missing, origin=origin)
+    if not changes and set(keys) <= {"revision", "reduction"} and keys:
+        return Freshness(OTHERWISE, origin=origin)
     if changes or keys:
         told = [str(changes)] if changes else []
         return Freshness("; ".join([*told, *([f"settings: {', '.join(keys)}"] if keys else [])]), origin=origin)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.workflow.revision import REVISION
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -14,8 +15,6 @@ if TYPE_CHECKING:
     from stiffcal.store import SourceFile, Store
 
 SCHEMA = "stiffcal/ingest/1"
-# Raised when the reduction changes what it makes of the same logs, so that stores are made anew.
-REDUCTION = 2
 STATES = "states"
 CLAMPED = "clamped"
 FRICTION, FREE_MOTION = "friction", "free_motion"
@@ -198,7 +197,7 @@ def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
 
 
 def ingest_settings(campaign: Campaign) -> dict[str, Any]:
-    """Return what besides the files shapes the load states: manifest, robot, the reduction itself."""
+    """Return what besides the files shapes the load states: manifest, robot, what computes."""
     manifest: Mapping[str, Any] = campaign.manifest.model_dump(mode="json", exclude={"thresholds", "plugins", "name"})
     robot: Mapping[str, Any] = campaign.robot.model_dump(mode="json")
-    return {"manifest": dict(manifest), "robot": dict(robot), "reduction": REDUCTION}
+    return {"manifest": dict(manifest), "robot": dict(robot), "revision": REVISION}

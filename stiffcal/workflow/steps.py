@@ -13,12 +13,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from stiffcal import __version__
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.files import read_regular
 from stiffcal.limits import TOML
+from stiffcal.workflow.revision import REVISION
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -188,14 +188,14 @@ def announce(step: str, reason: str, folder: Path, means: Means) -> None:
 
 
 def key_of(*parts: Any) -> str:
-    """Return a hash of JSON values, and of the version that computes with them.
+    """Return a hash of JSON values, and of the revision that computes with them.
 
     Examples
     --------
     >>> key_of({"a": 1, "b": 2}) == key_of({"b": 2, "a": 1}), key_of("a") == key_of("b")
     (True, False)
     """
-    text = json.dumps([__version__, *parts], sort_keys=True, default=str)
+    text = json.dumps([REVISION, *parts], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
