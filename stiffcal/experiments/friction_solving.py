@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.errors import InputError
 from stiffcal.experiments.friction_rows import FrictionRows
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Sort
@@ -21,7 +22,8 @@ RANK = 1e-7
 ROUNDING = 1e-12
 # A pooled variance of repeats with fewer degrees of freedom is worse known than that of the residuals.
 LEAST_REPEATS = 4
-ROUNDS = 4
+# The weights have settled when no standard deviation changes by more than this share; they gain a digit a round.
+SETTLED, MOST_ROUNDS = 1e-6, 100
 
 
 @dataclass
@@ -96,8 +98,11 @@ class PartFit:
         return np.asarray(column - self.basis @ (self.basis.T @ column))
 
     def _reweigh(self) -> None:
-        for _ in range(ROUNDS):
+        """Weigh the rows by what is left of them, until the weights stand still."""
+        largest = float(np.abs(self.rows.torque).max(initial=0.0))
+        for _ in range(MOST_ROUNDS):
             self.solve()
+            before = self.sigma.copy()
             for law in self.laws:
                 own = self.own[law.joint]
                 for steady in (True, False):
@@ -107,6 +112,15 @@ class PartFit:
                         share = max(1.0 - self._unknowns(part) / part.sum(), 0.2)
                         self.sigma[part] = max(float(np.sqrt(np.mean(left**2) / share)), 1e-12)
             self._whiten()
+            # What is left of data without noise is rounding, and never the same.
+            if np.all(np.abs(self.sigma - before) <= SETTLED * self.sigma + 1e-9 * largest):
+                break
+        else:
+            joints = ", ".join(str(law.joint) for law in self.laws)
+            raise InputError.at(
+                "campaign.toml", "runs", f"the noise of the friction runs of joint {joints} does not settle",
+                "measure each steady velocity more than once, or leave out runs whose torque follows nothing",
+            )  # fmt: skip
         self.solve()
 
     def _unknowns(self, part: Booleans) -> float:
@@ -208,6 +222,12 @@ class PartFit:
 
         start = np.array([np.log(law.shape[symbol]) for law, symbol in where])
         found = least_squares(at, np.clip(start, lower + 1e-6, upper - 1e-6), bounds=(lower, upper), xtol=1e-8)
+        if found.status <= 0:
+            names = ", ".join(law.placed.parameter_name(symbol) for law, symbol in where)
+            raise InputError.at(
+                "campaign.toml", "runs", f"the fit of {names} does not settle",
+                "measure more velocities, or fix them in model.toml",
+            )  # fmt: skip
         at(found.x)
 
     def _judge(self, law: Law) -> None:

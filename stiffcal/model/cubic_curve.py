@@ -12,7 +12,9 @@ Floats = NDArray[np.float64]
 LEAST_SLOPE = 0.02
 _TABLE = 1025
 _CROWDING = 12.0
-_NEWTON = 5
+# Newton's steps end when torque and curve agree to this share of the largest torque; the bracket closes by a bisection
+# wherever a step leaves it, so that fifty halve a cell of the table to rounding.
+_SETTLED, _MOST_STEPS = 1e-13, 60
 
 
 def monotonic_range(curve: tuple[float, float, float]) -> tuple[float, float]:
@@ -45,7 +47,11 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
 
     Parameters
     ----------
-    torque : (n,) N·m. curve : p1, p2, p3; p1 > 0.
+    torque : (n,) N·m; all angles are NaN where one is not finite. curve : p1, p2, p3; p1 > 0.
+
+    Raises
+    ------
+    ArithmeticError : Newton's steps do not settle.
 
     Examples
     --------
@@ -59,17 +65,24 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
     reach = 1.1 * wanted / p1 + 1e-300
     while _between(reach, curve, low, high) < wanted or -_between(-reach, curve, low, high) < wanted:
         reach *= 2.0
+    if not np.isfinite(reach**3 * p3 + wanted):
+        return np.full_like(torque, np.nan)
     steps = np.linspace(-1.0, 1.0, _TABLE)
     table = reach * np.sinh(_CROWDING * steps) / np.sinh(_CROWDING)
     torques = _between(table, curve, low, high)
     cell = np.clip(np.searchsorted(torques, torque) - 1, 0, _TABLE - 2)
     below, above = table[cell], table[cell + 1]
     angle = np.interp(torque, torques, table)
-    for _ in range(_NEWTON):
+    for _ in range(_MOST_STEPS):
+        left = _between(angle, curve, low, high) - torque
+        if np.abs(left).max(initial=0.0) <= _SETTLED * wanted:
+            return np.asarray(angle)
+        below, above = np.where(left < 0.0, angle, below), np.where(left > 0.0, angle, above)
         inside = np.clip(angle, low, high)
         slope = np.maximum(p1 + inside * (2.0 * p2 + inside * 3.0 * p3), LEAST_SLOPE * p1)
-        angle = np.clip(angle - (_between(angle, curve, low, high) - torque) / slope, below, above)
-    return np.asarray(angle)
+        tried = angle - left / slope
+        angle = np.where((tried < below) | (tried > above), 0.5 * (below + above), tried)
+    raise ArithmeticError(f"no angle of the spring is found for a torque of {wanted:.3g} N·m")
 
 
 def _between(angle: Floats | float, curve: tuple[float, float, float], low: float, high: float) -> Floats:
