@@ -27,8 +27,9 @@ _COMPONENTS = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
 _ROUNDING = 1e-9
 # Lengths scaled by 0.1 m, so that translations and rotations can stand in one eigenvalue.
 _SCALE = np.array([10.0, 10.0, 10.0, 1.0, 1.0, 1.0])
-# Steps towards the nearest possible compliance.
-_STEPS = 60
+# Steps towards the nearest possible compliance, which end when one gains less than the share; what they have reached
+# then, or after the last, is an upper bound: nothing is called possible that is not.
+_GAIN, _STEPS = 1e-4, 500
 # The way there starts with no eigenvalue below this share of the largest element: at zero it would stand still.
 _FLOOR = 1e-2
 
@@ -162,7 +163,7 @@ def _nearest(fitted: Floats, known: list[int], information: Floats, reach: float
             if then < cost:
                 break
             damping *= 10.0
-        if then >= cost * (1.0 - 1e-4):
+        if then >= cost * (1.0 - _GAIN):
             break
         lower, damping = tried, damping / 5.0
     return cost

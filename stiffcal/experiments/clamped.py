@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.errors import InputError
 from stiffcal.experiments.branches import Branches, average_branches, reversal_error
-from stiffcal.experiments.clamped_chain import ClampedChain
+from stiffcal.experiments.clamped_chain import ClampedChain, give_of
 from stiffcal.experiments.clamped_faults import why_no_sweep
 from stiffcal.experiments.saturation import Saturation, find_saturation
 from stiffcal.experiments.torque_angle import Law, PlaySegment, SeriesFit, fit_series, play_segment
@@ -31,7 +32,8 @@ LEAST_FRICTION = 0.005
 # Where the whole motion is less than this times the play, hardly anything of the flanks is seen (004, Fig. 8).
 LEAST_MOTION = 1.3
 # Whole chain: passes over all joints until the drives' shares of each other's motion stand still.
-PASSES = 3
+# Passes over joints that look alike, at least; and at most, until no drive's give moves by more than this share of it.
+PASSES, MOST_PASSES, SETTLED = 3, 20, 1e-3
 
 
 @dataclass(frozen=True)
@@ -97,18 +99,40 @@ def analyse_runs(
     ----------
     readings, chains : one each per run.
     limits : N·m beyond which torques are known to be cut off, or None: found where they are.
+
+    Raises
+    ------
+    InputError : the passes do not settle.
     """
     laws: dict[int, Law] = {}
     coupled = any(not one.told_apart for one in chains)
     runs: list[ClampedRun] = []
-    for _ in range(PASSES if coupled else 1):
+    for number in range(1, MOST_PASSES + 1):
+        before = laws
         runs = [
             _analysed(own, one, laws) if one.is_seen else _unseen(own, one)
             for own, one in zip(readings, chains, strict=True)
         ]
         runs = judged(runs)
         laws = {joint: widest(runs, joint).fit.law for joint in sorted({run.joint for run in runs if not run.left_out})}
-    return runs
+        if not coupled or (number >= PASSES and _agree(before, laws)):
+            return runs
+    raise InputError.at(
+        "campaign.toml", "runs", f"clamped joints that look alike do not settle in {MOST_PASSES} passes",
+        "clamp the robot in a pose in which no other joint turns the flange like the moved one",
+    )  # fmt: skip
+
+
+def _agree(before: Mapping[int, Law], after: Mapping[int, Law]) -> bool:
+    """Return True where the drives give alike under both passes' laws."""
+    if before.keys() != after.keys():
+        return False
+    for joint, law in after.items():
+        _, torque = law.grid()
+        give = give_of(law, torque)
+        if np.abs(give - give_of(before[joint], torque)).max() > SETTLED * np.ptp(give):
+            return False
+    return True
 
 
 def widest(runs: Sequence[ClampedRun], joint: int) -> ClampedRun:

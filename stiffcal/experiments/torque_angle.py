@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.errors import InputError
 from stiffcal.experiments.branches import Branches
 
 Floats = NDArray[np.float64]
@@ -211,6 +212,13 @@ def _fit(data: Branches, *, with_play: bool, with_friction: bool, with_lag: bool
         for v in starts[:MOST_STARTS]
     ]
     best = min(found, key=lambda one: float(one.cost))
+    if best.status <= 0:
+        best = least_squares(misfit, best.x, bounds=(lower, upper), x_scale=np.maximum(np.abs(best.x), 0.05))
+    if best.status <= 0:
+        raise InputError.at(
+            "campaign.toml", "runs", "the curve of torque over angle of a clamped run does not settle",
+            "look at its angle and torque for jumps, or leave the run out",
+        )  # fmt: skip
     law = _law_of(scaled, best.x)
     return _unscaled(scaled, law, centre)
 

@@ -28,7 +28,7 @@ from stiffcal.mechanics.rotations import rotation_from_quaternion
 
 Floats = NDArray[np.float64]
 
-# rad: the rounding of angles of some radians.
+# The rounding of angles, relative to the largest, and to a radian for smaller ones.
 TOLERANCE = 3e-16
 MAX_STEPS = 50
 
@@ -138,7 +138,7 @@ def dual_rest(chain: Chain, compliance: Floats, angles: Floats, loads: Sequence[
         frames = dual_chain(chain, angles + given)
         step = (inverse @ (joint_torques(frames, loads) @ compliance.T - given)[:, :, None])[:, :, 0]
         given = given + step
-        if np.max(np.abs(step), initial=0.0) <= TOLERANCE:
+        if np.max(np.abs(step), initial=0.0) <= TOLERANCE * max(1.0, float(np.max(np.abs(angles), initial=0.0))):
             return np.asarray(angles + given)
     raise ArithmeticError("no balance: the load is more than the springs hold")
 

@@ -15,6 +15,8 @@ _CROWDING = 12.0
 # Newton's steps end when torque and curve agree to this share of the largest torque; the bracket closes by a bisection
 # wherever a step leaves it, so that fifty halve a cell of the table to rounding.
 _SETTLED, _MOST_STEPS = 1e-13, 60
+# N·m, whose powers are no numbers any more.
+_BEYOND = 1e60
 
 
 def monotonic_range(curve: tuple[float, float, float]) -> tuple[float, float]:
@@ -47,7 +49,7 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
 
     Parameters
     ----------
-    torque : (n,) N·m; all angles are NaN where one is not finite. curve : p1, p2, p3; p1 > 0.
+    torque : (n,) N·m; all angles are NaN where one is infinite or no number. curve : p1, p2, p3; p1 > 0.
 
     Raises
     ------
@@ -62,11 +64,11 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
     p1, p2, p3 = curve
     low, high = monotonic_range(curve)
     wanted = float(np.abs(torque).max(initial=0.0))
+    if not wanted < _BEYOND:
+        return np.full_like(torque, np.nan)
     reach = 1.1 * wanted / p1 + 1e-300
     while _between(reach, curve, low, high) < wanted or -_between(-reach, curve, low, high) < wanted:
         reach *= 2.0
-    if not np.isfinite(reach**3 * p3 + wanted):
-        return np.full_like(torque, np.nan)
     steps = np.linspace(-1.0, 1.0, _TABLE)
     table = reach * np.sinh(_CROWDING * steps) / np.sinh(_CROWDING)
     torques = _between(table, curve, low, high)

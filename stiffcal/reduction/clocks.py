@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 LEAST_OVERLAP = 0.3  # of the shorter log
 MOST_GRID = 1 << 14  # points of the common grid on which every lag is tried
 LEAST_GAIN = 1.5  # the residual at the best lag against that at the next best one, in log-likelihood per 25 %
+SETTLED_S, MOST_STEPS = 1e-6, 50  # a lag that moves by less has settled: a fiftieth of the quickest logs' step
 
 
 @dataclass(frozen=True)
@@ -241,17 +242,21 @@ def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> ClockOffset:
     white = other.values / noise
     running = _Integral(one.time, one.values / np.maximum(noise_of(one.values), 1e-9 * np.ptp(one.values) + 1e-300))
     scale = max(width, 0.25 * float(np.median([ramp for _, _, ramp in windows])))
-    steps = weights = gentle = np.zeros(0)
-    for _ in range(12):
+    move, steps, weights, gentle = np.inf, *np.zeros((3, 0))
+    for _ in range(MOST_STEPS):
         steps, weights = _ramp_answers(windows, running, other.time, white, lag, scale)
         if steps.size == 0:
             return ClockOffset(None, None, f"no load step is seen by both {one.source} and {other.source}")
         mean, gentle = _robust_mean(steps, weights)
         move = float(np.clip(mean, -scale, scale))
         lag += move
-        if abs(move) < 1e-6:
+        if abs(move) < SETTLED_S:
             break
-    return ClockOffset(lag, _spread(steps, weights, gentle, width))
+    spread = _spread(steps, weights, gentle, width)
+    if abs(move) > max(spread, SETTLED_S):
+        return ClockOffset(None, None, f"the lag between {one.source} and {other.source} does not settle")
+    # Ramps come into the windows and leave them: what the lag still moves by is not known of it.
+    return ClockOffset(lag, spread if abs(move) < SETTLED_S else float(np.hypot(spread, move)))
 
 
 def _follows_steps(
@@ -261,10 +266,7 @@ def _follows_steps(
 
     Two logs that merely wander agree somewhere over their whole length; their steps from hold to hold do not.
     """
-    steps = [
-        (_step(one, begin, end), _step(other, begin + lag, end + lag))
-        for begin, end, _ in windows
-    ]  # fmt: skip
+    steps = [(_step(one, begin, end), _step(other, begin + lag, end + lag)) for begin, end, _ in windows]
     both = [(a, b) for a, b in steps if a is not None and b is not None]
     n_free = one.values.shape[1]
     if len(both) < n_free + 4:
@@ -376,12 +378,13 @@ def _robust_mean(steps: Floats, weights: Floats) -> tuple[float, Floats]:
     order = np.argsort(steps)
     cumulated = np.cumsum(weights[order])
     centre = float(steps[order[int(np.searchsorted(cumulated, 0.5 * cumulated[-1]))]])
-    gentle = weights
-    for _ in range(10):
+    for _ in range(MOST_STEPS):  # a mean that has not settled moves the lag, whose own test judges it
         away = np.abs(steps - centre) * np.sqrt(weights)
         scale = max(1.4826 * float(np.median(away)), 1e-12)
         gentle = weights * np.minimum(1.0, 2.0 * scale / np.maximum(away, 1e-300))
-        centre = float((gentle @ steps) / gentle.sum())
+        before, centre = centre, float((gentle @ steps) / gentle.sum())
+        if abs(centre - before) <= 1e-9 * float(np.ptp(steps)):
+            break
     return centre, gentle
 
 

@@ -24,7 +24,7 @@ SAME_LEVEL = 0.003  # of the log's range: changes smaller than this do not cut a
 SAME_LOAD = 0.01  # of the log's range: holds side by side that differ by less are one (sensor drift, relaxation)
 LEAST_BLOCKS = 4  # of a level
 SLOW = 1.3  # times the noise of single readings, in means of several: it is not white
-MOST_LOOKS = 6
+MOST_LOOKS = 30
 LEAST_SPREADS = 8
 CHUNK = 256  # blocks that are segmented at a time: keeps the work proportional to the length
 REST = 1.6  # times as long at a level as the ramps need to pass it: perhaps a hold
@@ -115,6 +115,8 @@ def find_holds(time: Floats, values: Floats) -> Holds:
         white = white / np.maximum(coarse, 1.0)
         tolerance = _tolerance(white)
         kept, pauses = _levels(time, white, tolerance)
+    else:
+        return _none(Dropped(float(time[0]), float(time[-1]), "the noise of the holds is another one at every look"))
     if not kept:
         return _none(Dropped(float(time[0]), float(time[-1]), "the load was never held"))
     return _with_edges(time, white, kept, pauses, tolerance)

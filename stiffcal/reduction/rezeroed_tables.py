@@ -22,7 +22,7 @@ SURE = 12.0  # of F: one such step in a thousand is found at the best place, ove
 LEAST_STEP = 0.012  # of the largest force
 LEAST_ROWS = 4  # before it and after
 MOST_STARTS = 400
-TURNS = 3
+SETTLED, MOST_TURNS = 1e-6, 50
 
 
 def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> list[str]:
@@ -67,18 +67,21 @@ def _springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
 
 
 def _best_step(reading: Floats, per_reading: Floats, columns: Floats, seen: Floats) -> tuple[int, Floats, float]:
-    """Return from which row on which step explains most, and the squares that are then left."""
+    """Return from which row on which step explains most, and what is left: no end where it does not settle."""
     n, q = reading.shape
     starts = np.unique(np.linspace(LEAST_ROWS, n - LEAST_ROWS, min(MOST_STARTS, n)).astype(np.int64))
     step, start, left = np.zeros(q), int(starts[0]), np.inf
-    for _ in range(TURNS):
+    for _ in range(MOST_TURNS):
+        before, at = step, start
         after = (np.arange(n) >= start)[:, None]
         design = columns * (per_reading @ np.where(after, reading - step, reading)[:, :, None])[:, None, :, 0]
         compliance = _solved(design.reshape(-1, design.shape[2]), seen.ravel())
         # what one unit of each reading does with these springs; products of the two unknowns are met by the turns
         give = (columns * compliance) @ per_reading
         start, step, left = _scan(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], -give, seen, starts)
-    return start, step, left
+        if start == at and np.linalg.norm(step - before) <= SETTLED * np.linalg.norm(step):
+            return start, step, left
+    return start, step, np.inf
 
 
 def _scan(springs: Floats, give: Floats, seen: Floats, starts: NDArray[np.int64]) -> tuple[int, Floats, float]:
