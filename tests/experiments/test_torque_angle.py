@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from stiffcal.errors import InputError
+from stiffcal.experiments import torque_angle
 from stiffcal.experiments.branches import Branches, average_branches, reversal_error
 from stiffcal.experiments.clamped import encoder_step
 from stiffcal.experiments.torque_angle import Law, fit_series, play_segment
@@ -130,3 +132,17 @@ def test_encoder_step_shows_in_the_values() -> None:
     angle = sweep(*law_of(3))[0]
     assert encoder_step(angle) == pytest.approx(ENCODER, rel=1e-6)
     assert encoder_step(np.random.default_rng(1).standard_normal(1000)) == 0.0
+
+
+def test_a_curve_that_does_not_settle_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With two evaluations of its misfit no law is found, and none is given out as one."""
+    angle = np.linspace(-1e-3, 1e-3, 41)
+    torque = 1e5 * angle + 3e10 * angle**3
+    both = np.concatenate([torque + 4.0, torque - 4.0])
+    count = np.full(82, 4, dtype=np.int64)
+    branches = Branches(np.tile(angle, 2), both, np.repeat([True, False], 41), np.full(82, 0.1), count, 0.05)
+    assert fit_series(branches).settled
+    monkeypatch.setattr(torque_angle, "MOST_EVALUATIONS", 2)
+    monkeypatch.setattr(torque_angle._fit, "__kwdefaults__", {"evaluations": 2})
+    with pytest.raises(InputError, match="the curve of torque over angle of a clamped run does not settle"):
+        fit_series(branches)
