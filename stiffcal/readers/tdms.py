@@ -14,7 +14,7 @@ npTDMS reads a file whose writer died up to where it goes: such a file is refuse
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
+from stiffcal.limits import COLUMNS, ROWS
 from stiffcal.readers import (
     Batch,
     Header,
@@ -43,6 +44,7 @@ BATCH_ROWS = 1 << 16
 KNOWN_OPTIONS: dict[str, type] = {"group": str}
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 WAVEFORM_TIME = "time"
+FEW_SCALINGS = 100  # of a channel, or values in the table of one
 
 
 class TdmsReader:
@@ -83,6 +85,7 @@ class TdmsReader:
         with _open(path, options, shown) as (channels, place):
             check_columns(wanted, tuple(channels), shown, place)
             n_rows = common_length({name: _length(channel) for name, channel in channels.items()}, wanted, shown)
+            ROWS.check(n_rows, shown)
 
             def read(name: str, start: int, end: int) -> NDArray[Any]:
                 channel = channels[name]
@@ -134,6 +137,8 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Mapping[st
             _check_finished(file, shown)
             with whole("TDMS file", shown):
                 group = _group(file, options, shown)
+                _check_scalings((file, group, *group.channels()), shown)
+                COLUMNS.check(len(group.channels()), shown, f"group {group.name}")
                 channels = _channels(group)
             yield channels, f"group {group.name}"
 
@@ -144,6 +149,17 @@ def _channels(group: Any) -> dict[str, Any]:
     if waveform is not None and WAVEFORM_TIME not in channels and float(waveform.properties["wf_increment"]) > 0.0:
         channels[WAVEFORM_TIME] = _Waveform(waveform)
     return channels
+
+
+def _check_scalings(items: Iterable[Any], shown: str) -> None:
+    """Refuse a number of scalings, or of values in one, that no property follows: the library counts up to it."""
+    for item in items:
+        most = max(FEW_SCALINGS, len(item.properties))
+        for name, value in item.properties.items():
+            counts = name == "NI_Number_Of_Scales" or (name.startswith("NI_Scale[") and name.endswith("_Size"))
+            if counts and not (isinstance(value, int | np.integer) and 0 <= value <= most):
+                reason = f"the property {name} is {value!r}, and no such scalings are there"
+                raise InputError.at(shown, str(getattr(item, "path", "/")), reason, "write the scaled values")
 
 
 def _check_finished(file: Any, shown: str) -> None:

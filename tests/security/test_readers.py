@@ -412,3 +412,26 @@ class TestTdms:
             writer.write_segment([nptdms.ChannelObject("log", "Fx", np.arange(5.0))])
         (tmp_path / "ft.tdms_index").write_bytes(b"TDSh" + b"\xff" * 100)
         assert read(tmp_path / "ft.tdms", Wanted(numbers=("Fx",))) == 5
+
+    @pytest.mark.parametrize("place", ["channel", "group", "root"])
+    @pytest.mark.parametrize(
+        "properties",
+        [
+            {"NI_Number_Of_Scales": 2**31 - 1},
+            {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Polynomial",
+             "NI_Scale[0]_Polynomial_Coefficients_Size": 2**31 - 1},
+        ],
+        ids=["scalings", "coefficients"],
+    )  # fmt: skip
+    def test_scalings_without_number(self, tmp_path: Path, place: str, properties: dict[str, object]) -> None:
+        nptdms = pytest.importorskip("nptdms")
+        held = {name: properties if name == place else {} for name in ("root", "group", "channel")}
+        with nptdms.TdmsWriter(tmp_path / "ft.tdms") as writer:
+            writer.write_segment(
+                [
+                    nptdms.RootObject(properties=held["root"]),
+                    nptdms.GroupObject("log", properties=held["group"]),
+                    nptdms.ChannelObject("log", "Fx", np.arange(5.0), properties=held["channel"]),
+                ]
+            )
+        assert "no such scalings are there" in refusal(tmp_path / "ft.tdms", Wanted(numbers=("Fx",)))
