@@ -22,6 +22,8 @@ variable                      default     what is counted
 ``STIFFCAL_MAX_URDF``         64 MiB      bytes of a URDF
 ``STIFFCAL_MAX_URDF_NODES``   200000      elements of a URDF
 ``STIFFCAL_MAX_DOCUMENT``     1 GiB       bytes of one JSON document of a store
+``STIFFCAL_MAX_PLUGIN``       2 MiB       bytes of one file of plugin code
+``STIFFCAL_MAX_PLUGINS``      200         files of plugin code in one campaign
 ============================= =========== ============================================================================
 
 Limits of depth have no variable, as no lab needs more: 20 tables in tables in TOML, 100 elements in elements in XML.
@@ -141,8 +143,27 @@ SAMPLES = Limit("STIFFCAL_MAX_SAMPLES", 100_000_000, "readings of sensors", in_b
 URDF = Limit("STIFFCAL_MAX_URDF", 64 * MIB, "of URDF")
 URDF_NODES = Limit("STIFFCAL_MAX_URDF_NODES", 200_000, "elements", in_bytes=False)
 DOCUMENT = Limit("STIFFCAL_MAX_DOCUMENT", GIB, "of JSON")
+PLUGIN = Limit("STIFFCAL_MAX_PLUGIN", 2 * MIB, "of code")
+PLUGINS = Limit("STIFFCAL_MAX_PLUGINS", 200, "files of code", in_bytes=False)
 
-ALL = (UNPACKED, RATIO, PIECE, LINE, ROWS, COLUMNS, TOML, RUNS, ENTRIES, BALANCES, SAMPLES, URDF, URDF_NODES, DOCUMENT)
+ALL = (
+    UNPACKED,
+    RATIO,
+    PIECE,
+    LINE,
+    ROWS,
+    COLUMNS,
+    TOML,
+    RUNS,
+    ENTRIES,
+    BALANCES,
+    SAMPLES,
+    URDF,
+    URDF_NODES,
+    DOCUMENT,
+    PLUGIN,
+    PLUGINS,
+)
 
 
 def check_unpacked(unpacked: int, packed: int, file: str, place: str = "") -> None:

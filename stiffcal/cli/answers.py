@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stiffcal.cli.progress import ProgressBar
+from stiffcal.cli.supervision import current
 from stiffcal.escapes import shell
 from stiffcal.escapes.json_text import document_text
 from stiffcal.escapes.terminal import escaped, escaped_document
@@ -44,6 +45,11 @@ class Answer:
         then : the next sensible step, a line to copy.
         """
         self.progress.stop()
+        supervision = current()
+        with supervision.answering() if supervision is not None else nullcontext():
+            self._give(document, show, then)
+
+    def _give(self, document: Document, show: Show, then: str) -> None:
         if document.get("warnings"):
             document = document | {"warnings": masked(document["warnings"])}
         if self.as_json:
@@ -66,7 +72,9 @@ class Answer:
 @contextmanager
 def answering(as_json: bool) -> Iterator[Answer]:
     """Hand out an `Answer` and take its progress bar away at the end, however that comes."""
-    answer = Answer(as_json)
+    answer, supervision = Answer(as_json), current()
+    if supervision is not None:
+        supervision.before_split = answer.progress.stop
     try:
         yield answer
     finally:

@@ -26,6 +26,7 @@ from stiffcal.cli.endings import (
     report_usage,
 )
 from stiffcal.cli.streams import guarded_streams, quiet_libraries
+from stiffcal.cli.supervision import Supervision, supervised
 from stiffcal.errors import InputError
 from stiffcal.files import refusal
 from stiffcal.module_path import leave_out_current_folder
@@ -52,6 +53,7 @@ COMMANDS = {
     "effects": "List the physical effects, or explain one.",
     "add": "Add a physical effect to model.toml.",
     "remove": "Remove a physical effect from model.toml.",
+    "trust": "Show what a campaign folder wants to run, and allow it.",
     "demo": "Run the whole loop on a bundled example.",
 }
 """Every command, with the first line of its help: what the list of commands is made of without importing them all."""
@@ -63,18 +65,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = list(sys.argv[1:] if arguments is None else arguments)
     if arguments is None and "--debug" not in given:
         quiet_libraries()
-    with guarded_streams():
-        code = _run(given)
+    with guarded_streams(), supervised(arguments is None, "--json" in given) as supervision:
+        code = _run(given, supervision)
         if code != WRONG_INPUT:
             try:
                 sys.stdout.flush()
             except InputError as error:
                 report_input_error(error, as_json=False)
                 code = WRONG_INPUT
+        supervision.end(code)
     sys.exit(code)
 
 
-def _run(given: list[str]) -> int:
+def _run(given: list[str], supervision: Supervision) -> int:
     as_json = "--json" in given
     debug = "--debug" in given or bool(os.environ.get("STIFFCAL_DEBUG"))
     given = [word for word in given if word != "--debug"]
@@ -84,7 +87,7 @@ def _run(given: list[str]) -> int:
         if "--version" in given[:1]:
             sys.stdout.write(f"stiffcal {__version__}\n")
             return OK
-        code = _application(given)()
+        code = supervision.run(_application(given))
     except InputError as error:
         report_input_error(error, as_json)
         return WRONG_INPUT

@@ -85,6 +85,10 @@ class StandardStream:
             self.failure = unwritable(error)
             raise self.failure from None
 
+    def move_to(self, stream: TextIO) -> None:
+        """Write to another stream from now on."""
+        self._stream = stream
+
     def release(self) -> None:
         """Write what is held back; where that fails let it go, so that Python can close the stream in peace."""
         with contextlib.suppress(InputError):

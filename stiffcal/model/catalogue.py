@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import inspect
 import pkgutil
 import sys
-from collections.abc import Iterable
 from contextlib import redirect_stdout
 from functools import cache
 from importlib.metadata import entry_points
-from pathlib import Path
 
 from stiffcal.errors import InputError
 from stiffcal.model.effect import Effect
-from stiffcal.model.plugin_notice import announce
+from stiffcal.model.plugin_code import PluginCode, PluginFile
+from stiffcal.model.plugin_loading import load_modules, plugin_faults
 
 ENTRY_POINT_GROUP = "stiffcal.effects"
 
@@ -48,47 +46,25 @@ def built_in_effects() -> dict[str, Effect]:
     return {effect.name: effect for effect in effects}
 
 
-def load_plugin(file: Path) -> list[Effect]:
-    """Load the effects that a user's Python file defines. The file is code and runs; its user is told before.
+def find_effects(plugins: PluginCode | None = None) -> dict[str, Effect]:
+    """Return the whole catalogue by name: built in, installed, and those of a campaign's own code.
 
     Raises
     ------
-    InputError : the file is missing, does not run, or defines no effect.
-    """
-    if not file.is_file():
-        raise InputError.at(str(file), "plugins", "no such file", "correct the name in campaign.toml")
-    specification = importlib.util.spec_from_file_location(f"stiffcal_plugin_{file.stem}", file)
-    if specification is None or specification.loader is None:
-        raise InputError.at(str(file), "plugins", "not a Python file", "name a file that ends in .py")
-    module = importlib.util.module_from_spec(specification)
-    try:
-        content = file.read_bytes()
-        announce(file, content)
-        with redirect_stdout(sys.stderr):  # what it prints must not get into an answer
-            # these bytes and no others: the file may change between the notice and a second reading
-            exec(compile(content, str(file), "exec"), module.__dict__)
-    except Exception as fault:
-        reason = f"does not run: {type(fault).__name__}: {fault}"
-        raise InputError.at(str(file), "plugins", reason, "mend the file") from fault
-    effects = _effects_of(module)
-    if not effects:
-        raise InputError.at(
-            str(file), "plugins", "defines no effect", "derive a class from DocumentedEffect, with a name"
-        )
-    return effects
-
-
-def find_effects(plugins: Iterable[Path] = ()) -> dict[str, Effect]:
-    """Return the whole catalogue by name: built in, installed, and the user's own files.
-
-    Raises
-    ------
-    InputError : a plugin is broken or takes the name of an effect that exists.
+    InputError : the code is not trusted, is broken, defines no effect, or takes the name of an effect that exists.
     """
     effects = dict(built_in_effects())
-    for file in plugins:
-        for effect in load_plugin(file):
-            if effect.name in effects:
-                raise InputError.at(str(file), effect.name, "this effect exists already", "choose another name")
-            effects[effect.name] = effect
+    if plugins is None or not plugins.files:
+        return effects
+    found: list[tuple[PluginFile, Effect]] = []
+    for file, module in zip(plugins.files, load_modules(plugins), strict=True):
+        with plugin_faults(file.name), redirect_stdout(sys.stderr):
+            found += [(file, effect) for effect in _effects_of(module)]
+    if not found:
+        names = ", ".join(file.name for file in plugins.files)
+        raise InputError.at(names, "plugins", "defines no effect", "derive a class from DocumentedEffect, with a name")
+    for file, effect in found:
+        if effect.name in effects:
+            raise InputError.at(file.name, effect.name, "this effect exists already", "choose another name")
+        effects[effect.name] = effect
     return effects

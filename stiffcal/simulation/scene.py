@@ -17,7 +17,7 @@ from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.assembly import compliant_robot
-from stiffcal.model.catalogue import find_effects
+from stiffcal.model.campaign_effects import model_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node
 from stiffcal.simulation.clamped import sweep_program
@@ -39,8 +39,7 @@ def valued_robot(campaign: Campaign) -> CompliantRobot:
     InputError
         an effect or place is not known, or a parameter has no value: one fault each.
     """
-    catalogue = find_effects(campaign.folder / plugin for plugin in campaign.manifest.plugins)
-    robot = compliant_robot(campaign.chain, campaign.model, catalogue)
+    robot = compliant_robot(campaign.chain, campaign.model, model_effects(campaign))
     raise_faults(
         [
             Fault(

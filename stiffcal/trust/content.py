@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
-SCHEMA = "stiffcal/trust/1"
+SCHEMA = "stiffcal/trust-record/1"
 MOST_GENERATIONS = 10_000
 Kind: TypeAlias = Literal["plugin", "text", "folder", "place", "generation"]
 KINDS: tuple[Kind, ...] = ("plugin", "text", "folder", "place")

@@ -15,7 +15,7 @@ from typing import Any
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.batch_outcome import BROKEN, GENERATIONS, LOST, Document, outcome_of
-from stiffcal.workflow.batch_processes import LARGE_BYTES, WorkerLostError, WorkerProcess, lost_error
+from stiffcal.workflow.batch_processes import LARGE_BYTES, WorkerLostError, WorkerProcess, lost_outcome
 
 ANSWER_S = 15
 """How long a scheduler, and its first worker, may take to answer, s."""
@@ -141,7 +141,7 @@ def _outcome(future: Any, task: Document) -> Document:
         return outcome
     error = None if future.cancelled() else future.exception()
     if isinstance(error, WorkerLostError):
-        return outcome_of(task, LOST, lost_error(task, str(error)))
+        return lost_outcome(task, error)
     reason = (
         "the cluster has dropped it" if error is None else f"{type(error).__name__}: {' '.join(str(error).split())}"
     )

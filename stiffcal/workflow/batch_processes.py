@@ -18,12 +18,12 @@ from contextlib import suppress
 from stiffcal.escapes.terminal import escaped
 from stiffcal.masking import mask
 from stiffcal.module_path import child_environment, child_options, without_current_folder
-from stiffcal.workflow.batch_outcome import LOST, Document, outcome_of
+from stiffcal.workflow.batch_outcome import BROKEN, LOST, Document, outcome_of
 
 ATTEMPTS = 2
 LARGE_BYTES = 1 << 30
 STOP_S = 5.0
-SAID = b'{"said":'
+SAID, PLUGINS = b'{"said":', b'{"plugins":'
 _NEW_GROUP = 0x200  # CREATE_NEW_PROCESS_GROUP of Windows
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
@@ -36,7 +36,20 @@ _START = (
 
 
 class WorkerLostError(Exception):
-    """A worker process has ended in the middle of a task."""
+    """A worker process has ended in the middle of a task.
+
+    Parameters
+    ----------
+    how : it ended. plugins : files of the campaign whose code it had begun to run.
+    """
+
+    def __init__(self, how: str, plugins: tuple[str, ...] = ()) -> None:
+        super().__init__(how, plugins)
+        self.how = how
+        self.plugins = plugins
+
+    def __str__(self) -> str:
+        return self.how
 
 
 class WorkerProcess:
@@ -70,15 +83,18 @@ class WorkerProcess:
         """
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        line = b""
+        line, plugins = b"", ()
         with suppress(OSError, ValueError):
             self._process.stdin.write(json.dumps(task).encode() + b"\n")
             self._process.stdin.flush()
-            while (line := self._process.stdout.readline()).startswith(SAID):
+            while (line := self._process.stdout.readline()).startswith((SAID, PLUGINS)):
+                if line.startswith(PLUGINS):
+                    plugins = tuple(json.loads(line)["plugins"])
+                    continue
                 sys.stderr.write(escaped(mask(json.loads(line)["said"])) + "\n")
                 sys.stderr.flush()
         if not line.endswith(b"\n"):
-            raise WorkerLostError(self._last_words())
+            raise WorkerLostError(self._last_words(), plugins)
         outcome: Document = json.loads(line)
         return outcome
 
@@ -135,7 +151,7 @@ class _Pool:
                 except WorkerLostError as error:
                     self._ended(worker)
                     worker = None
-                    self._again(task, attempt, str(error))
+                    self._again(task, attempt, error)
                     continue
                 if (outcome["memory_bytes"] or 0) > LARGE_BYTES:
                     self._ended(worker)
@@ -147,12 +163,12 @@ class _Pool:
             if worker is not None:
                 self._ended(worker)
 
-    def _again(self, task: Document, attempt: int, how: str) -> None:
+    def _again(self, task: Document, attempt: int, error: WorkerLostError) -> None:
         """Try a task once more, after all others; give it up when that ended in the same way."""
         if attempt < ATTEMPTS:
             self.waiting.put((task, attempt + 1))
         else:
-            self.outcomes.put(outcome_of(task, LOST, lost_error(task, how)))
+            self.outcomes.put(lost_outcome(task, error))
 
     def _started(self) -> WorkerProcess:
         with self._lock:
@@ -177,10 +193,16 @@ class _Pool:
             thread.join()
 
 
-def lost_error(task: Document, how: str) -> Document:
-    """Return what is told of a task whose process was lost each time."""
+def lost_outcome(task: Document, error: WorkerLostError) -> Document:
+    """Return the outcome of a task whose process was lost each time; by its campaign's own code, where that ran."""
     mend = "look whether memory is short (fewer --jobs), and try it alone: stiffcal run DIR"
-    return {"file": task["folder"], "place": "", "reason": f"{how}, {ATTEMPTS} times", "mend": mend}
+    reason = f"{error.how}, {ATTEMPTS} times"
+    fault = {"file": task["folder"], "place": "", "reason": reason, "mend": mend}
+    if not error.plugins:
+        return outcome_of(task, LOST, fault)
+    fault |= {"file": ", ".join(error.plugins), "place": "plugins", "mend": f"mend the code, or {mend}"}
+    fault["reason"] = f"{reason}, after code of this campaign began to run"
+    return outcome_of(task, BROKEN, fault)
 
 
 def run_on_this_machine(tasks: Sequence[Document], jobs: int, finished: Callable[[Document], None]) -> None:

@@ -18,6 +18,7 @@ from stiffcal.campaign.thresholds import ThresholdsFile
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_log import write_fault_log
 from stiffcal.files import read_regular
+from stiffcal.model.plugin_loading import plugin_fault
 from stiffcal.store.index import FOREIGN
 from stiffcal.store.origin import committed_by_this_process
 from stiffcal.workflow.author_choices import AuthorChoice, author_choices
@@ -80,8 +81,14 @@ def run_task(task: Document) -> Document:
     except InputError as error:
         first, *others = (fault.as_document() for fault in error.faults)
         outcome |= {"state": BROKEN, "error": first, "others": others}
-    except Exception as error:
-        outcome |= {"state": FAULT, "error": _fault(error, str(task["folder"]))}
+    except (Exception, SystemExit) as error:
+        own = plugin_fault(error)
+        if own is not None:
+            outcome |= {"state": BROKEN, "error": own.faults[0].as_document()}
+        elif isinstance(error, SystemExit):
+            raise
+        else:
+            outcome |= {"state": FAULT, "error": _fault(error, str(task["folder"]))}
     failed_at = run.step if outcome["error"] else None
     took = round(time.monotonic() - began, 3)
     outcome |= {"steps": run.steps, "failed_at": failed_at, "seconds": took, "memory_bytes": _peak_memory()}

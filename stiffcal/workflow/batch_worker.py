@@ -1,6 +1,7 @@
 """A process that works through tasks: a line of JSON on standard input is a task, one on standard output its outcome.
 
-Between them stand lines of what is to be said at once, ``{"said": …}``: nobody sees this process's standard error.
+Between them stand lines of what is to be said at once, ``{"said": …}``: this process's standard error is not shown; and
+before code of a campaign runs, the names of its files, ``{"plugins": …}``.
 
 Why not multiprocessing: its children import the caller's main script again, a killed one breaks the whole pool, and
 tasks travel as pickles. A line of text is the same to a process beside this one and to one that a cluster started.
@@ -26,15 +27,18 @@ def main() -> None:
     tasks: queue.SimpleQueue[str] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin, tasks), daemon=True).start()
     from stiffcal.escapes.json_text import document_text
-    from stiffcal.model.plugin_notice import tell_by
+    from stiffcal.trust.notices import notices_to
+    from stiffcal.trust.running import before_plugin_code
     from stiffcal.workflow.batch_task import run_task
 
     def answer(document: dict[str, Any]) -> None:
         answers.write(document_text(document, indent=None) + "\n")
         answers.flush()
 
-    # Nobody sees this process's standard error: who started it says that a plugin runs, before it does.
-    tell_by(lambda line: answer({"said": line}))
+    # This process's standard error is not shown: what started it says the line instead.
+    notices_to(lambda line: answer({"said": line}))
+    # A process that ends from now on has probably been ended by that code.
+    before_plugin_code(lambda files: answer({"plugins": list(files)}))
     try:
         while True:
             answer(run_task(json.loads(tasks.get())))

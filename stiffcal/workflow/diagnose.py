@@ -15,7 +15,6 @@ from stiffcal.workflow.steps import (
     ingested,
     key_of,
     placed_robot,
-    plugin_files,
     stored_document,
 )
 
@@ -45,7 +44,7 @@ def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
     means = means or Means()
     data = ingested(folder, means)
     identified = fitted(data, means)
-    key = key_of(identified["key"], DIAGNOSE)
+    key = diagnosis_key(data, identified)
     stored = stored_document(data.store, DIAGNOSE)
     if stored is not None and stored.get("key") == key and "evidence" in stored:
         return stored | {"origin": data.store.origin_of(DIAGNOSE)}
@@ -163,10 +162,18 @@ def current_diagnosis(data: Ingested, identified: Document) -> tuple[Document | 
     stored = stored_document(data.store, DIAGNOSE)
     if stored is None:
         return None, "the model has not been diagnosed yet: run “stiffcal diagnose”"
-    if stored.get("key") != key_of(identified["key"], DIAGNOSE) or "evidence" not in stored:
+    if stored.get("key") != diagnosis_key(data, identified) or "evidence" not in stored:
         of_fit = f" (it is of fit {stored['fit_id']})" if stored.get("fit_id") != identified["fit_id"] else ""
         return None, f"the last diagnosis is stale{of_fit}: run “stiffcal diagnose” again"
     return stored, ""
+
+
+def diagnosis_key(data: Ingested, identified: Document) -> str:
+    """Return the key of a diagnosis: of the fit, and of the campaign's own effects as far as they may be tried."""
+    from stiffcal.model.campaign_effects import key_of_plugins
+
+    plugins = key_of_plugins(data.campaign)
+    return key_of(identified["key"], DIAGNOSE, *([plugins] if plugins else []))
 
 
 def search_now(data: Ingested, loss: str, means: Means) -> Search:
@@ -174,11 +181,11 @@ def search_now(data: Ingested, loss: str, means: Means) -> Search:
     from stiffcal.diagnosis.search import search_missing
     from stiffcal.identification.identify import Settings
     from stiffcal.model.assembly import fixed_parameters
-    from stiffcal.model.catalogue import find_effects
+    from stiffcal.model.campaign_effects import all_effects
 
     campaign = data.campaign
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
-    catalogue = find_effects(plugin_files(campaign))
+    catalogue, _ = all_effects(campaign)
     return search_missing(data.states, placed_robot(campaign), catalogue, settings, means.progress)
 
 
@@ -190,18 +197,21 @@ def diagnosis_of(data: Ingested, search: Search) -> Document:
     from stiffcal.diagnosis.superfluous import superfluous_effects
     from stiffcal.identification.identify import Settings, fit_problem
     from stiffcal.model.assembly import fixed_parameters
-    from stiffcal.model.catalogue import find_effects
+    from stiffcal.model.campaign_effects import all_effects
 
     present, campaign = search.first.fit, data.campaign
+    catalogue, untrusted = all_effects(campaign)
     bench = Workbench(
         data.states,
         fit_problem(data.states, present.robot),
-        find_effects(plugin_files(campaign)),
+        catalogue,
         Settings(fixed=fixed_parameters(campaign.model)),
     )
     basic = [entry.type for entry in default_model(campaign.chain.n_joints).effects]
     extra = superfluous_effects(bench, present, basic)
-    return diagnosis_document(data.states, search) | {
+    document = diagnosis_document(data.states, search)
+    return document | {
+        "not_tried": [*document["not_tried"], *(effect.as_document() for effect in untrusted)],
         "superfluous": [candidate_document(one) for one in extra],
         "next_measurement": _next_measurement(data, search),
     }

@@ -22,6 +22,7 @@ from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
 from stiffcal.workflow.document_types import Fault, Matrix, Model, Number, Origin, Rms, Threshold, Where
 from stiffcal.workflow.friction_types import Friction, FrictionJudged
 from stiffcal.workflow.link_documents import Coupling, MeasuredLink
+from stiffcal.workflow.trust_documents import Trust
 
 
 class Parameter(TypedDict):
@@ -348,6 +349,7 @@ DOCUMENTS: dict[str, Any] = {
     "plot": Plot,
     "export": StatesExport,
     "edit": Edit,
+    "trust": Trust,
     "effects": Effects,
     "init": Init,
     "simulate": Simulate,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import InputError
 from stiffcal.workflow.history import model_of
-from stiffcal.workflow.steps import Document, plugin_files
+from stiffcal.workflow.steps import Document
 
 if TYPE_CHECKING:
     from stiffcal.model.effect import Effect
@@ -46,10 +46,10 @@ def edit_model(
     InputError : no such effect or place; or no place given, with the places that there are.
     """
     from stiffcal.campaign.model_editing import add_effect, remove_effect
-    from stiffcal.model.catalogue import find_effects
+    from stiffcal.model.campaign_effects import effects_with
 
     campaign = load_campaign(Path(folder), check_files=False)
-    catalogue = find_effects(plugin_files(campaign))
+    catalogue = effects_with(campaign, effect)
     if effect not in catalogue:
         near = difflib.get_close_matches(effect, catalogue, n=1)
         mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"

@@ -21,6 +21,7 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, Place, Sort, StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
+from stiffcal.model.plugin_code import PluginCode
 from stiffcal.report.content import EffectPicture
 from stiffcal.workflow.effect_sketch import sketch
 
@@ -119,7 +120,7 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
     return _seen_late(effect, chain, setup) or _torque_beside(effect, places, chain) or _torque_in_motion(effect)
 
 
-def draw_effect(name: str, file: Path, plugins: Sequence[Path] = ()) -> str:
+def draw_effect(name: str, file: Path, plugins: PluginCode | None = None) -> str:
     """Write an effect's picture, and return its caption.
 
     Raises
@@ -144,7 +145,7 @@ def draw_effect(name: str, file: Path, plugins: Sequence[Path] = ()) -> str:
     return picture.caption
 
 
-def sketch_effect(name: str, plugins: Sequence[Path] = ()) -> list[str]:
+def sketch_effect(name: str, plugins: PluginCode | None = None) -> list[str]:
     """Return an effect's picture in letters, line by line; empty where it never shows."""
     picture = effect_picture(find_effects(plugins)[name])
     return [] if picture is None else sketch(picture)

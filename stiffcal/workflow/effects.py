@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 from stiffcal.errors import InputError
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.effect import Effect
+from stiffcal.model.plugin_code import PluginCode
 
 
-def describe_effects(name: str | None = None, plugins: Iterable[Path] = ()) -> dict[str, Any]:
+def describe_effects(name: str | None = None, plugins: PluginCode | None = None) -> dict[str, Any]:
     """Return what can be known of the effects that a model can hold.
 
     Parameters
     ----------
     name : only this one; all where None.
-    plugins : the user's own files of effects.
+    plugins : a campaign's own code (`read_plugins`), which the user has allowed.
 
     Raises
     ------
-    InputError : there is no effect of that name.
+    InputError : there is no effect of that name, or the code is not trusted.
 
     Examples
     --------

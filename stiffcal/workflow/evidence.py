@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiffcal.workflow.steps import Document, Ingested, key_of_table, plugin_files
+from stiffcal.workflow.steps import Document, Ingested, key_of_table
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.evidence import EffectEvidence
@@ -40,7 +40,7 @@ def evidence_of(data: Ingested, search: Search) -> tuple[dict[str, Any], list[Do
     """
     from stiffcal.campaign.model_file import default_model
     from stiffcal.diagnosis.evidence import evidence_for
-    from stiffcal.model.catalogue import find_effects
+    from stiffcal.model.campaign_effects import all_effects
 
     campaign = data.campaign
     basic = {entry.type for entry in default_model(campaign.chain.n_joints).effects}
@@ -48,7 +48,7 @@ def evidence_of(data: Ingested, search: Search) -> tuple[dict[str, Any], list[Do
     missing = [found.candidate.name for found in search.found]
     beyond = [name for name in present if name.split(" ")[0] not in basic]
     held = present | {f"{name} j{joint}" for name in basic for joint in range(1, campaign.chain.n_joints + 1)}
-    catalogue = find_effects(plugin_files(campaign))
+    catalogue, _ = all_effects(campaign)
     found = {
         f"{one.placed.effect.name} {one.placed.place.label}": one
         for one in evidence_for(search.final_scan, {*missing, *beyond}, catalogue, held)

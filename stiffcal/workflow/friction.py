@@ -155,10 +155,9 @@ def _held_out(data: Ingested, rows: FrictionRows) -> NDArray[np.bool_]:
 
 def _without_effect(data: Ingested) -> Part | None:
     """Say that friction was measured and is not in the model; where nothing else is measured, refuse."""
-    from stiffcal.model.catalogue import find_effects
-    from stiffcal.workflow.steps import plugin_files
+    from stiffcal.model.catalogue import built_in_effects
 
-    names = [name for name, effect in find_effects(plugin_files(data.campaign)).items() if effect.in_motion]
+    names = [name for name, effect in built_in_effects().items() if effect.in_motion]
     mend = f"stiffcal add {data.campaign.folder} {names[0] if names else 'EFFECT'} --all"
     if len(data.states) == 0:
         raise InputError.at(

@@ -10,7 +10,7 @@ from stiffcal.report.content import EffectEvidence
 from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.diagnose import current_diagnosis
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE
-from stiffcal.workflow.steps import Document, Ingested, key_of_table, plugin_files, stored_document
+from stiffcal.workflow.steps import Document, Ingested, key_of_table, stored_document
 
 
 def diagnosis_content(data: Ingested, identified: Document) -> dict[str, Any]:
@@ -50,7 +50,7 @@ def _earlier(data: Ingested, document: Document) -> tuple[Document, ...]:
 def _evidence(
     data: Ingested, document: Document, identified: Document, earlier: tuple[Document, ...]
 ) -> list[EffectEvidence]:
-    from stiffcal.model.catalogue import find_effects
+    from stiffcal.model.campaign_effects import all_effects
     from stiffcal.store import values_of
     from stiffcal.workflow.effect_pictures import effect_picture
 
@@ -59,7 +59,7 @@ def _evidence(
     table = data.store.read_table(EVIDENCE)
     columns = {name: np.asarray(values_of(table.column(name))) for name in ("entry", "driver", "before", "after")}
     branch, run = (np.array(table.column(name).to_pylist(), dtype=np.str_) for name in ("branch", "run"))
-    catalogue = find_effects(plugin_files(data.campaign))
+    catalogue, _ = all_effects(data.campaign)
     found = []
     for number, entry in enumerate(document["evidence"]):
         part = columns["entry"] == number

@@ -215,14 +215,18 @@ def key_of_fit(data: Ingested, loss: str) -> str:
     """Return the key under which a fit of these states with the present model lies in the store."""
     campaign = data.campaign
     documents = [campaign.model.model_dump(mode="json"), campaign.robot.model_dump(mode="json")]
-    plugins = [hashlib.sha256(file.read_bytes()).hexdigest() for file in plugin_files(campaign)]
+    plugins = plugin_digests(campaign)
     beside = {name: key_of_table(table) for name, table in data.beside.items()}
     return key_of(key_of_table(data.table), documents, plugins, loss, *([beside] if beside else []))
 
 
-def plugin_files(campaign: Campaign) -> list[Path]:
-    """Return the user's own files of effects."""
-    return [campaign.folder / name for name in campaign.manifest.plugins]
+def plugin_digests(campaign: Campaign) -> list[str]:
+    """Return the hash of the campaign's code where its model file needs it, else none: other code changes no fit."""
+    if not campaign.manifest.plugins:
+        return []
+    from stiffcal.model.campaign_effects import needs_plugins, plugin_code
+
+    return [plugin_code(campaign).digest] if needs_plugins(campaign) else []
 
 
 def placed_robot(campaign: Campaign) -> CompliantRobot:
@@ -246,9 +250,9 @@ def moving_effects(campaign: Campaign) -> tuple[PlacedEffect, ...]:
 
 def _whole_robot(campaign: Campaign) -> CompliantRobot:
     from stiffcal.model.assembly import compliant_robot
-    from stiffcal.model.catalogue import find_effects
+    from stiffcal.model.campaign_effects import model_effects
 
-    return compliant_robot(campaign.chain, campaign.model, find_effects(plugin_files(campaign)))
+    return compliant_robot(campaign.chain, campaign.model, model_effects(campaign))
 
 
 def free_names(campaign: Campaign, robot: CompliantRobot) -> tuple[list[str], list[str]]:

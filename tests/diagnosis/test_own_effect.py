@@ -14,6 +14,8 @@ from stiffcal.measurements.load_states import Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
+from stiffcal.model.plugin_code import PluginCode, read_plugins
+from stiffcal.trust.record import open_record
 from tests.identification.played import joint_springs, medium_robot, played
 from tests.independent.robots import six_axes
 
@@ -21,18 +23,23 @@ README = Path(__file__).parents[2] / "README.md"
 
 
 @pytest.fixture
-def plugin(tmp_path: Path) -> Path:
+def plugin(tmp_path: Path) -> PluginCode:
     """The file from the README."""
     blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
     (text,) = (block for block in blocks if "class CrossStiffness" in block)
-    file = tmp_path / "cross_stiffness.py"
-    file.write_text(text, encoding="utf-8")
-    return file
+    (tmp_path / "cross_stiffness.py").write_text(text, encoding="utf-8")
+    return allowed(tmp_path, "cross_stiffness.py")
 
 
-def test_an_own_effect_is_named(plugin: Path) -> None:
+def allowed(folder: Path, *names: str) -> PluginCode:
+    """Read a campaign's own code, which its user trusts."""
+    open_record().allow_folder(folder)
+    return read_plugins(folder, names)
+
+
+def test_an_own_effect_is_named(plugin: PluginCode) -> None:
     """Hidden in joint 2, found in joint 2; without the file the same data are unexplained."""
-    catalogue = find_effects([plugin])
+    catalogue = find_effects(plugin)
     hidden = PlacedEffect(catalogue["cross-stiffness"], Place("joints", (2,)), {"c": 4e-7})
     robot = medium_robot()
     truth = replace(robot, placed=(*robot.placed, hidden))
@@ -46,9 +53,11 @@ def test_an_own_effect_is_named(plugin: Path) -> None:
 
 def test_a_broken_file_is_one_clear_line(tmp_path: Path) -> None:
     """A plugin that does not run, or defines nothing, is the user's input and not a traceback."""
-    broken, empty = tmp_path / "broken.py", tmp_path / "empty.py"
-    broken.write_text("1 / 0\n", encoding="utf-8")
-    empty.write_text("x = 1\n", encoding="utf-8")
-    for file, words in ((broken, "does not run: ZeroDivisionError"), (empty, "defines no effect")):
+    (tmp_path / "broken.py").write_text("1 / 0\n", encoding="utf-8")
+    (tmp_path / "empty_file.py").write_text("x = 1\n", encoding="utf-8")
+    for name, words in (
+        ("broken.py", "line 1: does not run: ZeroDivisionError"),
+        ("empty_file.py", "defines no effect"),
+    ):
         with pytest.raises(InputError, match=words):
-            find_effects([file])
+            find_effects(allowed(tmp_path, name))

@@ -151,11 +151,10 @@ def test_a_batch_shows_no_secret_in_any_of_its_outputs(
     folder = write_small_campaign(tmp_path / "cell")
 
     def lose(tasks: list[dict[str, Any]], jobs: int, finished: Any) -> None:
-        from stiffcal.workflow.batch_outcome import LOST, outcome_of
-        from stiffcal.workflow.batch_processes import lost_error
+        from stiffcal.workflow.batch_processes import WorkerLostError, lost_outcome
 
         for task in tasks:
-            outcome = outcome_of(task, LOST, lost_error(task, f"its process ended: {SECRET}"))
+            outcome = lost_outcome(task, WorkerLostError(f"its process ended: {SECRET}"))
             finished(outcome | {"warnings": [f"w {SECRET}"]})
 
     monkeypatch.setattr("stiffcal.workflow.batch_processes.run_on_this_machine", lose)

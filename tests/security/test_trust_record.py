@@ -16,6 +16,7 @@ from stiffcal.trust import record
 from stiffcal.trust.content import MOST_GENERATIONS, RecordContent, to_json
 from stiffcal.trust.record import CommittedGeneration, TrustRecord, open_record
 
+EMPTY = to_json(RecordContent())
 posix = pytest.mark.skipif(os.name != "posix", reason="rights of POSIX")
 
 
@@ -195,11 +196,11 @@ def test_a_link_into_a_campaign_folder_is_the_campaigns_record(
         "[]",
         "null",
         '{"schema": 1}',
-        '{"schema": "stiffcal/trust/1"}',
+        '{"schema": "stiffcal/trust-record/1"}',
         '{"schema": "something/else"}',
-        '{"schema":"stiffcal/trust/1","plugin":[["no hash","",""]],"text":[],"folder":[],"place":[],"generation":[]}',
-        '{"schema":"stiffcal/trust/1","plugin":[[1]],"text":[],"folder":[],"place":[],"generation":[]}',
-        '{"schema":"stiffcal/trust/1","plugin":[],"text":[],"folder":[],"place":[],"generation":[["x","",""]]}',
+        EMPTY.replace('"plugin":[]', '"plugin":[["no hash","",""]]'),
+        EMPTY.replace('"plugin":[]', '"plugin":[[1]]'),
+        EMPTY.replace('"generation":[]', '"generation":[["x","",""]]'),
         "[" * 100_000,
         "é",
     ],
@@ -222,7 +223,7 @@ def test_a_damaged_record_is_set_aside_and_trusts_nothing(
 
 def test_a_record_of_a_newer_version_stays_as_it_is(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     state.mkdir(mode=0o700)
-    newer = json.dumps({"schema": "stiffcal/trust/2", "something": "else"})
+    newer = json.dumps({"schema": "stiffcal/trust-record/2", "something": "else"})
     (state / "trust.json").write_text(newer, encoding="ascii")
     trust = open_record()
     trust.remember_generation(generation(1))

@@ -21,6 +21,7 @@ from stiffcal.simulation.instruments import rpy_from_rotation
 from stiffcal.simulation.play import Act, ToolWeight, play
 from stiffcal.simulation.scene import draw_acts, tool_weight, true_frames, valued_robot
 from stiffcal.simulation.simulate import simulate_campaign
+from stiffcal.trust.record import open_record
 from tests.simulation.folders import FRAMES, LOGS, MODEL, POSES, RUNS, SETTINGS, TABLE, write_folder
 
 RATES = """
@@ -275,6 +276,7 @@ parameters = { "yielding.j1.c" = { value = 1e-7 } }
 def test_drift_and_creep_follow_time_and_hold(tmp_path: Path) -> None:
     """A user's own effects: one seen on top of the displacement, one with the time held as its driver."""
     (tmp_path / "own.py").write_text(PLUGIN, encoding="utf-8")
+    open_record().allow_folder(tmp_path)
     manifest = FRAMES.replace('robot = "robot.toml"', 'robot = "robot.toml"\nplugins = ["own.py"]') + TABLE
     many = SETTINGS.replace("[loads]", "[loads]\nhold_points = 5")
     campaign, settings = write_folder(tmp_path, manifest, many + POSES, WITH_PLUGIN)

@@ -21,6 +21,7 @@ from stiffcal.cli.app import main
 from stiffcal.errors import InputError, Progress
 from stiffcal.report.content import ReportContent
 from stiffcal.store import Store
+from stiffcal.trust.record import open_record
 from stiffcal.workflow import batch_processes
 from stiffcal.workflow.batch import Wishes, batch_campaigns, cores, find_campaigns
 from stiffcal.workflow.batch_outcome import task_of
@@ -38,6 +39,8 @@ class Own(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = fingerprint = how_to_check = "of no consequence"
+    def terms(self, place, chain, loads, shape):
+        return ()
 from pathlib import Path
 HERE = Path(__file__).parent
 print("a plugin's own words, which are no outcome")
@@ -50,10 +53,13 @@ LONGEST_S = 240.0  # on a machine with ten times as much to do as it can
 
 
 def with_plugin(folder: Path, *lines: str) -> Path:
-    """Give a campaign a plugin, which runs when its model is looked at."""
+    """Give a campaign a plugin that its user trusts and its model needs."""
     manifest = folder / "campaign.toml"
     manifest.write_text('plugins = ["own.py"]\n' + manifest.read_text(encoding="utf-8"), encoding="utf-8")
     (folder / "own.py").write_text(PLUGIN + "".join(lines), encoding="utf-8")
+    with (folder / "model.toml").open("a", encoding="utf-8") as model:
+        model.write('\n[[effects]]\ntype = "own"\njoints = [1]\n')
+    open_record().allow_folder(folder)
     return folder
 
 
@@ -236,8 +242,11 @@ def test_a_killed_process_costs_a_retry(copied: Path) -> None:
     with_plugin(copied / "broken", KILLED)
     shutil.copy(copied / "a" / "robot.toml", copied / "broken" / "robot.toml")
     found = by_name(batch_campaigns([copied], Wishes(jobs=2, report=False)))
-    assert {name: one["state"] for name, one in found.items()} == {"a": "held", "b": "held", "broken": "lost"}
-    assert found["broken"]["error"]["reason"].startswith("its process was ended by signal 9: ")
+    assert {name: one["state"] for name, one in found.items()} == {"a": "held", "b": "held", "broken": "broken"}
+    error = found["broken"]["error"]
+    assert (error["file"], error["place"]) == ("own.py", "plugins")
+    assert error["reason"].startswith("its process was ended by signal 9: ")
+    assert error["reason"].endswith(", 2 times, after code of this campaign began to run")
     assert (copied / "a" / "killed").exists()
     assert (copied / "a" / "threads").read_text() == "1"
 

@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from stiffcal.errors import InputError
+from stiffcal.trust.record import open_record
 from stiffcal.workflow.batch import Wishes, batch_campaigns
 from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_task import run_task
@@ -77,6 +78,7 @@ def test_a_cluster_gives_the_same_and_a_killed_worker_costs_a_retry(scheduler: s
     with_plugin(cells / "b", "")
     # Alike but for what kills: the same model, the same plugin's name.
     here = Path(shutil.copytree(cells, tmp_path / "here"))
+    open_record().allow_folder(here / "b")
     (cells / "b" / "own.py").write_text(PLUGIN + KILL_THE_CLUSTERS_WORKER)
     with workers(scheduler, 2) as running:
         document = batch_campaigns([cells], Wishes(scheduler=scheduler, report=False))

@@ -49,6 +49,7 @@ WORDS: dict[str, list[str]] = {
     "export": ["export", "{}", "-o", "{}/states.csv"],
     "edit": ["add", "{}", "backlash", "--joints", "4"],
     "effects": ["effects", "backlash"],
+    "trust": ["trust", "{}"],
     "init": ["init", "{}/new"],
     "simulate": ["simulate", "{}/twin", "--from", str(SCHEMAS.parent / "campaigns" / "irb4400")],
 }

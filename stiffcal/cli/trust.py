@@ -1,0 +1,201 @@
+"""`stiffcal trust`: what a campaign folder wants to run, and what the user has allowed."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stiffcal.cli.answers import Answer, Document, answering, command_line
+from stiffcal.cli.endings import NOT_HELD, OK
+from stiffcal.cli.options import HERE, AsJson
+from stiffcal.cli.tables import plain_table
+from stiffcal.errors import InputError
+from stiffcal.escapes.terminal import escaped
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from stiffcal.workflow.trust import Showing
+
+NO_SANDBOX = (
+    "This is no sandbox: code that you allow runs with your rights, whenever a command needs its effects. It can read"
+    " and write your files and use the network."
+)
+QUERIES_RUN = "Queries run on your database with the rights of its user: they can read whatever that user may read."
+KINDS = {"plugin": "code", "text": "query", "folder": "folder under development", "place": "place of stores"}
+
+
+def trust(
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="DIR", help="The campaign folder.", show_default=False)
+    ] = None,
+    edit: Annotated[
+        bool, typer.Option("--edit", help="Trust whatever code stands in DIR, while you work on it there.")
+    ] = False,
+    listed: Annotated[bool, typer.Option("--list", help="List everything that you trust.")] = False,
+    revoke: Annotated[
+        str | None,
+        typer.Option("--revoke", metavar="DIR|HASH|URI", help="Take back what you allowed.", show_default=False),
+    ] = None,
+    only_hash: Annotated[
+        bool, typer.Option("--hash", help="Print the SHA-256 alone: STIFFCAL_TRUST takes it, in CI.")
+    ] = False,
+    place: Annotated[
+        str | None,
+        typer.Option("--store", metavar="URI", help="Trust stores in this place and below.", show_default=False),
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Allow without asking.")] = False,
+    as_json: AsJson = False,
+) -> int:
+    """Show what a campaign folder wants to run, and allow it.
+
+    A campaign from somebody else may bring code (plugins) and queries to a database. None of it runs until you have
+    allowed it here. What you allow is this content, by its SHA-256, in whatever folder: a change needs a new look. It
+    is no sandbox: what you allow runs with your rights.
+
+    Example: stiffcal trust campaigns/irb4400 --yes
+    """
+    with answering(as_json) as answer:
+        from stiffcal.workflow import trust as work
+
+        wanted = {"--edit": edit, "--list": listed, "--revoke": revoke is not None, "--hash": only_hash}
+        chosen = [name for name, asked in {**wanted, "--store": place is not None}.items() if asked]
+        if len(chosen) > 1:
+            raise InputError.at("command line", " ".join(chosen), "only one of these at a time", "leave the others out")
+        if folder is not None and (listed or revoke is not None or place is not None):
+            raise InputError.at("command line", chosen[0], f"takes no folder, here {folder}", "leave DIR out")
+        if listed:
+            answer.give(work.list_trust(), show_entries)
+        elif revoke is not None:
+            answer.give(work.revoke_trust(revoke), show_entries)
+        elif place is not None:
+            answer.give(work.allow_place(place), show_entries)
+        elif edit:
+            answer.give(work.allow_folder(folder or HERE), show_entries)
+        elif only_hash:
+            _give_hash(answer, work.read_campaign(folder or HERE))
+        else:
+            return _ask(answer, work.read_campaign(folder or HERE), yes)
+    return OK
+
+
+def _give_hash(answer: Answer, showing: Showing) -> None:
+    def show(console: Console, document: Document) -> None:
+        for digest in showing.hashes:
+            console.print(digest, soft_wrap=True)
+
+    if not showing.hashes:
+        reason = "nothing in this campaign needs trust"
+        raise InputError.at(str(showing.folder), "", reason, "leave STIFFCAL_TRUST out")
+    answer.give(showing.as_document(), show)
+
+
+def _ask(answer: Answer, showing: Showing, yes: bool) -> int:
+    """Show what a campaign wants to run, ask, and remember the answer; return the exit code."""
+    from stiffcal.workflow.trust import allow_shown
+
+    shown = showing.as_document()
+    lines = code_lines(shown)
+    then = command_line("run", showing.folder)
+
+    def show_code(console: Console, document: Document) -> None:
+        for line in lines:
+            console.print(line, soft_wrap=True)
+        show_allowed(console, document)
+
+    if showing.allowed or yes:
+        answer.give(shown if showing.allowed else allow_shown(showing), show_code, then)
+        return OK
+    if not answer.as_json:
+        _show_paged(lines)
+    if sys.stdin is None or not sys.stdin.isatty():
+        mend = f"read it, then: {command_line('trust', showing.folder, '--yes')}; or STIFFCAL_TRUST={showing.hashes[0]}"
+        raise InputError.at(str(showing.folder), "", "is not allowed, and there is no terminal to ask at", mend)
+    if not typer.confirm("Allow this to run with your rights?", default=False, err=True):
+        answer.say("nothing was allowed")
+        return NOT_HELD
+    answer.give(allow_shown(showing), show_allowed, then)
+    return OK
+
+
+def _show_paged(lines: list[str]) -> None:
+    """Show code through the user's pager where it is longer than the terminal."""
+    if sys.stdout.isatty() and len(lines) >= shutil.get_terminal_size().lines - 2:
+        import pydoc
+
+        pydoc.pager("\n".join(lines) + "\n")
+        lines = lines[-3:]
+    sys.stdout.write("\n".join(lines) + "\n")
+    sys.stdout.flush()
+
+
+def show_allowed(console: Console, document: Document) -> None:
+    """Say what was allowed."""
+    for entry in document["entries"]:
+        console.print(f"allowed: SHA-256 {entry['key']}", soft_wrap=True)
+
+
+def show_entries(console: Console, document: Document) -> None:
+    """Draw entries of the record."""
+    verb = {"allowed": "trusted now", "revoked": "no longer trusted", "listed": "trusted"}[document["action"]]
+    if document["entries"]:
+        table = plain_table(verb, "", "allowed in", "since")
+        for entry in document["entries"]:
+            kind = KINDS.get(entry["kind"], "generation of a store")
+            table.add_row(kind, entry["key"], entry["note"], entry["since"].replace("T", " ")[:16])
+        console.print(table)
+    elif document["action"] == "listed":
+        console.print("nothing is trusted but what is installed")
+    if document["action"] == "listed":
+        for digest in document["environment"]:
+            console.print(f"by STIFFCAL_TRUST: {digest}", soft_wrap=True)
+        console.print(f"generations of stores that your own runs wrote: {document['generations']}", soft_wrap=True)
+        console.print(f"record: {document['record'] or 'none can be kept'}", soft_wrap=True)
+
+
+def code_lines(document: Document) -> list[str]:
+    """Return what a campaign wants to run, line by line: nothing in it moves the cursor or turns the text round."""
+    from stiffcal.workflow.trust import lines_of
+
+    plugins, shown = document["plugins"], []
+    for file in plugins["files"] if plugins is not None else ():
+        effects = ", ".join(map(code_line, file["effects"]))
+        shown.append(f"{code_line(file['name'])}: {file['lines']} lines, {file['bytes']} bytes: {effects}")
+        shown += [*_numbered(lines_of(file["text"])), ""]
+    for query in document["queries"]:
+        shown.append(f"query to a database, {code_line(query['place'])}:")
+        shown += [*_numbered(lines_of(query["text"])), f"query, SHA-256 {query['sha256']}: {_state(query)}", ""]
+    if plugins is not None:
+        count = len(plugins["files"])
+        files = f"{count} file{'s' if count > 1 else ''}"
+        shown += [f"code in {files}, SHA-256 {plugins['sha256']}: {_state(plugins)}", NO_SANDBOX]
+    if document["queries"]:
+        shown.append(QUERIES_RUN)
+    return shown or ["nothing in this campaign needs trust: it brings no code and no query"]
+
+
+def _numbered(lines: Sequence[str]) -> list[str]:
+    return [f"{number:6}  {code_line(line)}" for number, line in enumerate(lines, start=1)]
+
+
+def _state(shown: Document) -> str:
+    return "trusted already" if shown["trusted"] else "not trusted"
+
+
+def code_line(text: str) -> str:
+    r"""Return a line of code with every character that is not plainly visible written out.
+
+    Examples
+    --------
+    >>> print(code_line("x = '\x1b[8m' # \u202e"))
+    x = '\x1b[8m' # \u202e
+    """
+    text = text.expandtabs(4)
+    if not text.isprintable():
+        text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+    return escaped(text)

@@ -1,0 +1,108 @@
+"""The effects of a campaign: of its model file, for which its own code may be needed, and all that can be tried."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.errors import Fault, InputError
+from stiffcal.model.catalogue import built_in_effects, find_effects
+from stiffcal.model.plugin_code import PluginCode, allow_line, read_plugins
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.model.effect import Effect
+
+
+@dataclass(frozen=True)
+class UntrustedEffect:
+    """An effect of a campaign's own code that is left out because the user has not allowed that code.
+
+    Attributes
+    ----------
+    effect : its name as it stands in the code, or the file's where the name is made while the code runs.
+    needs : what it takes to have it.
+    """
+
+    effect: str
+    needs: str
+
+    def as_document(self) -> dict[str, str]:
+        """Return the entry of ``not_tried``."""
+        return {"effect": self.effect, "needs": self.needs}
+
+
+def plugin_code(campaign: Campaign) -> PluginCode:
+    """Read the campaign's own code; as `read_plugins`."""
+    return read_plugins(campaign.folder, campaign.manifest.plugins)
+
+
+def needs_plugins(campaign: Campaign) -> bool:
+    """Return whether the model file holds an effect that is neither built in nor installed."""
+    known = built_in_effects()
+    return bool(campaign.manifest.plugins) and any(entry.type not in known for entry in campaign.model.effects)
+
+
+def key_of_plugins(campaign: Campaign) -> str:
+    """Return what tells which of the campaign's own effects a diagnosis tries, "" where there are none."""
+    if not campaign.manifest.plugins:
+        return ""
+    try:
+        code = plugin_code(campaign)
+    except InputError as error:
+        return str(error)
+    return f"{code.digest} {'allowed' if code.allowed() else 'not allowed'}"
+
+
+def effects_with(campaign: Campaign, name: str) -> dict[str, Effect]:
+    """Return the catalogue for one effect that the user names: the campaign's own code is run only where it has it.
+
+    Raises
+    ------
+    InputError : the code is needed, and not trusted or broken.
+    """
+    if name in built_in_effects() or not campaign.manifest.plugins:
+        return find_effects()
+    code = plugin_code(campaign)
+    if not code.allowed() and name not in [found for file in code.files for found in file.effect_names()]:
+        return find_effects()
+    return find_effects(code)
+
+
+def model_effects(campaign: Campaign) -> dict[str, Effect]:
+    """Return the catalogue for the model file: the campaign's code is run only where the model holds an effect of it.
+
+    Raises
+    ------
+    InputError : the code is needed, and not trusted or broken.
+    """
+    return find_effects(plugin_code(campaign) if needs_plugins(campaign) else None)
+
+
+def all_effects(campaign: Campaign) -> tuple[dict[str, Effect], list[UntrustedEffect]]:
+    """Return all effects that may be tried on this campaign, and those that its own code defines and that may not.
+
+    Raises
+    ------
+    InputError : the model needs the campaign's code and it is not trusted, or code that is trusted is broken.
+    """
+    if not campaign.manifest.plugins:
+        return find_effects(), []
+    if needs_plugins(campaign):
+        return find_effects(plugin_code(campaign)), []
+    try:
+        code = plugin_code(campaign)
+    except InputError as error:
+        return find_effects(), [UntrustedEffect(MANIFEST_FILE, _in_words(fault)) for fault in error.faults]
+    if code.allowed():
+        return find_effects(code), []
+    needs = (
+        f"this campaign's code, which is not trusted (SHA-256 {code.digest}); to allow it: {allow_line(code.folder)}"
+    )
+    return find_effects(), [UntrustedEffect(name, needs) for file in code.files for name in file.effect_names()]
+
+
+def _in_words(fault: Fault) -> str:
+    where = f"{fault.place}: " if fault.place else ""
+    return f"{where}{fault.reason}; {fault.mend}"

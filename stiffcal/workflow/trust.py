@@ -1,0 +1,185 @@
+"""Showing what a campaign folder wants to run, allowing it, and taking that back."""
+
+from __future__ import annotations
+
+import os
+import re
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from stiffcal.campaign.loading import load_manifest
+from stiffcal.campaign.queries import queries_of
+from stiffcal.errors import InputError
+from stiffcal.model.plugin_code import PluginCode, read_plugins
+from stiffcal.trust.content import SHA256, TrustEntry
+from stiffcal.trust.places import normal_place
+from stiffcal.trust.queries import query_digest
+from stiffcal.trust.record import hashes_of_environment, open_record
+
+Document: TypeAlias = dict[str, Any]
+SCHEMA = "stiffcal/trust/1"
+
+
+@dataclass(frozen=True)
+class Showing:
+    """What a campaign wants to run, read once: what is shown is what can be allowed.
+
+    Attributes
+    ----------
+    folder : the campaign folder.
+    plugins : its code; without files where it brings none.
+    queries : texts that it sends to a database, by their SHA-256: (where it stands, text).
+    """
+
+    folder: Path
+    plugins: PluginCode
+    queries: dict[str, tuple[str, str]]
+
+    @property
+    def hashes(self) -> list[str]:
+        """The SHA-256 of everything in it that needs to be allowed."""
+        return [*([self.plugins.digest] if self.plugins.files else []), *self.queries]
+
+    @property
+    def allowed(self) -> bool:
+        """Whether the user has allowed all of it."""
+        record = open_record()
+        code = not self.plugins.files or self.plugins.allowed()
+        return code and all(record.text_allowed(digest) for digest in self.queries)
+
+    def as_document(self) -> Document:
+        """Return the `trust` document of what is shown."""
+        files = [
+            {
+                "name": file.name,
+                "lines": len(lines_of(file.text)),
+                "bytes": len(file.content),
+                "effects": file.effect_names(),
+                "text": file.text,
+            }
+            for file in self.plugins.files
+        ]
+        own = {"sha256": self.plugins.digest, "trusted": self.plugins.allowed(), "files": files}
+        record = open_record()
+        queries = [
+            {"sha256": digest, "trusted": record.text_allowed(digest), "place": place, "text": text}
+            for digest, (place, text) in self.queries.items()
+        ]
+        shown = {"folder": str(self.folder), "plugins": own if files else None, "queries": queries}
+        return _document("shown", []) | shown
+
+
+def read_campaign(folder: Path) -> Showing:
+    """Read what a campaign folder wants to run, without running any of it.
+
+    Raises
+    ------
+    InputError : there is no campaign, or a file of its code is missing or cannot be code of it.
+    """
+    folder = Path(folder)
+    manifest = load_manifest(folder)
+    queries = {query_digest(text): (place, text) for place, text in queries_of(manifest)}
+    return Showing(folder, read_plugins(folder, manifest.plugins), queries)
+
+
+def allow_shown(showing: Showing) -> Document:
+    """Remember that the user allows what was shown, by its hash: the same content elsewhere is allowed too.
+
+    Raises
+    ------
+    InputError : it cannot be remembered.
+    """
+    place = os.path.realpath(showing.folder)
+    record = open_record()
+    if showing.plugins.files:
+        record.allow_plugin(showing.plugins.digest, place)
+    for digest in showing.queries:
+        record.allow_text(digest, place)
+    entries = [entry for entry in record.entries() if entry.key in showing.hashes]
+    return showing.as_document() | _document("allowed", entries)
+
+
+def allow_folder(folder: Path) -> Document:
+    """Remember that whatever code stands in a campaign folder may run, while the user works on it there.
+
+    Raises
+    ------
+    InputError : there is no campaign, or it cannot be remembered.
+    """
+    load_manifest(Path(folder))
+    record, place = open_record(), os.path.realpath(folder)
+    record.allow_folder(Path(folder))
+    return _document("allowed", [entry for entry in record.entries() if (entry.kind, entry.key) == ("folder", place)])
+
+
+def allow_place(uri: str) -> Document:
+    """Remember that stores in a place, and below it, count like the user's own.
+
+    Raises
+    ------
+    InputError : it is the root of all places, or it cannot be remembered.
+    """
+    place = normal_place(uri)
+    if place == os.path.dirname(place) or re.fullmatch(r"[a-z0-9+.-]+://", place):  # noqa: PTH120 - no path, a place
+        raise InputError.at("command line", "--store", f"{uri} holds everything", "name the folder of the stores")
+    record = open_record()
+    record.allow_place(place)
+    return _document("allowed", [entry for entry in record.entries() if (entry.kind, entry.key) == ("place", place)])
+
+
+def list_trust() -> Document:
+    """Return everything that the user trusts; of the generations of stores only how many there are.
+
+    Raises
+    ------
+    InputError : `STIFFCAL_TRUST` holds something else than hashes.
+    """
+    record = open_record()
+    entries = record.entries()
+    allowed = [entry for entry in entries if entry.kind != "generation"]
+    file = str(record.file) if record.file is not None else None
+    return _document("listed", allowed) | {
+        "record": file,
+        "generations": len(entries) - len(allowed),
+        "environment": sorted(hashes_of_environment()),
+    }
+
+
+def revoke_trust(name: str) -> Document:
+    """Take back what was allowed: by its hash, by the folder where it was allowed, or a place.
+
+    Raises
+    ------
+    InputError : nothing of this name is trusted, or the record cannot be written.
+    """
+    names = {os.path.realpath(name), normal_place(name)}
+    if SHA256.fullmatch(name.lower()):
+        names.add(name.lower())
+    if Path(name).is_dir():
+        with suppress(InputError):  # what was allowed of it before is found by the folder
+            names |= set(read_campaign(Path(name)).hashes)
+    gone = open_record().revoke(*names)
+    still = sorted(names & hashes_of_environment())
+    if not gone and not still:
+        raise InputError.at("command line", "--revoke", f"{name} is not trusted", "see stiffcal trust --list")
+    warnings = [f"STIFFCAL_TRUST still holds {digest}" for digest in still]
+    return _document("revoked", gone) | {"warnings": warnings}
+
+
+def lines_of(text: str) -> list[str]:
+    r"""Return the lines of code as Python splits them: not at the further separators of `str.splitlines`.
+
+    Examples
+    --------
+    >>> lines_of("a = 1\r\nb = 2\n")
+    ['a = 1', 'b = 2']
+    """
+    lines = re.split(r"\r\n|\r|\n", text)
+    return lines if lines[-1] else lines[:-1]
+
+
+def _document(action: str, entries: list[TrustEntry]) -> Document:
+    rows = [{"kind": row.kind, "key": row.key, "note": row.note, "since": row.since} for row in entries]
+    return {"schema": SCHEMA, "warnings": [], "action": action, "entries": rows}

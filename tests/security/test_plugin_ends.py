@@ -1,0 +1,168 @@
+"""Code that ends the program is a fault of its file with exit code 2, never success without an answer."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from stiffcal.cli import supervision
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.trust.record import open_record
+from stiffcal.workflow.ingest import ingest_campaign
+from tests.security.plugins import NAME, ran, stiffcal, stranger, write_plugin
+from tests.security.test_plugins import IN_TERMS
+from tests.workflow.small_campaign import write_small_campaign
+
+posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+AGAIN = """
+import sys
+from stiffcal.cli import supervision
+supervision._can_split = lambda: False
+from stiffcal.cli.app import main
+main()
+"""
+
+
+@pytest.fixture
+def folder(state: Path, tmp_path: Path) -> Path:
+    """A campaign whose code its user trusts."""
+    folder = stranger(tmp_path / "stranger", further="")
+    open_record().allow_folder(folder)
+    return folder
+
+
+def prediction(folder: Path) -> tuple[str, ...]:
+    return ("add", str(folder), "cross-stiffness", "--joints", "3", "--json")
+
+
+@pytest.mark.parametrize(
+    ("code", "how"),
+    [
+        ("import os; os._exit(0)", "ended with code 0, without an answer"),
+        pytest.param("import os; os.kill(os.getpid(), 9)", "ended by signal 9, without an answer", marks=posix),
+    ],
+)
+def test_code_that_ends_the_process_while_it_is_loaded_is_at_fault(folder: Path, code: str, how: str) -> None:
+    write_plugin(folder, f"\n{code}\n")
+    done = stiffcal(*prediction(folder))
+    assert done.returncode == 2
+    error = json.loads(done.stdout)["error"]
+    assert (error["file"], error["place"]) == (NAME, "plugins")
+    assert error["reason"] == f"the program {how}, after code of this campaign began to run"
+    assert "\n" not in done.stderr.strip()
+
+
+@pytest.mark.parametrize(
+    ("statement", "line"),
+    [
+        ("import os; os._exit(0)", "the program ended with code 0, without an answer"),
+        ("raise KeyboardInterrupt", "the program ended by an interruption that is not the user's"),
+        ("import typer; raise typer.Exit(0)", "the program ended without an answer"),
+    ],
+)
+def test_code_that_ends_the_process_while_its_effect_is_used_is_at_fault(
+    folder: Path, statement: str, line: str
+) -> None:
+    ingest_campaign(folder)
+    write_plugin(folder, IN_TERMS.format(statement))
+    done = stiffcal("identify", folder)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert f"{NAME}: plugins: {line}" in done.stderr
+
+
+def test_what_it_writes_to_standard_output_by_number_does_not_get_into_the_answer(folder: Path) -> None:
+    write_plugin(folder, "\nimport os, subprocess\nos.write(1, b'raw')\nsubprocess.run(['echo', 'program'])\n")
+    done = stiffcal(*prediction(folder))
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["changes"]
+    assert "raw" in done.stderr
+    assert "program" in done.stderr
+
+
+@pytest.mark.parametrize(("code", "expected"), [("", 0), ("import os; os._exit(0)", 2)])
+def test_where_a_process_cannot_be_split_the_command_starts_again(folder: Path, code: str, expected: int) -> None:
+    write_plugin(folder, f"\n{code}\n")
+    command = [sys.executable, "-P", "-c", AGAIN, *prediction(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == expected, done.stderr
+    document = json.loads(done.stdout)
+    assert ("error" in document) is (expected == 2)
+
+
+WAITS = """
+import time
+from pathlib import Path
+Path(__file__).with_name('ran').touch()
+time.sleep(60)
+"""
+
+
+@posix
+@pytest.mark.parametrize(
+    ("sent", "to_all", "code"),
+    [(signal.SIGINT, True, 130), (signal.SIGINT, False, 130), (signal.SIGTERM, False, -signal.SIGTERM)],
+)
+def test_interrupting_the_command_reaches_what_runs(
+    folder: Path, sent: signal.Signals, to_all: bool, code: int
+) -> None:
+    write_plugin(folder, WAITS)
+    command = [sys.executable, "-P", "-m", "stiffcal", *prediction(folder)]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, process_group=0
+    ) as process:
+        while not ran(folder):
+            assert process.poll() is None, process.communicate()
+            time.sleep(0.02)
+        if to_all:
+            os.killpg(process.pid, sent)
+        else:
+            process.send_signal(sent)
+        out, error = process.communicate(timeout=60)
+    assert process.returncode == code
+    assert out == ""
+    assert "Traceback" not in error
+    assert ("interrupted" in error) is (sent == signal.SIGINT)
+
+
+@posix
+@pytest.mark.parametrize("start", [["-m", "stiffcal"], ["-c", AGAIN]])
+def test_a_killed_command_leaves_no_process_behind(folder: Path, start: list[str]) -> None:
+    write_plugin(folder, WAITS)
+    command = [sys.executable, "-P", *start, *prediction(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        while not ran(folder):
+            assert process.poll() is None, process.communicate()
+            time.sleep(0.02)
+        process.kill()
+        process.communicate(timeout=60)  # returns when nobody holds the pipes any more
+
+
+@posix
+def test_a_reader_that_has_gone_is_no_fault_of_the_code(folder: Path) -> None:
+    command = [sys.executable, "-P", "-m", "stiffcal", *prediction(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        error = process.stderr.read()
+        assert process.wait(60) == 0, error
+    assert error == ""
+
+
+def test_a_campaign_without_code_is_not_split(state: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from stiffcal.campaign.loading import load_campaign
+    from stiffcal.model.campaign_effects import all_effects, model_effects
+
+    folder = write_small_campaign(tmp_path / "own")
+    with supervision.supervised(own_process=False, as_json=False) as command:
+        campaign = load_campaign(folder)
+        assert set(model_effects(campaign)) == set(all_effects(campaign)[0]) == set(built_in_effects())
+        assert command.files == ()
