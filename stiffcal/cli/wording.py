@@ -17,16 +17,18 @@ def significant(value: float | None, digits: int = 3) -> str:
     --------
     >>> [significant(x) for x in (0.0123456, 1.0, 999.6, 2.7196e6, 0.0, None)]
     ['0.0123', '1.00', '1000', '2.72·10⁶', '0', '–']
+    >>> significant(5e-324), significant(1.7e308)
+    ('4.94·10⁻³²⁴', '1.70·10³⁰⁸')
     """
     if value is None or not math.isfinite(value):
         return NOT_KNOWN
     if value == 0:
         return "0"
-    rounded = float(f"{value:.{digits - 1}e}")
-    exponent = math.floor(math.log10(abs(rounded)))
+    mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")  # powers of ten below 1e-308 are no numbers
+    exponent = int(power)
     if -4 <= exponent < 4:
-        return f"{rounded:.{max(digits - 1 - exponent, 0)}f}"
-    return f"{rounded / 10.0**exponent:.{digits - 1}f}·10{str(exponent).translate(_SUPERSCRIPT)}"
+        return f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - exponent, 0)}f}"
+    return f"{mantissa}·10{str(exponent).translate(_SUPERSCRIPT)}"
 
 
 def length(metres: float | None) -> str:
@@ -114,6 +116,8 @@ def interval(value: float | None, low: float | None, high: float | None) -> str:
         return f"{significant(value)} ({ends})"
     half = (high - low) / 2
     exponent = math.floor(math.log10(abs(value))) if value else 0
+    if not -300 < exponent < 300:  # powers of ten beyond are no numbers
+        return f"{significant(value)} ± {significant(half, 2)}"
     if -4 <= exponent < 4:
         return f"{significant(value)} ± {significant(half, 2)}"
     power = f"·10{str(exponent).translate(_SUPERSCRIPT)}"

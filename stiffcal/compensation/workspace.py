@@ -20,6 +20,8 @@ from stiffcal.model.equilibrium import solve_balance
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+RIGID = 1e-20  # m/N: a millionth of an atom under a meganewton
+
 OUT_OF_REACH, BEYOND_LIMITS, REACHED = 0, 1, 2
 # What a box of drawn places is widened by on either side, of its size.
 _MARGIN = 0.03
@@ -117,7 +119,8 @@ def map_workspace(
     if wish.direction is not None:
         compliance = cartesian_compliance(robot, angles, wrench, loads, balance)[:, :3, :3]
         gives = np.einsum("i,nij,j->n", wish.direction, compliance, wish.direction)
-        found.stiffness[here] = 1.0 / gives
+        # where nothing gives in that direction there is no stiffness to state
+        found.stiffness[here] = np.divide(1.0, gives, out=np.full_like(gives, np.nan), where=np.abs(gives) > RIGID)
     found.margin[here] = np.minimum(joints[here] - chain.limits[:, 0], chain.limits[:, 1] - joints[here]).min(axis=1)
     jacobian = jacobians(chain, angles, setup.targets[0])
     found.smallest_singular[here] = np.linalg.svd(jacobian, compute_uv=False)[:, -1]

@@ -31,6 +31,8 @@ REFINING_FACTOR = 1.6
 REFINING_ROUNDS = 4
 # Errors that differ by less, relatively, are equal: they are sums of many squares.
 ROUNDING = 1e-9
+# A picometre, a picoradian: a fit that misses by less misses by rounding.
+LEAST_RMS = 1e-12
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,8 @@ def weights_of(fit: Fit) -> Whitening:
         for kind in np.unique(data.kind):
             rows = data.kind == kind
             n_seen = max(1, int(np.count_nonzero(data.seen[rows])))
-            size[rows] = np.where(data.seen[rows], 1.0 / np.sqrt(np.sum(squares[rows]) / n_seen), 0.0)
+            rms = max(float(np.sqrt(np.sum(squares[rows]) / n_seen)), LEAST_RMS)
+            size[rows] = np.where(data.seen[rows], 1.0 / rms, 0.0)
         return Whitening(size)
     pieces = [block.sensitivity for block in evaluate(fit.robot, data, (), with_sensitivity=True, rigid=True)]
     sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)

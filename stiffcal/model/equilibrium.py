@@ -91,6 +91,8 @@ def _add_side_torques(robot: CompliantRobot, angles: Floats, wrench: Floats) -> 
             wrench[2 * one.place.joints[0] - 1, RZ] += torque
 
 
+# What overflows on the way to no balance is found by its result, and needs no warnings of numpy.
+@np.errstate(over="ignore", invalid="ignore")
 def find_rest(
     robot: CompliantRobot,
     inputs: Inputs,

@@ -11,6 +11,7 @@ from typing import Any
 
 DASH = "–"
 _NARROW_SPACE = "\u202f"
+MOST_WRITTEN_OUT = 15  # digits before the point; a double holds no more
 
 
 def digits(value: float | None, significant: int = 3) -> str:
@@ -22,19 +23,20 @@ def digits(value: float | None, significant: int = 3) -> str:
     ('0.0417', '1.22', '−0.500', '0')
     >>> digits(731820.0).replace(chr(0x202F), " ")
     '732 000'
+    >>> digits(5e-324), digits(-2.5e300)
+    ('4.94·10⁻³²⁴', '−2.50·10³⁰⁰')
     """
     if value is None or not math.isfinite(value):
         return DASH
     if value == 0:
         return "0"
-    size = math.floor(math.log10(abs(value)))
+    # Rounded first: 9.996 is of the next decade. By its text: powers of ten below 1e-308 are no numbers.
+    mantissa, _, power = f"{value:.{significant - 1}e}".partition("e")
+    size = int(power)
+    if not -6 < size < MOST_WRITTEN_OUT:
+        return f"{mantissa.replace('-', '−')}·10{_superscript(size)}"
     rounded = round(value, significant - 1 - size)
-    # 9.996 rounds up into the next decade and would otherwise show a digit too many.
-    size = math.floor(math.log10(abs(rounded)))
     decimals = max(0, significant - 1 - size)
-    if size < -5:
-        mantissa = digits(value / 10.0**size, significant)
-        return f"{mantissa}·10{_superscript(size)}"
     return f"{rounded:,.{decimals}f}".replace(",", _NARROW_SPACE).replace("-", "−")
 
 

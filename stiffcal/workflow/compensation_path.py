@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.workflow.load_table import (
     ANGLES,
@@ -205,6 +206,10 @@ def numbers_of_words(text: str, option: str) -> list[float]:
     if not np.isfinite(found).all():
         mend = "write numbers with a point, separated by commas"
         raise InputError.at("command line", option, f"{text!r} holds something that is no number", mend)
+    too_large = [value for value in found if abs(value) > LARGEST]
+    if too_large:
+        reason = f"{too_large[0]:g} is larger than anything that is measured"
+        raise InputError.at("command line", option, reason, "correct the number")
     return found
 
 

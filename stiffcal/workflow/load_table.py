@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.files import is_given
@@ -172,4 +173,7 @@ def _number(cell: str, shown: str, line: int, name: str, delimiter: str) -> floa
         value = float("nan")
     if not np.isfinite(value):
         raise InputError.at(shown, f"line {line}, column {name}", f"{cell!r} is no number", "correct the cell")
+    if abs(value) > LARGEST:
+        reason = f"{value:g} is larger than anything that is measured"
+        raise InputError.at(shown, f"line {line}, column {name}", reason, "correct the cell")
     return value

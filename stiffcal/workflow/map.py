@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.sizes import HEAVIEST_KG, LONGEST_M
 from stiffcal.errors import InputError
 from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
 from stiffcal.workflow.plot import PICTURES
@@ -164,6 +165,11 @@ def _grid(
     if not (2 <= request.points <= 400 and 1 <= request.slices <= 30):
         mend = "2 to 400 points along a side, 1 to 30 slices"
         raise InputError.at("command line", "--points", f"{request.points} points, {request.slices} slices", mend)
+    if request.at is not None and not abs(request.at) <= LONGEST_M:
+        reason = f"no robot reaches {request.at:g} m"
+        raise InputError.at("command line", "--at", reason, "give the height of the plane in m")
+    if request.mass is not None and request.mass > HEAVIEST_KG:
+        raise InputError.at("command line", "--mass", f"no robot holds {request.mass:g} kg", "give the mass in kg")
     chain = valued.campaign.chain
     across, up, third = PLANES[request.plane]
     box = reached_box(chain, setup.targets[0])

@@ -20,6 +20,7 @@ from stiffcal.errors import InputError
 from tests.fuzz.targets import check_fault, targets
 
 MOST_SECONDS = 10.0  # of one input: more is a hang
+PATIENCE_S = {"commands": 60.0}  # whole commands, the first of which make the campaigns
 MOST_BYTES = 3 << 30  # of address space above what the process begins with
 MOST_GROWN = 600 << 20  # of memory in use, by one input
 HOPELESS_S = 30.0  # beyond the alarm: code outside Python that never comes back
@@ -61,7 +62,8 @@ def feed_one(name: str, seed: int, number: int, folder: Path) -> tuple[str, str]
     """Feed input ``number`` of a target; return what became of it, and the fault's words where there is one."""
     chance = random.Random(f"{name} {seed} {number}")
     before = signal.signal(signal.SIGALRM, _too_long)
-    signal.setitimer(signal.ITIMER_REAL, MOST_SECONDS)
+    most = PATIENCE_S.get(name, MOST_SECONDS)
+    signal.setitimer(signal.ITIMER_REAL, most)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -70,7 +72,7 @@ def feed_one(name: str, seed: int, number: int, folder: Path) -> tuple[str, str]
         unclear = check_fault(error)
         return ("unclear", unclear) if unclear else ("refused", "")
     except HangError:
-        return "hang", f"longer than {MOST_SECONDS:g} s"
+        return "hang", f"longer than {most:g} s"
     except MemoryError:
         return "memory", "out of memory"
     except Exception as error:  # the very thing that is looked for
@@ -123,7 +125,7 @@ def feed(name: str, count: int, seed: int, seconds: float = float("inf")) -> Out
         fate = "crash"
         while time.monotonic() - began < seconds:
             try:
-                if not here.poll(MOST_SECONDS + HOPELESS_S):
+                if not here.poll(PATIENCE_S.get(name, MOST_SECONDS) + HOPELESS_S):
                     fate = "hang"
                     break
                 what, number, words, size = here.recv()

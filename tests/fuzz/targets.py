@@ -16,6 +16,7 @@ from tests.fuzz.attacks import ATTACKS
 from tests.fuzz.databases import SPOILT, allowing, odd_query, spoiling_line, spoilt_options, wanted_of_database
 from tests.fuzz.inputs import MAKERS, make_bag, make_csv, packed
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes, spoilt_lines, spoilt_toml
+from tests.fuzz.wrong_numbers import feed_numbers
 
 Target = Callable[[random.Random, Path], None]
 """Makes one spoilt input in a folder from a stream of chance, and feeds it."""
@@ -200,7 +201,7 @@ def toml_targets() -> dict[str, Target]:
 def targets() -> dict[str, Target]:
     """Return every target by name: one or more for each log format, one for each TOML file."""
     readers = {name: reader_target(name) for name in MAKERS}
-    others = {"csv": feed_csv, "packed csv": feed_packed, "postgres": feed_postgres}
+    others = {"csv": feed_csv, "packed csv": feed_packed, "postgres": feed_postgres, "commands": feed_numbers}
     return readers | others | toml_targets() | ATTACKS
 
 

@@ -266,3 +266,37 @@ def test_campaigns_whose_models_hold_nothing_free_are_compared(tmp_path: Path) -
     model = (folder / "model.toml").read_text(encoding="utf-8")
     (folder / "model.toml").write_text(model + f"parameters = {{ {values} }}\n", encoding="utf-8")
     assert compare_campaigns(folder, folder)["p_value_all"] is None
+
+
+@pytest.mark.parametrize("value", [5e-324, -5e-324, 2.5e-310, 1e-300, 1.7e308, 1e25])
+def test_tiny_and_huge_numbers_are_written_by_report_and_terminal(value: float) -> None:
+    from stiffcal.cli.wording import interval, significant
+    from stiffcal.report.wording import digits
+
+    assert re.fullmatch(r"−?\d\.\d\d·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", digits(value))
+    assert re.fullmatch(r"-?\d\.\d\d·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", significant(value))
+    assert interval(value, value * 0.5, value * 1.5)
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (
+            ["map", "{}", "--load", "1e308,0,0"],
+            "command line: --load: 1e+308 is larger than anything that is ",
+        ),
+        (["map", "{}", "--load", "0,0,-100", "--at", "nan"], "command line: --at: no robot reaches nan m; "),
+        (["map", "{}", "--load", "0,0,-100", "--at", "400"], "command line: --at: no robot reaches 400 m; "),
+        (["map", "{}", "--mass", "1e9"], "command line: --mass: no robot holds 1e+09 kg; "),
+        (["predict", "{}", "--poses", "{}/p.csv"], "{}/p.csv: line 2, column Fx: 1e+200 is larger than anything that "),
+    ],
+)
+def test_loads_and_places_that_no_robot_has_are_one_line(
+    words: list[str], line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = write_small_campaign(tmp_path / "c", poses=2)
+    (folder / "p.csv").write_text("A1,A2,A3,A4,A5,A6,Fx\n0,-70,20,0,30,0,1e200\n", encoding="utf-8")
+    with pytest.raises(SystemExit) as end:
+        main([word.format(folder) for word in words])
+    assert end.value.code == 2
+    assert capsys.readouterr().err.splitlines()[-1].startswith(line.format(folder))
