@@ -117,7 +117,8 @@ class TestBags:
     @pytest.mark.parametrize(
         ("constant", "reason"),
         [
-            ("(" * 30 + "1" + ")" * 30, "brackets lie in one another"),
+            ("(" * 30 + "1" + ")" * 30, "values in brackets"),
+            ("(1))", "values in brackets"),
             ("1 << 100000000000", "computes its sizes"),
             ("9 * 9", "computes its sizes"),
         ],

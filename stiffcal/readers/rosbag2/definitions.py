@@ -30,7 +30,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _TYPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*){1,8}", re.ASCII)
 # What may stand in an IDL definition without being one: texts, letters, remarks.
 _NO_CODE = re.compile(r'"(?:\\.|[^"\\])*+"|\'[^\']{0,2}\'|//[^\n]*|/[*](?:[^*]|[*](?!/))*+[*]/', re.DOTALL)
-_MOST_BRACKETS = 4  # round ones in one another: the library's time grows by a factor with each
+_ANNOTATED = re.compile(r"@\s*[A-Za-z_][A-Za-z0-9_:]*\s*\([^()]*\)", re.ASCII)  # @default (value=1)
 _MOST_MODULES = 32
 
 Types = dict[str, tuple[list[Any], list[tuple[str, Any]]]]
@@ -172,14 +172,15 @@ def _idl_parts(text: str) -> list[str]:
 def _check_idl(text: str, type_name: str, shown: str) -> None:
     """Refuse what the library's parser takes for ever for, or computes beyond all memory."""
     code = _NO_CODE.sub(" ", text)
-    deepest = {"(": 0, "{": 0}
-    level = {"(": 0, "{": 0}
-    for mark in re.findall(r"[(){}]", code):
-        opening = {")": "(", "}": "{"}.get(mark, mark)
-        level[opening] += 1 if mark == opening else -1
-        deepest[opening] = max(deepest[opening], level[opening])
-    if deepest["("] > _MOST_BRACKETS or deepest["{"] > _MOST_MODULES:
-        raise _refused(shown, type_name, "brackets lie in one another too deeply")
+    # Each bracket around a value multiplies the parser's time by a hundred.
+    if re.search(r"[()]", _ANNOTATED.sub(" ", code)):
+        raise _refused(shown, type_name, "the definition has values in brackets")
+    level = deepest = 0
+    for mark in re.findall(r"[{}]", code):
+        level += 1 if mark == "{" else -1
+        deepest = max(deepest, level)
+    if level != 0 or deepest > _MOST_MODULES:
+        raise _refused(shown, type_name, "brackets lie in one another too deeply, or are not closed")
     if re.search(r"<<|[*]", code):
         raise _refused(shown, type_name, "the definition computes its sizes (* or <<)")
 
