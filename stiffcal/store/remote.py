@@ -56,14 +56,16 @@ class Remote:
 
     Attributes
     ----------
-    address : as the user gave it. shown : how it is called in messages.
+    address : without encoding, as places are allowed. shown : how it is called in messages.
     mirror : the folder of this process that stands for it.
     """
 
     def __init__(self, address: str, shown: str) -> None:
         parts = urlsplit(address)
-        self.address, self.shown = address, shown
+        self.shown = shown
         self._root = f"{parts.netloc}/{unquote(parts.path).strip('/')}".rstrip("/")
+        # As it is used, so that two dots behind a percent sign lead out of no place that the user allows.
+        self.address = f"s3://{self._root}"
         if not parts.netloc:
             raise InputError.at(shown, "--store", "the address names no bucket", "write s3://BUCKET/PREFIX")
         self._files = _file_system()

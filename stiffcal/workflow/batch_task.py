@@ -21,6 +21,7 @@ from stiffcal.files import read_regular
 from stiffcal.model.plugin_loading import plugin_fault
 from stiffcal.store.index import FOREIGN
 from stiffcal.store.origin import committed_by_this_process
+from stiffcal.trust.strangers import fault_of_stranger, use_own_results
 from stiffcal.workflow.author_choices import AuthorChoice, author_choices
 from stiffcal.workflow.batch_outcome import BROKEN, FAULT, GENERATIONS, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
@@ -76,15 +77,16 @@ def run_task(task: Document) -> Document:
     """
     began, run, before = time.monotonic(), _Run(), len(committed_by_this_process())
     outcome = outcome_of(task, HELD)
+    use_own_results()
     try:
         outcome |= _all_steps(task, run)
     except InputError as error:
         first, *others = (fault.as_document() for fault in error.faults)
         outcome |= {"state": BROKEN, "error": first, "others": others}
     except (Exception, SystemExit) as error:
-        own = plugin_fault(error)
-        if own is not None:
-            outcome |= {"state": BROKEN, "error": own.faults[0].as_document()}
+        wrong = plugin_fault(error) or (fault_of_stranger(error) if isinstance(error, Exception) else None)
+        if wrong is not None:
+            outcome |= {"state": BROKEN, "error": wrong.faults[0].as_document()}
         elif isinstance(error, SystemExit):
             raise
         else:

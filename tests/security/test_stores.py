@@ -12,6 +12,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+import pyarrow.parquet as parquet
 import pytest
 
 from stiffcal.cli.app import main
@@ -370,3 +372,40 @@ def test_every_key_of_a_strangers_document_may_be_something_else(delivered: Path
                 if name in ("identify", "validate"):
                     stored_document(Store(store), name)
                 assert not use(delivered).get("passed", False)
+
+
+def forge_table(folder: Path, name: str, table: Any) -> None:
+    """Put another table in the place of one of the store, together with its entry in the index."""
+    current = (folder / "store" / "current").resolve()
+    parquet.write_table(table, current / f"{name}.parquet")
+    content = (current / f"{name}.parquet").read_bytes()
+    index = json.loads((current / "generation.json").read_text("utf-8"))
+    index["tables"][name] |= {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+    (current / "generation.json").write_text(json.dumps(index), "utf-8")
+
+
+@pytest.mark.parametrize("words", [("export", "-o", "x.csv"), ("plot", "-o", "x.png"), ("identify",)])
+@pytest.mark.parametrize("name", ["states", "fit", "unseen"])
+@pytest.mark.parametrize("how", ["other columns", "other rows", "other types"])
+def test_a_strangers_table_of_another_shape_is_one_line(
+    delivered: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...],
+    name: str, how: str,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(delivered)
+    without_logs(delivered)
+    table = Store(delivered / "store").read_table(name)
+    others = {
+        "other columns": pa.table({"x": [1.0]}).replace_schema_metadata(table.schema.metadata),
+        "other rows": table.slice(0, 3),
+        "other types": pa.table({column: ["x"] * 3 for column in table.column_names}).replace_schema_metadata(
+            table.schema.metadata
+        ),
+    }
+    forge_table(delivered, name, others[how])
+    command, *rest = words
+    with pytest.raises(SystemExit) as ended:
+        main([command, str(delivered), *rest])
+    said = capsys.readouterr().err
+    assert ended.value.code in (0, 2)
+    assert "Traceback" not in said
+    assert "internal fault" not in said

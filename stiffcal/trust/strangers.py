@@ -1,0 +1,41 @@
+"""Whose results a command is using: with those of somebody else, what goes wrong is their content and no fault of ours.
+
+Each document and table is checked when it is read. That a number of one fits the rows of another is not; a program that
+meets such a mismatch ends with one line like that of any other wrong input.
+"""
+
+from __future__ import annotations
+
+from stiffcal.errors import InputError
+
+_in_use: list[str] = []
+
+
+def use_results_of_stranger(shown: str) -> None:
+    """Note that results from a store are used that the user's own runs have not written; `shown` names the store."""
+    _in_use[:] = [shown]
+
+
+def use_own_results() -> None:
+    """Note that the results in use are the user's own."""
+    _in_use.clear()
+
+
+def fault_of_stranger(error: Exception) -> InputError | None:
+    """Return an unforeseen error as that of the stranger's results in use, None where none are.
+
+    Examples
+    --------
+    >>> fault_of_stranger(KeyError("x")) is None
+    True
+    >>> use_results_of_stranger("store")
+    >>> print(fault_of_stranger(KeyError("x")))
+    store: not computed by you, and of another shape than stiffcal writes (KeyError: 'x'); ask for the logs, or remove \
+the store
+    >>> use_own_results()
+    """
+    if not _in_use:
+        return None
+    words = " ".join(str(error).split())
+    reason = f"not computed by you, and of another shape than stiffcal writes ({type(error).__name__}: {words[:200]})"
+    return InputError.at(_in_use[0], "", reason, "ask for the logs, or remove the store")

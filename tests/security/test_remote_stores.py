@@ -1,0 +1,123 @@
+"""A store in S3 into which somebody else may write: as little is believed as of a folder."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import boto3
+import numpy as np
+import pytest
+from moto.server import ThreadedMotoServer
+
+from stiffcal.errors import InputError
+from stiffcal.store import Store
+from stiffcal.store import remote as remote_module
+from stiffcal.trust.record import open_record
+
+BUCKET = "lab"
+
+
+@pytest.fixture(scope="module")
+def bucket() -> Iterator[Any]:
+    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
+    server.start()
+    host, port = server.get_host_and_port()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AWS_ENDPOINT_URL", f"http://{host}:{port}")
+        for key, value in {"REGION": "us-east-1", "ACCESS_KEY_ID": "one", "SECRET_ACCESS_KEY": "geheim"}.items():
+            patch.setenv(f"AWS_{key}", value)
+        patch.setenv("AWS_EC2_METADATA_DISABLED", "true")
+        client = boto3.client("s3", endpoint_url=f"http://{host}:{port}", region_name="us-east-1")
+        client.create_bucket(Bucket=BUCKET)
+        yield client
+        client.close()
+    server.stop()
+
+
+@pytest.fixture
+def address(request: pytest.FixtureRequest, bucket: Any, state: Path) -> str:
+    return f"s3://{BUCKET}/{hashlib.sha256(request.node.name.encode()).hexdigest()}"
+
+
+def elsewhere(address: str) -> Store:
+    """The same store as another machine reads it: without what this process has fetched."""
+    remote_module._mirrors.clear()
+    return Store(address)
+
+
+def fill(store: Store, value: float = 1.0) -> None:
+    store.commit(
+        {"states": {"Fx": np.full(9, value)}}, {"fit": {"value": value}, "history": {"fits": [{"id": "1"}]}},
+    )  # fmt: skip
+
+
+def key_of(address: str, name: str) -> str:
+    return f"{address.removeprefix(f's3://{BUCKET}/')}/{name}"
+
+
+def change(bucket: Any, address: str, name: str, content: Callable[[bytes], bytes]) -> None:
+    key = key_of(address, f"generations/{elsewhere(address).generation}/{name}")
+    old = bucket.get_object(Bucket=BUCKET, Key=key)["Body"].read()
+    bucket.put_object(Bucket=BUCKET, Key=key, Body=content(old))
+
+
+def test_what_others_write_there_is_foreign_until_the_place_is_trusted(bucket: Any, address: str) -> None:
+    fill(Store(address))
+    assert elsewhere(address).origin_of("fit") == "own"
+    change(bucket, address, "generation.json", lambda text: text + b" ")
+    assert elsewhere(address).origin_of("fit") == "foreign"
+    open_record().allow_place(f"s3://{BUCKET}")
+    assert elsewhere(address).origin_of("fit") == "trusted place"
+
+
+@pytest.mark.parametrize("name", ["states.parquet", "fit.json"])
+@pytest.mark.parametrize("how", ["same size", "shorter", "longer"])
+def test_a_changed_object_is_damaged(bucket: Any, address: str, name: str, how: str) -> None:
+    fill(Store(address))
+    edits = {"same size": lambda old: bytes([old[0] ^ 1]) + old[1:], "shorter": lambda old: old[:-1],
+             "longer": lambda old: old + b" " * 100}  # fmt: skip
+    change(bucket, address, name, edits[how])
+    store = elsewhere(address)
+    with pytest.raises(InputError, match=r"(states|fit\.json|fit): damaged|fit\.json: damaged|parquet: damaged"):
+        (store.read_table if name.endswith("parquet") else store.read_document)(name.split(".")[0])
+
+
+@pytest.mark.parametrize("pointer", ["..", "a%2F..%2F..%2Fb", "current", "x y", "generations"])
+def test_a_pointer_that_names_no_generation_is_passed_over(bucket: Any, address: str, pointer: str) -> None:
+    fill(Store(address))
+    bucket.put_object(Bucket=BUCKET, Key=key_of(address, f"current/9999999999-99999999-{pointer}%"), Body=b"")
+    assert elsewhere(address).read_document("fit") == {"value": 1.0}
+
+
+def test_the_history_of_another_is_marked_and_nothing_else_carried_over(bucket: Any, address: str) -> None:
+    fill(Store(address))
+    change(bucket, address, "generation.json", lambda text: text + b" ")
+    store = elsewhere(address)
+    store.commit(documents={"more": {"x": 1}})
+    store = elsewhere(address)
+    assert sorted(store.documents) == ["history", "more"]
+    assert store.read_document("history") == {"fits": [{"id": "1", "origin": "foreign"}]}
+
+
+@pytest.mark.parametrize("name", ["ticket-x-1", "ticket-", "ticket-99999999999999999999-aa", "entering-\u202e"])
+def test_a_strange_lock_is_no_traceback(bucket: Any, address: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(remote_module, "LEASE_S", 0.3)
+    monkeypatch.setattr(remote_module, "POLL_S", 0.05)
+    for body in (b"[1]", b'{"command": []}', b"[" * 100_000, json.dumps({"pid": "\u202e"}).encode()):
+        bucket.put_object(Bucket=BUCKET, Key=key_of(address, f"lock/{name}"), Body=body)
+        try:
+            with Store(address).begin("identify", wait_s=0.1) as writing:
+                writing.write_document("fit", {})
+        except InputError as error:
+            assert "is writing to it" in str(error)  # noqa: PT017  (either ending is right: no traceback)
+    fill(Store(address))
+
+
+def test_two_dots_behind_percent_signs_lead_out_of_no_trusted_place(state: Path) -> None:
+    open_record().allow_place(f"s3://{BUCKET}/cells")
+    assert open_record().place_allowed(Store(f"s3://{BUCKET}/cells/a").address)
+    assert not open_record().place_allowed(Store(f"s3://{BUCKET}/cells/%2E%2E/others").address)
