@@ -101,12 +101,15 @@ def _open(path: Path, options: Options, shown: str, words: Sequence[str] = ()) -
     check_options(options, {}, "parquet", shown)
     try:
         check_there(path, shown)
-        with (
-            open_regular(path, shown) as opened,  # as a path pyarrow takes no name that is not UTF-8
-            parquet.ParquetFile(opened, page_checksum_verification=True, read_dictionary=list(words)) as file,
-        ):
-            COLUMNS.check(len(file.schema), shown)
-            yield file
+        with open_regular(path, shown) as opened:  # as a path pyarrow takes no name that is not UTF-8
+            metadata = parquet.read_metadata(opened)
+            COLUMNS.check(metadata.num_columns, shown)
+            there = [name for name in words if name in _leaves(metadata)]
+            opened.seek(0)
+            with parquet.ParquetFile(
+                opened, metadata=metadata, page_checksum_verification=True, read_dictionary=there
+            ) as file:
+                yield file
     except FileNotFoundError:
         raise InputError.at(shown, "", "no such file", "correct the file's name") from None
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
@@ -141,7 +144,7 @@ def _check_kind(file: parquet.ParquetFile, index: int, wanted: Wanted, shown: st
         raise InputError.at(shown, f"column {column.path}", reason, "name a column of single values")
 
 
-def _leaves(file: parquet.ParquetFile) -> tuple[str, ...]:
+def _leaves(file: parquet.ParquetFile | parquet.FileMetaData) -> tuple[str, ...]:
     return tuple(file.schema.column(index).path for index in range(len(file.schema)))
 
 

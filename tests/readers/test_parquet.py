@@ -90,3 +90,9 @@ def test_rows_that_the_footer_counts_and_no_part_holds(tmp_path: Path, monkeypat
     monkeypatch.setattr(parquet.ParquetFile, "iter_batches", lambda *_, **__: iter(()))
     with pytest.raises(InputError, match="0 rows where its footer says 3"):
         list(READER.read_batches(path, {}, Wanted(numbers=("t",)), "raw/log.parquet"))
+
+
+def test_a_column_of_words_that_is_not_there(tmp_path: Path) -> None:
+    parquet.write_table(pa.table({"Fx": [1.0, 2.0]}), tmp_path / "ft.parquet")
+    with pytest.raises(InputError, match="no column 'run'"):
+        list(find_reader(tmp_path / "ft.parquet").read_batches(tmp_path / "ft.parquet", {}, Wanted(("Fx",), ("run",))))
