@@ -11,6 +11,7 @@ some 10⁻⁴ of the balance that `targets.correct_joints` solves, and for one c
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +72,7 @@ class CompensationStep:
     offsets : (L,) rad, what the last call returned: to be added to the commanded logged angles.
     deflection : (6,) of the target by the last call's load, base axes, m and rad.
     wrench : (6,) the last call's process wrench: filtered, without the tool's weight.
+    solved : False where the last call found no offsets (a reading or an angle that is no number); they are zero then.
     left_out : effects of the model that are not compensated.
 
     Raises
@@ -86,7 +88,7 @@ class CompensationStep:
         n_logged = chain.coupling.shape[1]
         self.deflection, self.wrench = np.zeros(6), np.zeros(6)
         self._parts = self.wrench.reshape(2, 3)
-        self._started = False
+        self._started, self.solved = False, True
         self._coupling, self._offset = np.ascontiguousarray(chain.coupling), np.ascontiguousarray(chain.offset)
         self._shapes = Shapes(node_chain(chain, laws), laws, self._coupling, self.settings.damping)
         self._reading = _Reading(robot, laws.setup, self.settings)
@@ -118,7 +120,9 @@ class CompensationStep:
             shapes.respond(self._parts)
         self._started = True
         shapes.deflect(self.deflection)
-        self._solver.solve(self.deflection)
+        self.solved = self._solver.solve(self.deflection)
+        if not self.solved:
+            self.reset()  # what is no number must not stay in the filter and in the shapes
         self._keep_within(joints)
         return self.offsets
 
@@ -207,9 +211,14 @@ class _Solver:
         self._solved = np.zeros(len(self._columns))
         self.offsets = self._solved[:-6]
 
-    def solve(self, deflection: Floats) -> None:
-        """Write −J⁺ D into ``offsets`` (L,)."""
+    def solve(self, deflection: Floats) -> bool:
+        """Write −J⁺ D into ``offsets`` (L,); False where there is none, and the offsets are zero."""
         np.dot(self._motion, self._columns, self._normal)
         np.copyto(self._right_flat, deflection)
-        lapack.dposv(self._normal_there, self._right, 0, 1, 1)
+        info = lapack.dposv(self._normal_there, self._right, 0, 1, 1)[2]
         np.dot(self._right_flat, self._motion, self._solved)
+        # a pivot that is no number, or a deflection that is none: the sum shows both
+        if info == 0 and isfinite(self._solved.sum()):
+            return True
+        self._solved.fill(0.0)
+        return False

@@ -268,3 +268,16 @@ def test_readings_in_base_axes() -> None:
     for q, w, moved in zip(joints, wrench, exact, strict=True):
         step(q, w)
         assert np.allclose(step.deflection, moved, atol=1e-5 * np.linalg.norm(moved))
+
+
+def test_a_reading_that_is_no_number_gives_no_offsets_and_leaves_nothing_behind() -> None:
+    robot = drives(six_axes(), SIX_STIFFNESS)
+    setup = force_sensor_setup(robot.chain)
+    joints, reading = (np.ascontiguousarray(values[0]) for values in samples(robot, setup, 1))
+    step = CompensationStep(robot, setup, StepSettings(cutoff_hz=20.0))
+    wanted = step(joints, reading).copy()
+    assert step.solved
+    assert step(joints, np.full(6, np.nan)).tolist() == [0.0] * 6
+    assert not step.solved
+    np.testing.assert_allclose(step(joints, reading), wanted, rtol=1e-12)
+    assert step.solved

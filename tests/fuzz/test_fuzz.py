@@ -70,7 +70,7 @@ def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> Non
         ("campaign.toml", "[frames.tool]\nparent = 'flange'\nxyz_m = [" + "9" * 400 + ", 0, 0]", "400 digits"),
         ("campaign.toml", '"a\\nb" = 1', "a\\nb"),
         ("campaign.toml", "[sources.s]\njoints = { position = 'A1..A999999999' }", "more than 1000 columns"),
-        ("campaign.toml", "\n".join(f"k{n} = 1" for n in range(3000)), "more faults"),
+        ("campaign.toml", "\n".join(f"k{n} = 1" for n in range(900)), "more faults"),
         ("robot.toml", "gravity_mps2 = [0.0, 0.0, 1e300]", "1e+300 is larger"),
         ("robot.toml", "joints = " + "[" * 30 + "]" * 30, "too deeply"),
         ("model.toml", "effects = [{ type = 'x', pairs = ['" + "y" * 50_000 + "'] }]", "is not a pair"),
