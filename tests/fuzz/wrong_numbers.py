@@ -11,6 +11,7 @@ import contextlib
 import io
 import json
 import math
+import os
 import random
 import re
 import shutil
@@ -243,7 +244,9 @@ def feed_numbers(chance: random.Random, place: Path) -> None:
     folder = place / "try"
     shutil.rmtree(folder, ignore_errors=True)
     name = chance.choice(BASES)
-    shutil.copytree(base(place / "bases", name), folder / "c", symlinks=True)
+    with mock.patch.dict(os.environ, {"STIFFCAL_STATE": str(place / "state")}):
+        campaign = base(place / "bases", name)
+    shutil.copytree(campaign, folder / "c", symlinks=True)
     for table, text in (("poses", POSES), ("path", chance.choice((PATH, PATH, SPATIAL)))):
         (folder / f"{table}.csv").write_text(text, encoding="utf-8")
     (pattern,) = chance.choices([words for _, words in COMMANDS], [weight for weight, _ in COMMANDS])
@@ -263,7 +266,8 @@ def feed_numbers(chance: random.Random, place: Path) -> None:
         (change_toml if file.suffix == ".toml" else change_text)(chance, file)
     if chance.random() < 0.4:
         words.append("--json")
-    code, out, err = _ends(words)
+    with mock.patch.dict(os.environ, {"STIFFCAL_STATE": str(place / "state")}):  # never the user's own record
+        code, out, err = _ends(words)
     if code == 2:
         raise _refusal(out, err, "--json" in words)
     if code not in (0, 1):
