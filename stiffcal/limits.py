@@ -15,7 +15,7 @@ variable                      default     what is counted
 ``STIFFCAL_MAX_ROWS``         4000000000  rows of one log
 ``STIFFCAL_MAX_COLUMNS``      20000       columns of one log
 ``STIFFCAL_MAX_TOML``         32 MiB      bytes of campaign.toml, robot.toml, model.toml and their kin
-``STIFFCAL_MAX_RUNS``         100000      runs of one campaign, and likewise its sources, frames and excludes
+``STIFFCAL_MAX_RUNS``         100000      runs of one campaign, and likewise its excludes
 ``STIFFCAL_MAX_ENTRIES``      1000        entries of any other list or table in a TOML file: frames, sources, effects
 ``STIFFCAL_MAX_BALANCES``     1000000     balances of the loaded robot that one simulation solves
 ``STIFFCAL_MAX_SAMPLES``      100000000   readings of all sensors that one simulation logs
