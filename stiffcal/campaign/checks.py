@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import unicodedata
 from collections.abc import Iterator
 from difflib import get_close_matches
@@ -20,6 +21,9 @@ from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Join
 from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault, InputError
 from stiffcal.files import check_regular
+
+MOST_NAME = 255
+"""Bytes of one name, which no file system exceeds."""
 
 
 def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[Fault]:
@@ -98,6 +102,8 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
         place = key_path(location, named)
         if wrong := odd_character(file):
             faults.append(_fault(place, *wrong))
+        elif any(len(os.fsencode(part)) > MOST_NAME for part in PurePosixPath(file).parts):
+            faults.append(_fault(place, f"a file's name of more than {MOST_NAME} bytes", "rename the file"))
         elif escapes(file):
             mend = "name a file inside the campaign folder, by its path from there"
             faults.append(_fault(place, f'"{file}" lies outside the campaign folder', mend))

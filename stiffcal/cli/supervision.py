@@ -244,6 +244,7 @@ def supervised(own_process: bool, as_json: bool) -> Iterator[Supervision]:
     from stiffcal.trust.running import before_plugin_code, forget, interruptions_by
 
     supervision = Supervision(own_process, as_json)
+    forget()  # a caller's program may have run such code before: what counts is what this command runs
     _current.append(supervision)
     before_plugin_code(supervision.begin)
     interruptions_by(supervision.interrupted)

@@ -13,13 +13,15 @@ from importlib.metadata import entry_points
 from stiffcal.errors import InputError
 from stiffcal.model.effect import Effect
 from stiffcal.model.plugin_code import PluginCode, PluginFile
+from stiffcal.model.plugin_contract import checked_class, checked_effect
 from stiffcal.model.plugin_loading import load_modules, plugin_faults
 
 ENTRY_POINT_GROUP = "stiffcal.effects"
 
 
-def _effects_of(module: object) -> list[Effect]:
-    found = []
+def _effects_of(module: object, file: str = "") -> list[Effect]:
+    """Return the effects of a module; `file`: of a campaign's own code, whose effects are held to their contract."""
+    found: list[Effect] = []
     for name, member in inspect.getmembers(module, inspect.isclass):
         # a private class is another form of an effect, not one of its own
         if (
@@ -30,7 +32,7 @@ def _effects_of(module: object) -> list[Effect]:
         ):
             continue
         if member.__module__ == getattr(module, "__name__", None):
-            found.append(member())
+            found.append(checked_effect(checked_class(member, file)(), file) if file else member())
     return found
 
 
@@ -59,7 +61,7 @@ def find_effects(plugins: PluginCode | None = None) -> dict[str, Effect]:
     found: list[tuple[PluginFile, Effect]] = []
     for file, module in zip(plugins.files, load_modules(plugins), strict=True):
         with plugin_faults(file.name), redirect_stdout(sys.stderr):
-            found += [(file, effect) for effect in _effects_of(module)]
+            found += [(file, effect) for effect in _effects_of(module, file.name)]
     if not found:
         names = ", ".join(file.name for file in plugins.files)
         raise InputError.at(names, "plugins", "defines no effect", "derive a class from DocumentedEffect, with a name")

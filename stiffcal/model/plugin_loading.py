@@ -25,6 +25,7 @@ from stiffcal.model.plugin_code import PluginCode, PluginFile, path_without_loca
 from stiffcal.trust.running import about_to_run, is_interruption, place_in_plugin
 
 PACKAGE = "stiffcal_plugins_"
+_MOST_TEXT = 500
 _loaded: dict[str, list[ModuleType]] = {}
 
 
@@ -97,11 +98,22 @@ def fault_of(error: BaseException, name: str) -> InputError:
     if isinstance(error, SyntaxError) and error.lineno:
         line = error.lineno
     verb = "does not run" if isinstance(error, Exception) else "ends the program"
-    text = str(error) if not isinstance(error, SyntaxError) else error.msg
+    text = _text_of(error)
     reason = f"{verb}: {type(error).__name__}" + (f": {text}" if text else "")
     absent = isinstance(error, ModuleNotFoundError)
     mend = "list its file under plugins too, or install the package" if absent else "mend the file"
     return InputError.at(file, f"line {line}" if line else "plugins", reason, mend)
+
+
+def _text_of(error: BaseException) -> str:
+    """Return what an exception of plugin code says of itself, shortened; "" where that raises another one."""
+    try:
+        text = str(error.msg if isinstance(error, SyntaxError) else error)
+    except BaseException:
+        if is_interruption() and isinstance(sys.exc_info()[1], KeyboardInterrupt):
+            raise
+        return ""
+    return text if len(text) <= _MOST_TEXT else f"{text[:_MOST_TEXT]}…"
 
 
 class _Finder(MetaPathFinder, InspectLoader):

@@ -1,0 +1,300 @@
+"""What an effect of a campaign's own code gives: held to what `Effect` promises, so that a fault has the code's name.
+
+A class that the code defines is used through a class derived from it here, whose methods look at each answer of the
+code before anything is computed from it. Built-in and installed effects are used as they are.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, get_args
+
+import numpy as np
+
+from stiffcal.campaign.name_checks import odd_character
+from stiffcal.errors import InputError
+from stiffcal.model.effect import Driver, Effect, Inputs, Kind, ParameterSpec, Place, PlaceKind, Sort, Term
+
+MEND = "mend the file"
+_SYMBOL = re.compile(r"[^\W\d]\w{0,99}")
+_TEXTS = ("summary", "fingerprint", "how_to_check")
+_NAMES = ("includes", "excludes", "needs", "looks_like", "curve")
+_FLAGS = ("has_memory", "in_motion", "general")
+_MOST_TEXT = 10_000
+
+
+def checked_class(member: type[Effect], file: str) -> type[Effect]:
+    """Return a class like one of a campaign's code, which answers as an effect does or raises an `InputError`.
+
+    Raises
+    ------
+    InputError : its attributes are not those of an effect.
+    """
+    wrong = _wrong_attribute(member)
+    if wrong:
+        raise InputError.at(file, member.__name__, wrong, MEND)
+    methods = {name: _checked(member, name, check, file) for name, check in _ANSWERS.items()}
+    inner = {"__module__": member.__module__, "__qualname__": member.__qualname__, "__doc__": member.__doc__}
+    kind: Callable[..., type[Effect]] = type(member)
+    return kind(member.__name__, (member,), {**inner, **methods})
+
+
+def checked_effect(effect: object, file: str) -> Effect:
+    """Return an effect as code of a campaign has made it.
+
+    Raises
+    ------
+    InputError : it is none, or cannot be compared with itself and found again.
+    """
+    if not isinstance(effect, Effect) or (effect == effect) is not True or not isinstance(hash(effect), int):
+        raise InputError.at(file, "plugins", "making its effect gives something else than an effect", MEND)
+    return effect
+
+
+def _wrong_attribute(member: type[Effect]) -> str:
+    """Return what is wrong with the constants of an effect, "" where nothing is."""
+    name = member.name
+    if not isinstance(name, str) or not 0 < len(name) <= 100:
+        return f"name is no text of 1 to 100 characters: {_shown(name)}"
+    if odd := odd_character(name):
+        return odd[0]
+    if any("__getattribute__" in vars(base) or "__class__" in vars(base) for base in _own_bases(member)):
+        return "replaces what every object has: __getattribute__ or __class__"
+    if not isinstance(getattr(member, "kind", None), Kind):
+        return f"kind is no Kind: {_shown(getattr(member, 'kind', None))}"
+    if getattr(member, "place_kind", None) not in get_args(PlaceKind):
+        return f"place_kind is none of {', '.join(get_args(PlaceKind))}: {_shown(getattr(member, 'place_kind', None))}"
+    for text in _TEXTS:
+        if not _is_text(getattr(member, text, None)):
+            return f"{text} is no text: {_shown(getattr(member, text, None))}"
+    for names in _NAMES:
+        found = getattr(member, names)
+        if not isinstance(found, tuple | list) or not all(isinstance(word, str) for word in found):
+            return f"{names} is no tuple of texts: {_shown(found)}"
+    for flag in _FLAGS:
+        if not isinstance(getattr(member, flag), bool):
+            return f"{flag} is neither True nor False: {_shown(getattr(member, flag))}"
+    if not isinstance(member.optional, Mapping):
+        return f"optional is no mapping: {_shown(member.optional)}"
+    if not (member.__doc__ is None or isinstance(member.__doc__, str)):
+        return f"__doc__ is no text: {_shown(member.__doc__)}"
+    for method in _ANSWERS:
+        if not callable(getattr(member, method)):
+            return f"{method} is no method: {_shown(getattr(member, method))}"
+    return _wrong_parameters(member.parameters)
+
+
+def _own_bases(member: type[Effect]) -> list[type]:
+    return [base for base in member.__mro__ if base.__module__ == member.__module__]
+
+
+def _wrong_parameters(found: Any) -> str:
+    if not isinstance(found, tuple | list) or not all(isinstance(spec, ParameterSpec) for spec in found):
+        return f"parameters is no tuple of ParameterSpec: {_shown(found)}"
+    symbols = [spec.symbol for spec in found]
+    for spec in found:
+        if not isinstance(spec.symbol, str) or _SYMBOL.fullmatch(spec.symbol) is None:
+            return f"the symbol of a parameter is no name: {_shown(spec.symbol)}"
+        if symbols.count(spec.symbol) > 1:
+            return f"two parameters have the symbol {spec.symbol}"
+        if not all(_is_text(text) for text in (spec.unit, spec.meaning, spec.source)):
+            return f"unit, meaning or source of the parameter {spec.symbol} is no text"
+        sizes = (spec.lower, spec.typical, spec.upper)
+        if not all(_is_real(size) for size in sizes) or not np.isfinite(spec.typical) or not spec.lower < spec.upper:
+            return f"the parameter {spec.symbol} has no lower < upper with a typical size: {_shown(sizes)}"
+        if not isinstance(spec.sort, Sort) or not all(
+            isinstance(flag, bool) for flag in (spec.inverse, spec.compliance, spec.discrete)
+        ):
+            return f"sort, inverse, compliance or discrete of the parameter {spec.symbol} is none"
+    return ""
+
+
+def _checked(member: type[Effect], name: str, check: Callable[..., str], file: str) -> Callable[..., Any]:
+    def method(self: Effect, *given: Any, **named: Any) -> Any:
+        answer = getattr(member, name)(self, *given, **named)
+        wrong = check(self, answer, *given, **named)
+        if wrong:
+            raise InputError.at(file, f"{member.__name__}.{name}", f"returns {wrong}", MEND)
+        return checked_form(answer, file) if name == "form" else answer
+
+    method.__name__, method.__doc__ = name, getattr(Effect, name).__doc__
+    return method
+
+
+def checked_form(effect: Effect, file: str) -> Effect:
+    """Return another form of an effect, held to the same; built-in ones and those held already as they are."""
+    kind = type(effect)
+    if ("form" in vars(kind) and vars(kind)["form"].__module__ == __name__) or kind.__module__.startswith("stiffcal."):
+        return effect
+    return checked_effect(checked_class(kind, file)(), file)
+
+
+def _terms(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any, shape: Any) -> str:
+    nodes, _, count = loads.wrench.shape
+    amplitudes = {"", *(spec.symbol for spec in effect.parameters)}
+    if not isinstance(answer, tuple | list):
+        return f"no tuple of terms: {_shown(answer)}"
+    for term in answer:
+        if not isinstance(term, Term):
+            return f"what is no Term: {_shown(term)}"
+        if not (_is_whole(term.node) and 0 <= term.node < nodes):
+            return f"a term at node {_shown(term.node)}, where there are nodes 0 to {nodes - 1}"
+        if not (_is_whole(term.component) and 0 <= term.component < 6):
+            return f"a term of component {_shown(term.component)}, which is none of 0 to 5"
+        if not isinstance(term.symbol, str) or term.symbol not in amplitudes:
+            return f"a term with the symbol {_shown(term.symbol)}, which no parameter has"
+        if wrong := _wrong_array(term.value, (count,)):
+            return f"a term whose value {wrong}"
+    return ""
+
+
+def _joint_torque(effect: Effect, answer: Any, place: Place, chain: Any, angles: Any, values: Any) -> str:
+    return "" if answer is None else _torque(answer, angles.shape[-1:])
+
+
+def _torque(answer: Any, shape: tuple[int, ...]) -> str:
+    wrong = _wrong_array(answer, shape)
+    return f"a torque that {wrong}" if wrong else ""
+
+
+def _torque_columns(effect: Effect, answer: Any, velocity: Any, shape: Any) -> str:
+    return _columns(effect, answer, velocity.shape)
+
+
+def _observation_columns(effect: Effect, answer: Any, place: Place, observed: Any, shape: Any) -> str:
+    return _columns(effect, answer, observed.displacement.shape)
+
+
+def _columns(effect: Effect, answer: Any, shape: tuple[int, ...]) -> str:
+    symbols = [spec.symbol for spec in effect.parameters]
+    if not isinstance(answer, Mapping):
+        return f"no mapping of symbols to arrays: {_shown(answer)}"
+    for symbol, column in answer.items():
+        if symbol not in symbols:
+            return f"a column of {_shown(symbol)}, which no parameter has"
+        if wrong := _wrong_array(column, shape):
+            return f"a column of {symbol} that {wrong}"
+    return ""
+
+
+def _observation_shift(effect: Effect, answer: Any, place: Place, observed: Any, values: Any) -> str:
+    wrong = "" if answer is None else _wrong_array(answer, observed.displacement.shape)
+    return f"a shift that {wrong}" if wrong else ""
+
+
+def _adjusted(effect: Effect, answer: Any, place: Place, inputs: Inputs, values: Any) -> str:
+    if not isinstance(answer, Inputs):
+        return f"no Inputs: {_shown(answer)}"
+    for name in ("angles", "wrench"):
+        if wrong := _wrong_array(getattr(answer, name), getattr(inputs, name).shape):
+            return f"inputs whose {name} {wrong}"
+    return "" if isinstance(answer.setup, type(inputs.setup)) else "inputs without a setup"
+
+
+def _shape_grid(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any) -> str:
+    symbols = [spec.symbol for spec in effect.parameters]
+    if not isinstance(answer, Mapping) or not all(symbol in symbols for symbol in answer):
+        return f"no mapping of the parameters' symbols to arrays: {_shown(answer)}"
+    for symbol, grid in answer.items():
+        if not isinstance(grid, np.ndarray) or grid.ndim != 1:
+            return f"a grid of {symbol} that is no array of one axis"
+        if wrong := _wrong_array(grid, grid.shape):
+            return f"a grid of {symbol} that {wrong}"
+    return ""
+
+
+def _places(effect: Effect, answer: Any, chain: Any) -> str:
+    right = isinstance(answer, tuple | list) and all(
+        isinstance(place, Place) and place.kind == effect.place_kind for place in answer
+    )
+    return "" if right else f"no list of places of kind {effect.place_kind}: {_shown(answer)}"
+
+
+def _driver(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any) -> str:
+    if answer is None:
+        return ""
+    if not isinstance(answer, Driver) or not (_is_text(answer.label) and _is_text(answer.unit)):
+        return f"no Driver: {_shown(answer)}"
+    wrong = _wrong_array(answer.value, loads.wrench.shape[-1:])
+    return f"a driver whose value {wrong}" if wrong else ""
+
+
+def _from_torque_angle(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+    symbols = [spec.symbol for spec in effect.parameters]
+    right = isinstance(answer, Mapping) and all(
+        symbol in symbols and isinstance(pair, tuple) and len(pair) == 2 and all(_is_real(part) for part in pair)
+        for symbol, pair in answer.items()
+    )
+    return "" if right else f"no mapping of the parameters' symbols to (value, uncertainty): {_shown(answer)}"
+
+
+def _text(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+    return "" if _is_text(answer) else f"no text: {_shown(answer)}"
+
+
+def _text_or_none(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+    return "" if answer is None or _is_text(answer) else f"neither a text nor None: {_shown(answer)}"
+
+
+def _true_or_false(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+    return "" if isinstance(answer, bool | np.bool_) else f"neither True nor False: {_shown(answer)}"
+
+
+def _form(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+    return "" if isinstance(answer, Effect) else f"no effect: {_shown(answer)}"
+
+
+def _spec(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+    return "" if isinstance(answer, ParameterSpec) else f"no ParameterSpec: {_shown(answer)}"
+
+
+_ANSWERS: dict[str, Callable[..., str]] = {
+    "terms": _terms,
+    "joint_torque": _joint_torque,
+    "torque_columns": _torque_columns,
+    "observation_columns": _observation_columns,
+    "observation_shift": _observation_shift,
+    "adjusted": _adjusted,
+    "shape_grid": _shape_grid,
+    "places": _places,
+    "driver": _driver,
+    "from_torque_angle": _from_torque_angle,
+    "describe": _text,
+    "lacking": _text_or_none,
+    "impossible": _text_or_none,
+    "possible_near": _true_or_false,
+    "form": _form,
+    "spec": _spec,
+}
+
+
+def _wrong_array(value: Any, shape: tuple[int, ...]) -> str:
+    """Return why a value is no array of finite real numbers of this shape, "" where it is."""
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
+        return f"is no array of real numbers: {_shown(value)}"
+    if value.shape != shape:
+        return f"has the shape {value.shape}, not {shape}"
+    return "" if np.isfinite(value).all() else "is not finite"
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, float | int | np.floating | np.integer) and not isinstance(value, bool)
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str) and len(value) <= _MOST_TEXT
+
+
+def _shown(value: object) -> str:
+    """Return a short text of any object, whatever its own `__repr__` does."""
+    if isinstance(value, str | int | float | bool | None):
+        try:
+            return repr(value)[:80]
+        except Exception:
+            pass
+    return type(value).__name__

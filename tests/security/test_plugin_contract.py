@@ -1,0 +1,116 @@
+"""Code of a campaign that is trusted and gives nonsense is named, with its file, in one line; nothing is computed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.cli.app import main
+from stiffcal.errors import InputError
+from stiffcal.model.campaign_effects import model_effects
+from stiffcal.trust.record import open_record
+from stiffcal.workflow.batch_outcome import task_of
+from stiffcal.workflow.batch_task import run_task
+from stiffcal.workflow.ingest import ingest_campaign
+from tests.security.plugins import NAME, effect_of_the_readme, stranger, write_plugin
+
+TERM = 'Term(node, RZ, "c", np.sin(2.3 * loads.angles[0]) * loads.wrench[node, RZ])'
+
+
+@pytest.fixture
+def folder(state: Path, tmp_path: Path) -> Path:
+    """A campaign whose model needs its code, which its user trusts."""
+    folder = stranger(tmp_path / "stranger", further="")
+    open_record().allow_folder(folder)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("term", "words"),
+    [
+        ('Term(node, RZ, "c", loads.wrench[node, RZ] * np.nan)', "a term whose value is not finite"),
+        ('Term(node, RZ, "c", loads.wrench[node, RZ, :1])', "a term whose value has the shape (1,), not ("),
+        ('Term(node, RZ, "c", "x")', "a term whose value is no array of real numbers: 'x'"),
+        ('Term(99, RZ, "c", loads.wrench[0, RZ])', "a term at node 99, where there are nodes 0 to 13"),
+        ('Term(node, 7, "c", loads.wrench[0, RZ])', "a term of component 7, which is none of 0 to 5"),
+        ('Term(node, RZ, "d", loads.wrench[0, RZ])', "a term with the symbol 'd', which no parameter has"),
+        ("None", "what is no Term: None"),
+    ],
+)
+def test_terms_that_are_none_are_a_fault_of_the_file(folder: Path, term: str, words: str) -> None:
+    text = effect_of_the_readme()
+    assert TERM in text
+    (folder / NAME).write_text(text.replace(TERM, term), encoding="utf-8")
+    ingest_campaign(folder)
+    outcome = run_task(task_of(folder, "stranger", report=False))
+    assert outcome["state"] == "broken"
+    error = outcome["error"]
+    assert (error["file"], error["place"]) == (NAME, "CrossStiffness.terms")
+    assert error["reason"].startswith(f"returns {words}")
+
+
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("CrossStiffness.joint_torque = lambda *a: np.zeros((3, 3))", "returns a torque that has the shape (3, 3)"),
+        ("CrossStiffness.adjusted = lambda *a: None", "returns no Inputs: None"),
+        ("CrossStiffness.observation_columns = lambda *a: {'c': 1.0}", "returns a column of c that is no array"),
+        ("CrossStiffness.places = lambda *a: 5", "returns no list of places of kind joints: 5"),
+        ("CrossStiffness.form = lambda *a: None", "returns no effect: None"),
+    ],
+)
+def test_other_answers_that_are_none_are_a_fault_of_the_file(
+    folder: Path, statement: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_plugin(folder, f"\n{statement}\n")
+    with pytest.raises(SystemExit) as end:
+        main(["identify", str(folder), "--json"])
+    assert end.value.code == 2
+    error = json.loads(capsys.readouterr().out)["error"]
+    assert error["file"] == NAME
+    assert error["reason"].startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("CrossStiffness.name = 5", "name is no text"),
+        ("CrossStiffness.name = 'a\\x1b[2J'", "holds U+001B"),
+        ("CrossStiffness.kind = 'node law'", "kind is no Kind"),
+        ("CrossStiffness.place_kind = 'everywhere'", "place_kind is none of joints, links, pairs, setup"),
+        ("CrossStiffness.parameters = 'c'", "parameters is no tuple of ParameterSpec"),
+        ("CrossStiffness.parameters *= 2", "two parameters have the symbol c"),
+        ("CrossStiffness.summary = None", "summary is no text"),
+        ("CrossStiffness.terms = 3", "terms is no method"),
+        ("CrossStiffness.__eq__ = lambda *a: 5\nCrossStiffness.__hash__ = object.__hash__", "something else than an"),
+        ("CrossStiffness.__new__ = lambda *a: 5", "making its effect gives something else than an effect"),
+        ("CrossStiffness.__getattribute__ = lambda *a: 5", "replaces what every object has"),
+    ],
+)
+def test_constants_that_are_no_effects_are_a_fault_of_the_file(folder: Path, statement: str, words: str) -> None:
+    write_plugin(folder, f"\n{statement}\n")
+    with pytest.raises(InputError) as error:
+        model_effects(load_campaign(folder))
+    (fault,) = error.value.faults
+    assert str(fault).startswith(f"{NAME}: ")
+    assert words in str(fault)
+
+
+@pytest.mark.parametrize(
+    "statement", ["raise E", "raise ValueError('x' * 100_000)", "class F(SyntaxError): msg = E()\nraise F"]
+)
+def test_what_an_exception_says_of_itself_makes_no_second_one(folder: Path, statement: str) -> None:
+    write_plugin(folder, f"\nclass E(Exception):\n    def __str__(self): raise E\n{statement}\n")
+    with pytest.raises(InputError, match="does not run") as error:
+        model_effects(load_campaign(folder))
+    assert len(str(error.value)) < 1000
+
+
+def test_a_name_that_no_file_system_takes_is_one_line(folder: Path) -> None:
+    manifest = folder / "campaign.toml"
+    manifest.write_text(manifest.read_text("utf-8").replace(NAME, "x" * 260 + ".py"), encoding="utf-8")
+    with pytest.raises(InputError, match="a file's name of more than 255 bytes"):
+        load_campaign(folder)
