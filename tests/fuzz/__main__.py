@@ -1,4 +1,4 @@
-"""Spoilt inputs for every log format and every TOML file: ``make fuzz``, or
+"""Spoilt inputs for every log format, every TOML file, stores and plugins: ``make fuzz``, or
 
     python -m tests.fuzz [--count 10000] [--seed 1] [--only csv,robot.toml] [--input 1234]
 

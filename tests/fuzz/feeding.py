@@ -17,10 +17,12 @@ from pathlib import Path
 from types import FrameType
 
 from stiffcal.errors import InputError
+from tests.fuzz.fence import BrokenFenceError
 from tests.fuzz.targets import check_fault, targets
 
 MOST_SECONDS = 10.0  # of one input: more is a hang
-PATIENCE_S = {"commands": 60.0}  # whole commands, the first of which make the campaigns
+PATIENCE_S = {"commands": 60.0, "stores": 60.0, "plugins": 60.0}
+"""Whole commands, the first of which make the campaigns."""
 MOST_BYTES = 3 << 30  # of address space above what the process begins with
 MOST_GROWN = 600 << 20  # of memory in use, by one input
 HOPELESS_S = 30.0  # beyond the alarm: code outside Python that never comes back
@@ -75,7 +77,7 @@ def feed_one(name: str, seed: int, number: int, folder: Path) -> tuple[str, str]
         return "hang", f"longer than {most:g} s"
     except MemoryError:
         return "memory", "out of memory"
-    except Exception as error:  # the very thing that is looked for
+    except (Exception, BrokenFenceError) as error:  # the very thing that is looked for
         last = traceback.extract_tb(error.__traceback__)
         own = [frame for frame in last if "stiffcal" in frame.filename and "tests" not in frame.filename]
         where = own[-1] if own else last[-1]

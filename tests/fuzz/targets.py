@@ -16,6 +16,8 @@ from tests.fuzz.attacks import ATTACKS
 from tests.fuzz.databases import SPOILT, allowing, odd_query, spoiling_line, spoilt_options, wanted_of_database
 from tests.fuzz.inputs import MAKERS, make_bag, make_csv, packed
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes, spoilt_lines, spoilt_toml
+from tests.fuzz.plugin_folders import feed_plugins
+from tests.fuzz.stores import feed_store
 from tests.fuzz.wrong_numbers import feed_numbers
 
 Target = Callable[[random.Random, Path], None]
@@ -202,7 +204,8 @@ def targets() -> dict[str, Target]:
     """Return every target by name: one or more for each log format, one for each TOML file."""
     readers = {name: reader_target(name) for name in MAKERS}
     others = {"csv": feed_csv, "packed csv": feed_packed, "postgres": feed_postgres, "commands": feed_numbers}
-    return readers | others | toml_targets() | ATTACKS
+    folders = {"stores": feed_store, "plugins": feed_plugins}
+    return readers | others | toml_targets() | ATTACKS | folders
 
 
 def formats_not_fed() -> tuple[str, ...]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import socket
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from stiffcal.cli.app import main
 from tests.campaign.folders import write_campaign
-from tests.fuzz.feeding import feed, feed_one
+from tests.fuzz.feeding import PATIENCE_S, feed, feed_one
+from tests.fuzz.fence import FENCE, BrokenFenceError
 from tests.fuzz.targets import formats_not_fed, targets
 
 COUNT, SECONDS = 40, 2.0
@@ -18,7 +21,7 @@ def test_every_format_is_fed() -> None:
     assert formats_not_fed() == ()
 
 
-@pytest.mark.parametrize("name", [name for name in targets() if name != "commands"])
+@pytest.mark.parametrize("name", [name for name in targets() if name not in PATIENCE_S])
 def test_refused_or_accepted(name: str, request: pytest.FixtureRequest) -> None:
     if name == "postgres":
         request.getfixturevalue("database")
@@ -31,6 +34,34 @@ def test_refused_or_accepted(name: str, request: pytest.FixtureRequest) -> None:
 def test_commands_end_with_one_line_a_fault_whatever_numbers_stand_in_the_files(tmp_path: Path) -> None:
     for number in (1, 2, 3):
         assert feed_one("commands", 20261121, number, tmp_path)[0] in ("accepted", "refused")
+
+
+@pytest.mark.parametrize(("name", "count"), [("stores", 20), ("plugins", 12)])
+def test_a_strangers_store_or_code_is_refused_or_used_inside_its_fence(name: str, count: int, tmp_path: Path) -> None:
+    for number in range(count):
+        assert feed_one(name, 20261122, number, tmp_path)[0] in ("accepted", "refused"), number
+
+
+def test_what_leaves_the_folder_is_found(tmp_path: Path) -> None:
+    """The fence itself: a secret that is opened, a file that is written elsewhere, a link, a connection."""
+    inside, outside = tmp_path / "inside", tmp_path / "outside"
+    for folder in (inside, outside):
+        folder.mkdir()
+        (folder / "file").write_text("x")
+    (inside / "link").symlink_to(outside / "file")
+    deeds = (
+        lambda: (inside / "link").read_text(),
+        lambda: (tmp_path / "elsewhere").write_text("x"),
+        lambda: (inside / "hard").hardlink_to(outside / "file"),
+        lambda: (inside / "file").rename(tmp_path / "elsewhere"),
+        lambda: socket.create_connection(("127.0.0.1", 9)),
+        lambda: subprocess.run(["true"]),
+    )
+    for deed in deeds:
+        with pytest.raises(BrokenFenceError), FENCE.around((inside,), outside):
+            deed()
+    with FENCE.around((inside,), outside):
+        (inside / "file").write_text("y")
 
 
 def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

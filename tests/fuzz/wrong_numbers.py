@@ -123,7 +123,7 @@ def base(place: Path, name: str) -> Path:
         _complete(write_small_campaign(folder, poses=3))
     elif name == "urdf":
         shutil.copytree(base(place, "small"), folder, symlinks=True)
-        _ends(["export", str(folder), "-o", str(folder / "robot.urdf")])
+        command_ends(["export", str(folder), "-o", str(folder / "robot.urdf")])
         (folder / "robot.toml").write_text('schema = "stiffcal/robot/1"\nurdf = "robot.urdf"\n', encoding="utf-8")
     elif name.endswith(" template"):
         kind = name.removesuffix(" template")
@@ -267,9 +267,9 @@ def feed_numbers(chance: random.Random, place: Path) -> None:
     if chance.random() < 0.4:
         words.append("--json")
     with mock.patch.dict(os.environ, {"STIFFCAL_STATE": str(place / "state")}):  # never the user's own record
-        code, out, err = _ends(words)
+        code, out, err = command_ends(words)
     if code == 2:
-        raise _refusal(out, err, "--json" in words)
+        raise refusal_of(out, err, "--json" in words)
     if code not in (0, 1):
         raise AssertionError(f"exit code {code}: {err}")
     if "--json" in words:
@@ -282,7 +282,7 @@ def _no_constant(name: str) -> None:
     raise AssertionError(f"{name} in a JSON document")
 
 
-def _ends(words: list[str]) -> tuple[int, str, str]:
+def command_ends(words: list[str]) -> tuple[int, str, str]:
     """Run a command; an internal fault is raised as it is, to be looked at."""
     out, err = io.StringIO(), io.StringIO()
     with (
@@ -301,7 +301,7 @@ def _raise(error: Exception) -> None:
     raise error
 
 
-def _refusal(out: str, err: str, as_json: bool) -> InputError:
+def refusal_of(out: str, err: str, as_json: bool) -> InputError:
     """Return the refusal that a command printed."""
     if as_json:
         document = json.loads(out, parse_constant=_no_constant)
