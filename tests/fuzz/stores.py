@@ -136,7 +136,8 @@ def _generation(campaign: Path) -> Path:
 
 def spoil(chance: random.Random, campaign: Path, sealed: bool) -> None:
     """Spoil something of a store; `sealed`: size and hash in its index are made right again."""
-    with suppress(OSError, StopIteration, ValueError, LookupError, TypeError, AttributeError):  # what an earlier one has removed
+    # what an earlier one has removed or spoilt
+    with suppress(OSError, StopIteration, ValueError, LookupError, TypeError, AttributeError):
         generation = _generation(campaign)
         files = sorted(path for path in generation.rglob("*") if path.is_file() and path.name != "generation.json")
         (act,) = chance.choices((_spoil_document, _spoil_table, _spoil_index, _spoil_links), (6, 3, 4, 3))
@@ -148,11 +149,14 @@ def spoil(chance: random.Random, campaign: Path, sealed: bool) -> None:
 def seal(generation: Path) -> None:
     """Write size and SHA-256 of every file into the index, as somebody might who knows the format."""
     path = generation / "generation.json"
+    if not path.is_file():
+        return
     index = json.loads(path.read_bytes())
     for kind, ending in (("tables", ".parquet"), ("documents", ".json")):
         for name, entry in index[kind].items():
-            with suppress(OSError):
-                content = (generation / f"{name}{ending}").read_bytes()
+            file = generation / f"{name}{ending}"
+            if file.is_file():
+                content = file.read_bytes()
                 entry |= {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
     path.write_text(json.dumps(index), encoding="utf-8")
 
