@@ -60,8 +60,12 @@ def judge(
     validation: Document,
     joint_names: Sequence[str],
     baseline: Baseline | None,
+    asked: Thresholds | None = None,
 ) -> list[Check]:
     """Judge every threshold.
+
+    A model that fixes a joint's stiffness, or has none of a joint, leaves nothing measured to judge. The model is its
+    author's: where somebody else asks for the threshold, it is then not held.
 
     Parameters
     ----------
@@ -69,14 +73,11 @@ def judge(
     identified, validation : documents of the fit and of its validation.
     joint_names : of the robot, J of them.
     baseline : the earlier fit, where `limits` name one.
+    asked : those of `limits` that somebody else than the campaign's author asks for, None where there are none.
     """
-    checks = _errors(limits, validation)
-    for parameter, joint, label in _joint_stiffnesses(identified, joint_names):
-        limit = limits.min_stiffness.get(joint, limits.min_stiffness.get(ALL_JOINTS))
-        if limit is not None:
-            checks.append(_stiffness(parameter, label, limit))
+    checks = [*_errors(limits, validation), *_stiffnesses(limits, identified, joint_names, asked)]
     if baseline is not None:
-        checks += _drifts(limits, identified, joint_names, baseline)
+        checks += _drifts(limits, identified, joint_names, baseline, asked)
     return checks
 
 
@@ -141,6 +142,39 @@ def _joint_stiffnesses(identified: Document, joint_names: Sequence[str]) -> list
     ]
 
 
+def _limit_of(limits: Thresholds, joint: str) -> float | None:
+    return limits.min_stiffness.get(joint, limits.min_stiffness.get(ALL_JOINTS))
+
+
+def _stiffnesses(
+    limits: Thresholds, identified: Document, joint_names: Sequence[str], asked: Thresholds | None
+) -> list[Check]:
+    """Hold each joint's stiffness against its limit, also of the joints of which the model leaves none to measure."""
+    found = _joint_stiffnesses(identified, joint_names)
+    with_stiffness = {joint for _, joint, _ in found}
+    rows = [
+        *((parameter, joint, label) for parameter, joint, label in found),
+        *((None, joint, joint) for joint in joint_names if joint not in with_stiffness),
+    ]
+    checks = []
+    for parameter, joint, label in rows:
+        limit = _limit_of(limits, joint)
+        if limit is None:
+            continue
+        if parameter is not None and not parameter.get("fixed"):
+            checks.append(_stiffness(parameter, label, limit))
+            continue
+        what = (
+            f"the model has no stiffness of {label}"
+            if parameter is None
+            else f"the model fixes the stiffness of {label}"
+        )
+        held = False if asked is not None and _limit_of(asked, joint) is not None else None
+        says = f"{what}, nothing is measured: min_stiffness = {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
+        checks.append(Check("min_stiffness", joint, limit, None, JOINT_STIFFNESS_UNIT, held, says))
+    return checks
+
+
 def _stiffness(parameter: Document, joint: str, limit: float) -> Check:
     unit, value = JOINT_STIFFNESS_UNIT, parameter["stiffness"]
     bound = f"min_stiffness = {limit:.3g} {unit}"
@@ -154,15 +188,22 @@ def _stiffness(parameter: Document, joint: str, limit: float) -> Check:
     return Check("min_stiffness", joint, limit, value, unit, held, says)
 
 
-def _drifts(limits: Thresholds, identified: Document, joint_names: Sequence[str], baseline: Baseline) -> list[Check]:
+def _drifts(
+    limits: Thresholds,
+    identified: Document,
+    joint_names: Sequence[str],
+    baseline: Baseline,
+    asked: Thresholds | None,
+) -> list[Check]:
     """Hold each joint's stiffness against the baseline's.
 
     Why two conditions: a change that chance makes is no drift, however large; a sure one below `max_drift` is allowed.
     """
+    found = _joint_stiffnesses(identified, joint_names)
     shared = [
         (joint, label, change_of(baseline.parameters[parameter["name"]], parameter))
-        for parameter, joint, label in _joint_stiffnesses(identified, joint_names)
-        if parameter["name"] in baseline.parameters
+        for parameter, joint, label in found
+        if parameter["name"] in baseline.parameters and not parameter.get("fixed")
     ]
     judged = sum(row["p_value"] is not None for _, _, row in shared)
     checks = []
@@ -173,6 +214,13 @@ def _drifts(limits: Thresholds, identified: Document, joint_names: Sequence[str]
     for joint in [name for name in joint_names if name not in seen and (name in limits.max_drift or not seen)]:
         says = f"{baseline.name} and this fit share no stiffness of {joint}: its drift cannot be judged"
         checks.append(Check("max_drift", joint, limits.max_drift.get(joint, 0.0), None, "", None, says))
+    measured = {parameter["name"] for parameter, _, _ in found if not parameter.get("fixed")}
+    held = False if asked is not None and asked.baseline is not None else None
+    for name, earlier in baseline.parameters.items():
+        of_a_joint = len(earlier["where"].get("joints", [])) == 1 and earlier["unit"] == _COMPLIANCE_UNIT
+        if of_a_joint and earlier.get("stiffness") and name not in measured:
+            says = f"{baseline.name} has {name}, of which this model measures nothing: its drift cannot be judged"
+            checks.append(Check("max_drift", "", limits.max_drift.get(ALL_JOINTS, 0.0), None, "", held, says))
     return checks
 
 

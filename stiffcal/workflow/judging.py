@@ -44,8 +44,9 @@ def judgement(
     from stiffcal.validation.thresholds import judge, not_counted, verdict
 
     campaign = data.campaign
-    limits = campaign.manifest.thresholds
+    limits, asked = campaign.manifest.thresholds, None
     if file is not None:
+        asked = file.own_limits(campaign.name, campaign.folder.resolve().name)
         limits = file.limits_for(campaign.name, campaign.folder.resolve().name, limits)
         for key, name in strange_joints(limits, data.joint_names):
             mend = "use " + ", ".join(data.joint_names)
@@ -57,7 +58,7 @@ def judgement(
         # Not even looked at: a baseline would be computed for nothing.
         checks = judge(limits, identified, validation, data.joint_names, None)
         return verdict(not_counted(checks, data.uncounted), limits)
-    checks = judge(limits, identified, validation, data.joint_names, _baseline(data, limits, means))
+    checks = judge(limits, identified, validation, data.joint_names, _baseline(data, limits, means), asked)
     return verdict(checks, limits)
 
 

@@ -129,6 +129,39 @@ def test_a_tight_threshold_of_the_campaign_counts_too(cell: Path, tmp_path: Path
     assert validate_campaign(cell, thresholds=load_thresholds(tmp_path / "limits.toml"))["passed"] is False
 
 
+JOINTS = range(1, 7)
+FIXED = "".join(f'"joint-compliance.j{joint}.c" = {{ value = 1e-12, fixed = true }}\n' for joint in JOINTS)
+WITHOUT_MEASURE = {
+    "no joint gives": '[[effects]]\ntype = "base-compliance"\n',
+    "every joint is fixed": f'[[effects]]\ntype = "joint-compliance"\njoints = "all"\n[effects.parameters]\n{FIXED}',
+}
+
+
+@pytest.mark.parametrize("model", WITHOUT_MEASURE.values(), ids=WITHOUT_MEASURE)
+def test_a_model_that_leaves_no_stiffness_to_measure_does_not_hold_the_files_threshold(
+    cell: Path, tmp_path: Path, model: str
+) -> None:
+    (cell / "model.toml").write_text(f'schema = "stiffcal/model/1"\n{model}')
+    (tmp_path / "limits.toml").write_text(f"{HEAD}[validate]\nmin_stiffness = 1e9\n")
+    document = validate_campaign(cell, thresholds=load_thresholds(tmp_path / "limits.toml"))
+    assert (document["passed"], len(document["failed"])) == (False, len(JOINTS))
+    add(cell, "\n[thresholds]\nmin_stiffness = 1e9\n")
+    own = validate_campaign(cell)
+    assert (own["passed"], len(own["not_judged"])) == (True, len(JOINTS))
+
+
+def test_a_model_that_fixes_a_stiffness_has_not_kept_to_the_files_baseline(cell: Path, tmp_path: Path) -> None:
+    export_campaign(cell, output=tmp_path / "before.json")
+    before = json.loads((tmp_path / "before.json").read_text())["parameters"]
+    fixed = "".join(f'"{row["name"]}" = {{ value = {row["value"]!r}, fixed = true }}\n' for row in before)
+    effect = '[[effects]]\ntype = "joint-compliance"\njoints = "all"\n[effects.parameters]\n'
+    (cell / "model.toml").write_text(f'schema = "stiffcal/model/1"\n{effect}{fixed}')
+    (tmp_path / "limits.toml").write_text(f'{HEAD}[validate]\nbaseline = "before.json"\nmax_drift = 0.1\n')
+    file = load_thresholds(tmp_path / "limits.toml")
+    document = validate_campaign(cell, Means(reach=file.baselines()), thresholds=file)
+    assert (document["passed"], len(document["failed"])) == (False, len(before))
+
+
 def test_a_baseline_of_the_campaign_does_not_take_the_place_of_the_files(cell: Path, tmp_path: Path) -> None:
     export_campaign(cell, output=cell / "mine.json")
     theirs = json.loads((cell / "mine.json").read_text())

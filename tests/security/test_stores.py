@@ -20,11 +20,12 @@ from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.store import Store
 from stiffcal.trust.record import open_record
+from stiffcal.workflow import batch_task
 from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.history import read_history, restore_model
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import Means
+from stiffcal.workflow.steps import Means, ingested
 from stiffcal.workflow.stored import stored_document
 from stiffcal.workflow.validate import validate_campaign
 from tests.workflow.small_campaign import write_small_campaign
@@ -409,3 +410,24 @@ def test_a_strangers_table_of_another_shape_is_one_line(
     assert ended.value.code in (0, 2)
     assert "Traceback" not in said
     assert "internal fault" not in said
+
+
+def test_a_delivered_report_does_not_pass_for_the_one_of_this_batch(
+    delivered: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def write(folder: Path, means: Means, output: Path) -> None:
+        output.write_bytes(b"by the user")
+
+    monkeypatch.setattr(batch_task, "report_campaign", write)
+    forged = b"all thresholds hold"
+    (without_logs(delivered) / "report.pdf").write_bytes(forged)
+    key = batch_task._report_key(ingested(delivered, Means()))
+    made = {"schema": "stiffcal/report-made/1", "key": key, "sha256": hashlib.sha256(forged).hexdigest()}
+    current = (delivered / "store" / "current").resolve()
+    index = json.loads((current / "generation.json").read_text("utf-8"))
+    index["documents"]["report"] = {"bytes": 0, "sha256": ""}
+    (current / "generation.json").write_text(json.dumps(index), "utf-8")
+    (current / "report.json").write_text("{}", "utf-8")
+    forge(delivered, "report", lambda document: document.update(made))
+    assert run_task(task_of(delivered, "small"))["error"] is None
+    assert (delivered / "report.pdf").read_bytes() == b"by the user"
