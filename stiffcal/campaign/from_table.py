@@ -287,7 +287,7 @@ def _robot_text(roles: Roles, urdf: Path | None, robot: str | None) -> tuple[str
             raise InputError.at(str(urdf), "", "no such file", "correct the name after --urdf")
         return f'schema = "stiffcal/robot/1"\nurdf = {_quoted(urdf.name)}\n', {urdf.name: urdf}
     rows = [
-        f'[[joints]]\nname = "{column.name}"\na_m = 0.0  {GUESS}\nalpha_deg = 0.0  {GUESS}\nd_m = 0.0  {GUESS}\n'
+        f"[[joints]]\nname = {_quoted(column.name)}\na_m = 0.0  {GUESS}\nalpha_deg = 0.0  {GUESS}\nd_m = 0.0  {GUESS}\n"
         f"theta_deg = 0.0  {GUESS}\n"
         for column in roles.joints.columns
     ]

@@ -149,15 +149,12 @@ def _limit_of(limits: Thresholds, joint: str) -> float | None:
 def _stiffnesses(
     limits: Thresholds, identified: Document, joint_names: Sequence[str], asked: Thresholds | None
 ) -> list[Check]:
-    """Hold each joint's stiffness against its limit, also of the joints of which the model leaves none to measure."""
+    """Hold each joint's stiffness against its limit; joints of which the model has none too, where it is asked for."""
     found = _joint_stiffnesses(identified, joint_names)
-    with_stiffness = {joint for _, joint, _ in found}
-    rows = [
-        *((parameter, joint, label) for parameter, joint, label in found),
-        *((None, joint, joint) for joint in joint_names if joint not in with_stiffness),
-    ]
+    present = {joint for _, joint, _ in found}
+    absent = [joint for joint in joint_names if joint not in present and asked is not None and _limit_of(asked, joint)]
     checks = []
-    for parameter, joint, label in rows:
+    for parameter, joint, label in [*found, *((None, joint, joint) for joint in absent)]:
         limit = _limit_of(limits, joint)
         if limit is None:
             continue

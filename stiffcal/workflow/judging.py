@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import Thresholds
     from stiffcal.validation.thresholds import Baseline
 
+_LARGEST = 1e150
+"""Of a baseline's numbers: those whose squares are numbers too."""
 MODEL_SCHEMAS = ("stiffcal/model-export/1", "stiffcal/identify/1")
 
 
@@ -100,8 +102,27 @@ def _read_model(path: Path, shown: str) -> Document:
         raise InputError.at(shown, "", f"cannot be read as a model ({error})", mend) from None
     if not isinstance(document, dict) or document.get("schema") not in MODEL_SCHEMAS:
         raise InputError.at(shown, "schema", "this is not a fitted model", mend)
-    needed = {"name", "effect", "where", "unit", "value", "std"}
     parameters = document.get("parameters")
-    if not isinstance(parameters, list) or not all(isinstance(one, dict) and needed <= set(one) for one in parameters):
+    if not isinstance(parameters, list) or not all(map(_is_parameter, parameters)):
         raise InputError.at(shown, "parameters", "a parameter is not complete", mend)
     return document
+
+
+def _is_parameter(found: object) -> bool:
+    """Return whether this is a parameter of a fit. NaN is none: no comparison with it would fail."""
+    if not isinstance(found, dict) or not {"name", "effect", "where", "unit", "value", "std"} <= set(found):
+        return False
+    where = found["where"]
+    joints = where.get("joints", []) if isinstance(where, dict) else None
+    return (
+        all(isinstance(found[key], str) for key in ("name", "effect", "unit"))
+        and isinstance(joints, list)
+        and all(isinstance(joint, int) for joint in joints)
+        and all(_is_number_or_none(found.get(key)) for key in ("value", "std", "stiffness", "stiffness_std"))
+    )
+
+
+def _is_number_or_none(value: object) -> bool:
+    if value is None:
+        return True
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _LARGEST

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import sys
+import tomllib
 import unicodedata
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
@@ -239,3 +240,16 @@ def test_numbers_of_a_table_stay_numbers(tmp_path: Path) -> None:
     write_table({"name": ["-1.5", "+A", "x"], "value": pa.array([-1.5, 2.0, 3.0])}, tmp_path / "t.csv")
     with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:
         assert list(csv.reader(file))[1:] == [["-1.5", "-1.5"], ["'+A", "2"], ["x", "3"]]
+
+
+def test_a_columns_name_from_a_strangers_table_stays_one_text_in_robot_toml(tmp_path: Path) -> None:
+    header = ['A1"', 'A2 "]\\', "A3", "A4", "A5", "A6", "Fx", "Fy", "Fz", "dx", "dy", "dz"]
+    with (tmp_path / "table.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows([f"{k}.{row}" for k in range(len(header))] for row in range(4))
+    with pytest.raises(SystemExit) as ended:
+        main(["init", str(tmp_path / "cell"), "--from", str(tmp_path / "table.csv")])
+    assert ended.value.code == 0
+    robot = tomllib.loads((tmp_path / "cell" / "robot.toml").read_text(encoding="utf-8"))
+    assert [joint["name"] for joint in robot["joints"]] == header[:6]
