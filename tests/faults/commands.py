@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
 
+from stiffcal.trust.record import open_record
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.ingest import ingest_campaign
@@ -29,13 +32,15 @@ class Command:
     Attributes
     ----------
     name : in the table. words : its words; ``{}`` is the folder it works in.
-    base : the folder it starts from, one of `BASES`. seconds : more than this and CI tries it less often.
+    base : the folder it starts from, one of `BASES`. heavy : CI tries it less often.
+    own_state : the user's record of trust lies in the folder ``state`` of the base, and meets the faults too.
     """
 
     name: str
     words: tuple[str, ...]
     base: str
     heavy: bool = False
+    own_state: bool = False
 
 
 COMMANDS = (
@@ -61,6 +66,10 @@ COMMANDS = (
     Command("compensate", ("compensate", "{}/c", "--path", "{}/path.csv", "--force", "0,50,-100", "-o", "{}/c/q.csv"),
             "validated"),
     Command("simulate", ("simulate", "{}/out", "--from", "{}/irb4400"), "simulated", heavy=True),
+    Command("trust", ("trust", "{}/c", "--yes"), "code", own_state=True),
+    Command("trust --edit", ("trust", "{}/c", "--edit"), "code", own_state=True),
+    Command("record of ingest", ("ingest", "{}/c"), "unrecorded", own_state=True),
+    Command("identify a stranger's", ("identify", "{}/c"), "stranger", own_state=True),
     Command("init", ("init", "{}/new", "--kind", "load"), "table"),
     Command("init --from", ("init", "{}/new", "--from", "{}/table.csv", "--robot", "irb4400"), "table"),
     Command("effects", ("effects", "backlash", "-o", "{}/e.svg"), "table"),
@@ -83,6 +92,9 @@ def make_bases(place: Path, wanted: set[str]) -> None:
         ("identified", "ingested", identify_campaign),
         ("validated", "identified", validate_campaign),
         ("changed", "validated", _shorten),
+        ("code", "raw", _with_code),
+        ("unrecorded", "raw", _with_record),
+        ("stranger", "identified", _with_record),
         ("two models", "validated", _another_model),
     ):
         if name != "two models" or name in wanted:
@@ -96,6 +108,19 @@ def make_bases(place: Path, wanted: set[str]) -> None:
     if "hidden" in wanted:
         hidden = write_small_campaign(place / "hidden" / "c", poses=4, hidden=HIDDEN)
         validate_campaign(hidden)
+
+
+def _with_code(folder: Path) -> None:
+    (folder / "own.py").write_text("class Own:\n    name = 'own'\n", encoding="utf-8")
+    manifest = folder / "campaign.toml"
+    manifest.write_text('plugins = ["own.py"]\n' + manifest.read_text(encoding="utf-8"), encoding="utf-8")
+    _with_record(folder)
+
+
+def _with_record(folder: Path) -> None:
+    """Write the record of a user who has allowed something before, and knows nothing of this campaign."""
+    with mock.patch.dict(os.environ, {"STIFFCAL_STATE": str(folder.parent / "state")}):
+        open_record().allow_plugin("0" * 64, "elsewhere")
 
 
 def _shorten(folder: Path) -> None:

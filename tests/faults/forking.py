@@ -2,8 +2,8 @@
 
     python -m tests.faults.forking
 
-reads one JSON object a line (words, fault, out, err, events, patience) and answers each with its exit code (a negative
-one: the signal that ended it; null: it hung) and the seconds it took.
+reads one JSON object a line (words, environment, fault, out, err, events, patience) and answers each with its exit
+code (a negative one: the signal that ended it; null: it hung) and the seconds it took.
 """
 
 from __future__ import annotations
@@ -132,6 +132,7 @@ def _child(request: dict[str, Any], outputs: list[int]) -> None:
         sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
         from stiffcal.cli.app import main as stiffcal
 
+        os.environ.update(request["environment"])
         watch = _prepare(request["fault"])
         try:
             stiffcal(request["words"])

@@ -207,7 +207,7 @@ def spoil_files(chance: random.Random, campaign: Path) -> list[str]:
     if chance.random() < 0.02:
         names += [f"own{number}.py" for number in range(3000)]
     for name in names:
-        with suppress(OSError, ValueError):
+        with suppress(OSError, ValueError, RuntimeError):  # RuntimeError: a circle of links
             path = campaign / name
             if not path.resolve().is_relative_to(campaign.resolve()) or path.exists():
                 continue

@@ -117,7 +117,8 @@ def _judge(command: str, document: dict[str, Any], code: int, true: dict[str, fl
 def read_all(campaign: Path) -> None:
     """Read all that there is in a store, as commands do."""
     store = Store(campaign / "store", "store")
-    if not store.exists:
+    # A store that is a link is refused with the campaign; here it would be a place that the user has named.
+    if (campaign / "store").is_symlink() or not store.exists:
         return
     for name in store.documents:
         stored_document(store, name)
