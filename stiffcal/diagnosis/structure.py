@@ -52,15 +52,10 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[Followed]:
     avoidable = max(total - scan.dof, 1e-12) if scan.fit.noise is not None else total
     found = []
     families = _families(data, states)
-    for what, features, words in families:
-        stack = np.concatenate([scan.space.rows(features), rows[None]])
-        scale = np.sqrt(np.sum(stack**2, axis=1))
-        kept = scale > 1e-9 * scale.max()
-        kept[-1] = True
-        factor = triangular((stack[kept] / scale[kept][:, None]).T)
-        taken = total - float(factor[-1, -1] ** 2 * scale[-1] ** 2)
+    for family in families:
+        left, count = _left_by(family, scan, rows)
+        taken = total - left
         # So many free numbers take as many units of noise, and more where more than noise is left.
-        count = int(np.count_nonzero(kept[:-1]))
         by_chance = count * max(1.0, (total - taken) / max(scan.dof, 1))
         rest = scan.dof - scan.n_columns - count
         if count == 0 or rest <= 0:
@@ -70,43 +65,89 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[Followed]:
             continue
         share = float(np.clip((taken - by_chance) / avoidable, 0.0, 1.0))
         if share > LEAST_SHARE:
-            found.append(Followed(what, share, words))
+            found.append(Followed(family.what, share, family.words))
     return sorted(found, key=lambda one: -one.share)
 
 
-def _families(data: Observations, states: LoadStates) -> list[tuple[str, Floats, str]]:
-    """Return (what, (k, m, n) features, words) of each family."""
+@dataclass(frozen=True)
+class _Family:
+    """Curves that are fitted to the residual together.
+
+    Attributes
+    ----------
+    what, words : as in `Followed`.
+    features : (k, m, n) the curves.
+    by_run : each curve is fitted in every run by itself, with a free number for each run.
+    """
+
+    what: str
+    features: Floats
+    words: str
+    by_run: bool = False
+
+
+def _left_by(family: _Family, scan: Scan, residual: Floats) -> tuple[float, int]:
+    """Return the squares that a family leaves of the whitened residual (m · n), and its free numbers.
+
+    What is fitted run by run has no rows in common: the squares left add up, and no matrix of all runs' curves and all
+    states is ever made.
+    """
+    rows = scan.space.rows(family.features)
+    if not family.by_run:
+        pieces = [np.concatenate([rows, residual[None]])]
+    else:
+        data, m = scan.fit.data, len(scan.fit.data.measured)
+        stack = np.concatenate([rows, residual[None]]).reshape(len(rows) + 1, m, -1)
+        edges = np.append(run_edges(data.run), data.n_states)
+        pieces = [stack[:, :, start:end].reshape(len(stack), -1) for start, end in itertools.pairwise(edges)]
+    sizes = [np.sqrt(np.sum(piece[:-1] ** 2, axis=1)) for piece in pieces]
+    whole = max(float(np.sqrt(residual @ residual)), float(np.finfo(np.float64).tiny))
+    least = 1e-9 * max(whole, *(float(size.max(initial=0.0)) for size in sizes))
+    left, count = 0.0, 0
+    for piece, size in zip(pieces, sizes, strict=True):
+        kept = size > least
+        columns = np.concatenate([piece[:-1][kept] / size[kept][:, None], piece[-1:] / whole])
+        left += float(triangular(columns.T)[-1, -1] ** 2) * whole**2
+        count += int(np.count_nonzero(kept))
+    return left, count
+
+
+def _families(data: Observations, states: LoadStates) -> list[_Family]:
+    """Return the families to try."""
     cycles = find_load_cycles(states)
     branch, axis = cycles.branch[data.index], cycles.axis[data.index]
     size = cycles.magnitude[data.index]
     sign = np.where(branch == LOADING, 1.0, np.where(branch == UNLOADING, -1.0, 0.0))
+    signed = [sign * (axis == number) for number in range(int(axis.max(initial=-1)) + 1)] or [sign]
     load = data.wrench[:3] / max(float(np.abs(data.wrench[:3]).max(initial=0.0)), 1e-12)
     families = [
-        (
+        _Family(
             "joint angle",
-            _per_run(data, load),
+            _per_component(data, load),
             "in each pose the residual is proportional to the load, but from pose to pose with another factor",
+            by_run=True,
         ),
-        (
+        _Family(
             "load",
             _per_component(data, np.concatenate([load**2, load * np.abs(load), load[[0, 0, 1]] * load[[1, 2, 2]]])),
             "the residual is not proportional to the load, in the same way in all poses",
         ),
-        (
+        _Family(
             "branch",
-            _per_run(data, np.stack([sign * (axis == k) for k in range(int(axis.max(initial=-1)) + 1)] or [sign])),
+            _per_component(data, np.stack(signed)),
             "loading and unloading run on different curves",
+            by_run=True,
         ),
     ]
     time = data.order.since_reference
     if np.isfinite(time).all() and varies(time):
         words = "the residual drifts with the time since the run's reference"
-        families.append(("time", _per_component(data, (time / np.ptp(time))[None]), words))
+        families.append(_Family("time", _per_component(data, (time / np.ptp(time))[None]), words))
     warm = data.order.temperature
     if np.isfinite(warm).all() and varies(warm):
         words = "the residual follows the logged temperature"
-        families.append(("temperature", _per_component(data, (warm / np.ptp(warm))[None]), words))
-    return [family for family in families if size.any() or family[0] in ("time", "temperature")]
+        families.append(_Family("temperature", _per_component(data, (warm / np.ptp(warm))[None]), words))
+    return [family for family in families if size.any() or family.what in ("time", "temperature")]
 
 
 def _per_component(data: Observations, features: Floats) -> Floats:
@@ -116,15 +157,3 @@ def _per_component(data: Observations, features: Floats) -> Floats:
     for a in range(m):
         result[a::m, a] = features
     return result
-
-
-def _per_run(data: Observations, features: Floats) -> Floats:
-    """Return each feature on each component, by itself in every run."""
-    whole = _per_component(data, features)
-    edges = np.append(run_edges(data.run), data.n_states)
-    pieces = []
-    for start, end in itertools.pairwise(edges):
-        piece = np.zeros_like(whole)
-        piece[:, :, start:end] = whole[:, :, start:end]
-        pieces.append(piece)
-    return np.concatenate(pieces)

@@ -241,3 +241,28 @@ class LoadStates:
     def used(self) -> Booleans:
         """(n,) True for the states that are not set aside."""
         return np.asarray(self.set_aside == "", dtype=np.bool_)
+
+    def members(self) -> list[Integers]:
+        """Return the states of each of the R runs, as indices; empty for a run without states."""
+        return members_of(self.run, len(self.runs))
+
+
+def members_of(number: Integers, count: int | None = None) -> list[Integers]:
+    """Return, for every number, the positions where it stands, ascending: all of them in one pass.
+
+    Parameters
+    ----------
+    number : (n,) of a run, a fold and so on, not negative.
+    count : return lists for the numbers 0 … count − 1, empty where one does not occur; None: for those that occur.
+
+    Examples
+    --------
+    >>> [part.tolist() for part in members_of(np.array([2, 0, 2]))]
+    [[1], [0, 2]]
+    >>> [part.tolist() for part in members_of(np.array([2, 0, 2]), 3)]
+    [[1], [], [0, 2]]
+    """
+    order = np.argsort(number, kind="stable")
+    if count is None:
+        return list(np.split(order, np.flatnonzero(np.diff(number[order])) + 1)) if len(number) else []
+    return list(np.split(order, np.searchsorted(number[order], np.arange(1, count))))[:count]

@@ -20,6 +20,7 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
 
 Floats = NDArray[np.float64]
@@ -124,11 +125,8 @@ def _carriers(manifest: Manifest, targets: tuple[str, ...]) -> set[str]:
 
 def _different_poses(joints: Floats) -> int:
     """Count configurations that differ by more than a degree."""
-    kept: list[Floats] = []
-    for q in joints:
-        if all(np.abs(q - other).max() > np.radians(1.0) for other in kept):
-            kept.append(q)
-    return len(kept)
+    # one degree itself still counts as alike
+    return int(pose_groups(joints, np.nextafter(np.radians(1.0), np.inf)).max(initial=-1)) + 1
 
 
 class _Problem:

@@ -1,0 +1,57 @@
+"""Which of many configurations are the same pose.
+
+Comparing every configuration with every pose found so far takes time with their product. A grid over the three joints
+that vary most leaves, for a configuration, the few poses of its own cell and of those next to it.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Joints that span the grid: with three, a cell has 27 neighbours, itself included.
+GRID_JOINTS = 3
+# Cells are this much wider than the tolerance, so that rounding never puts two like angles two cells apart.
+WIDER = 1.0 + 1e-9
+
+
+def pose_groups(angles: Floats, tolerance: float) -> Integers:
+    """Return (n,) the number of each configuration's pose, in the order in which poses first appear.
+
+    A configuration belongs to the first pose whose founder (the first configuration of it) differs from it by less than
+    the tolerance in every joint; where there is none, it founds the next one.
+
+    Parameters
+    ----------
+    angles : (n, J) joint angles, rad, finite.
+    tolerance : rad, above zero.
+
+    Examples
+    --------
+    >>> pose_groups(np.radians([[0.0, 10.0], [0.0, 40.0], [0.4, 10.0]]), np.radians(1.0)).tolist()
+    [0, 1, 0]
+    """
+    widest = np.argsort(-np.ptp(angles, axis=0), kind="stable")[:GRID_JOINTS] if len(angles) else np.arange(0)
+    cells = np.floor(angles[:, widest] / (WIDER * tolerance)).astype(np.int64)
+    around = list(product((-1, 0, 1), repeat=len(widest)))
+    rows = angles.tolist()
+    found = np.empty(len(angles), dtype=np.int64)
+    founders: list[list[float]] = []
+    by_cell: dict[tuple[int, ...], list[int]] = {}
+    for place, (cell, here) in enumerate(zip(cells.tolist(), rows, strict=True)):
+        near = [
+            number
+            for step in around
+            for number in by_cell.get(tuple(map(int.__add__, cell, step)), ())
+            if all(abs(mine - other) < tolerance for mine, other in zip(here, founders[number], strict=True))
+        ]
+        found[place] = min(near, default=len(founders))
+        if not near:
+            by_cell.setdefault(tuple(cell), []).append(len(founders))
+            founders.append(here)
+    return found
