@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.choosing import chosen_in_every_fold, confidence
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice, leaders
-from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial, chosen_in_every_fold, confidence
+from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.search import Found, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, TOLD_LINGERING

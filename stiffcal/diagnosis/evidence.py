@@ -22,6 +22,7 @@ from stiffcal.diagnosis.scoring import fold_products, solve_within
 from stiffcal.identification.observation import Column, free_columns
 from stiffcal.identification.rows import GAUGE, ROTATION, TRANSLATION
 from stiffcal.identification.signatures import Linearised, Signature
+from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.varying import varies
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Sort
@@ -152,8 +153,7 @@ def _left_out(scan: Scan, columns: Floats, residual: Floats, low: Floats) -> Flo
         products = fold_products(rows, list(scan.folds))
         rest = products.sum(axis=0) - products if len(products) > 1 else products
         step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], low, np.full(len(low), np.inf))
-        for number, fold in enumerate(np.unique(scan.fold_of_state)):
-            part = scan.fold_of_state == fold
+        for number, part in enumerate(members_of(scan.fold_of_state)):
             left[:, part] -= np.tensordot(step[number], columns[:, :, part], axes=1)
     return with_lost_freedom(scan.space.centred(left[None])[0], scan.fit.data)
 
@@ -267,8 +267,7 @@ def _along(direction: Floats, residual: Floats, rows: Integers) -> Floats:
 def _by_run(run: Integers, before: Floats, after: Floats) -> tuple[tuple[int, float, float], ...]:
     """Return (run, rms before, rms after), lengths of vectors."""
     found = []
-    for number in np.unique(run):
-        members = run == number
+    for members in members_of(run):
         first, second = (float(np.sqrt(np.mean(np.sum(each[:, members] ** 2, axis=0)))) for each in (before, after))
-        found.append((int(number), first, second))
+        found.append((int(run[members[0]]), first, second))
     return tuple(found)

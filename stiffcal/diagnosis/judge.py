@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.diagnosis.scan import Scan, Trial, chosen_in_every_fold, ranked_error
+from stiffcal.diagnosis.choosing import chosen_in_every_fold
+from stiffcal.diagnosis.scan import Scan, Trial, ranked_error
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import (
     ADEQUATE_RATIO,

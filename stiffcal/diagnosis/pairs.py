@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.diagnosis.judge import f_tail, fall_of, possible_values
 from stiffcal.diagnosis.scan import Scan, Trial, score_together
 from stiffcal.diagnosis.thresholds import FAMILY_P, LEAST_FALL, PAIRS_SCORED, STANDARD_ERRORS, WIDEST_PAIR
-from stiffcal.identification.least_squares import triangular
+from stiffcal.identification.least_squares import triangular_of_rows
 from stiffcal.model.effect import Sort
 
 
@@ -65,13 +65,16 @@ def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
 
 def _weighed(scan: Scan, trials: list[Trial]) -> list[tuple[float, int, int]]:
     """Return (fall of the fit's squares less two per parameter, one, other) of all pairs, without bounds."""
-    stack = np.concatenate([scan.columns, *(trial.signature.columns for trial in trials), scan.residual[None]])
-    rows = scan.space.rows(stack)
-    size = np.sqrt(np.sum(rows**2, axis=1))
-    # The triangle's lower right corner is what the base model leaves of everything else.
-    left = triangular((rows / np.where(size > 0.0, size, 1.0)[:, None]).T)[scan.n_columns :, scan.n_columns :]
-    inner = left.T @ left
     ends = np.cumsum([0, *(len(trial.signature.symbols) for trial in trials)])
+    rows = np.empty((scan.n_columns + int(ends[-1]) + 1, scan.residual.size))
+    rows[: scan.n_columns], rows[-1] = scan.space.rows(scan.columns), scan.space.rows(scan.residual[None])[0]
+    for trial, first in zip(trials, scan.n_columns + ends, strict=False):
+        rows[first : first + len(trial.signature.symbols)] = scan.space.rows(trial.signature.columns)
+    size = np.sqrt(np.einsum("kn,kn->k", rows, rows))
+    rows /= np.where(size > 0.0, size, 1.0)[:, None]
+    # The triangle's lower right corner is what the base model leaves of everything else.
+    left = triangular_of_rows(rows)[scan.n_columns :, scan.n_columns :]
+    inner = left.T @ left
     places = [np.arange(first, last) for first, last in pairwise(ends)]
     found = []
     for one, other in combinations(range(len(trials)), 2):

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.diagnosis.candidates import Candidate, variants
-from stiffcal.diagnosis.scoring import Score, fold_products, score_variants
+from stiffcal.diagnosis.scoring import Score, fold_products, quadratic, score_variants, solve_within
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
-from stiffcal.diagnosis.thresholds import CHOICE_FOLDS, RESAMPLINGS
+from stiffcal.diagnosis.thresholds import CHOICE_FOLDS
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import raw_whitening
 from stiffcal.identification.noise import Whitening, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns
 from stiffcal.identification.projection import Projection
-from stiffcal.identification.signatures import Linearised, Signature
+from stiffcal.identification.signatures import Linearised, RecalledSignature, Signature, SignatureSource
+from stiffcal.measurements.load_states import members_of
 from stiffcal.model.effect import Sort
 from stiffcal.validation.unseen import pose_folds
 
@@ -33,6 +34,8 @@ REFINING_ROUNDS = 4
 ROUNDING = 1e-9
 # A picometre, a picoradian: a fit that misses by less misses by rounding.
 LEAST_RMS = 1e-12
+# Shapes of a law that take part in the choice in every fold: the best with all poses, and its neighbours.
+VARIANTS_IN_FOLDS = 3
 
 
 @dataclass(frozen=True)
@@ -42,13 +45,13 @@ class Trial:
     Attributes
     ----------
     candidate : who.
-    signature : at the shape that was best with all poses.
+    signature : at the shape that was best with all poses; in large campaigns it is made again when it is asked for.
     score : its errors.
     n_variants : how many shapes were tried.
     """
 
     candidate: Candidate
-    signature: Signature
+    signature: Signature | RecalledSignature
     score: Score
     n_variants: int
 
@@ -72,6 +75,7 @@ class Scan:
     columns : (p, m, n) of the base model's free parameters, about the fit.
     residual : (m, n) measured minus predicted, offsets not taken out.
     bounds : (p,) lower and upper, how far the base model's parameters can go.
+    source : makes the signatures again that were not kept.
     """
 
     fit: Fit
@@ -87,6 +91,7 @@ class Scan:
     columns: Floats
     residual: Floats
     bounds: tuple[Floats, Floats]
+    source: SignatureSource
 
 
 def weights_of(fit: Fit) -> Whitening:
@@ -109,7 +114,7 @@ def weights_of(fit: Fit) -> Whitening:
 def fold_rows(data: Observations, fold: Integers) -> list[Integers]:
     """Return each fold's positions in whitened rows (m · n)."""
     m = len(data.measured)
-    return [(np.arange(m)[:, None] * data.n_states + np.flatnonzero(fold == k)).ravel() for k in np.unique(fold)]
+    return [(np.arange(m)[:, None] * data.n_states + members).ravel() for members in members_of(fold)]
 
 
 def choice_groups(n_folds: int) -> Integers:
@@ -127,7 +132,7 @@ class _Ground:
     space : whitening and run offsets.
     rows : (p, m · n) base columns; residual : (1, m · n). Both sorted by fold.
     order, cuts : how whitened rows are sorted by fold, and where each fold ends.
-    inner : (F, p, p) inner products of the base columns.
+    inner : (F, p, p) inner products of the base columns; inner_sum : (p, p) all folds together.
     groups : (F,) groups of folds for the repeated choice.
     low, high : (p,) bounds of the base model's parameters.
     base : its score.
@@ -140,6 +145,7 @@ class _Ground:
     order: Integers
     cuts: list[slice]
     inner: Floats
+    inner_sum: Floats
     groups: Integers
     low: Floats
     high: Floats
@@ -157,7 +163,10 @@ class _Ground:
         inner = np.stack([rows[:, cut] @ rows[:, cut].T for cut in cuts])
         groups = choice_groups(len(folds))
         base = score_variants([inner], low, high, groups)
-        return cls(state, space, rows[:-1], rows[-1:], order, cuts, inner[:, :-1, :-1], groups, low, high, base)
+        inner = inner[:, :-1, :-1]
+        return cls(
+            state, space, rows[:-1], rows[-1:], order, cuts, inner, inner.sum(axis=0), groups, low, high, base
+        )  # fmt: skip
 
     def rows_of(self, signature: Signature) -> Floats:
         """Return (q + 1, m · n): the candidate's columns and what is left of the residual, sorted by fold."""
@@ -181,12 +190,24 @@ class _Ground:
         low, high = _bounds(signature)
         return np.concatenate([self.low, low]), np.concatenate([self.high, high])
 
-    def score(self, signatures: Sequence[Signature]) -> Score:
-        """Score a candidate's shapes, the choice among them repeated in every fold."""
-        products = [self.products(self.rows_of(one)) for one in signatures]
-        score = score_variants(products, *self.bounds(signatures[0]), self.groups, self.base)
+    def fitted(self, signature: Signature) -> float:
+        """Return the squares that a candidate leaves with all poses."""
+        mine, p = self.rows_of(signature), len(self.rows)
+        total = np.empty((p + len(mine), p + len(mine)))
+        total[:p, :p] = self.inner_sum
+        total[:p, p:], total[p:, p:] = self.rows @ mine.T, mine @ mine.T
+        total[p:, :p] = total[:p, p:].T
+        solution = solve_within(total[:-1, :-1], total[:-1, -1], *self.bounds(signature))
+        return float(quadratic(total, solution))
+
+    def score(self, signatures: Sequence[Signature]) -> tuple[Score, Signature]:
+        """Score a candidate, the choice among its foremost shapes repeated in every fold; and the best of them."""
+        rows = (self.rows_of(one) for one in signatures)
+        score = score_variants(map(self.products, rows), *self.bounds(signatures[0]), self.groups, self.base)
         best = signatures[score.variant]
-        return score if not best.fixed.any() else replace(score, moved=self._moved(best, score))
+        if best.fixed.any():
+            score = replace(score, moved=self._moved(best, score))
+        return score, best
 
     def _moved(self, signature: Signature, score: Score) -> Floats:
         """Return (F,) by how much a candidate moves each pose left out, what it adds without a parameter included."""
@@ -210,7 +231,8 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     whitening : weights to use in place of the fit's own.
     """
     data = fit.data
-    state = Linearised.about(fit.robot, data)
+    source = SignatureSource(fit.robot, data)
+    state = source.state()
     space = Projection.of(data, weights_of(fit) if whitening is None else whitening)
     fixed = fit.held | {one.name for one in fit.parameters if one.fixed}
     columns = free_columns(fit.robot, fixed)
@@ -219,15 +241,21 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     fold = pose_folds(data)
     folds = fold_rows(data, fold)
     ground = _Ground.of(state, space, np.concatenate([own, residual[None]]), folds, *_base_bounds(fit, columns))
-    trials = [trial for one in candidates if (trial := _tried(one, ground, residual, fold)) is not None]
+    trials = [
+        replace(trial, signature=source.kept(trial.signature))
+        for one in candidates
+        if (trial := _tried(one, ground, residual, fold)) is not None
+    ]
     n_tried = sum(trial.n_variants for trial in trials)
     trials.sort(key=ranked_error)
-    trials[:REFINED] = [_refined(trial, ground) for trial in trials[:REFINED]]
+    for place, trial in enumerate(trials[:REFINED]):
+        refined = _refined(trial, ground)
+        trials[place] = replace(refined, signature=source.kept(refined.signature))
     trials.sort(key=ranked_error)
     dof = int(np.count_nonzero(data.seen)) - (len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0)
     return Scan(
         fit, ground.base, tuple(trials), tuple(folds), fold, ground.groups, dof, len(columns), max(n_tried, 1), space,
-        own, residual, (ground.low, ground.high),
+        own, residual, (ground.low, ground.high), source,
     )  # fmt: skip
 
 
@@ -245,11 +273,41 @@ def _tried(candidate: Candidate, ground: _Ground, residual: Floats, fold: Intege
     """Try one candidate, in the best of its shapes; None where it does not show."""
     if is_slip(candidate.effect):
         return _slip(candidate, ground, residual, fold)
-    found = list(variants(candidate, ground.state, ground.state.robot.chain))
-    if not found:
+    shapes = _Foremost(ground)
+    for signature in variants(candidate, ground.state, ground.state.robot.chain):
+        shapes.add(signature)
+    if not shapes.n_tried:
         return None
-    score = ground.score(found)
-    return Trial(candidate, found[score.variant], score, len(found))
+    score, best = shapes.score()
+    return Trial(candidate, best, score, shapes.n_tried)
+
+
+class _Foremost:
+    """The shapes of a candidate that leave least with all poses; of the others only their number is kept.
+
+    Shapes far behind with all poses are not best without one or two of them.
+    """
+
+    def __init__(self, ground: _Ground) -> None:
+        self._ground = ground
+        self._best: list[tuple[float, int, Signature]] = []
+        self.n_tried = 0
+
+    def add(self, signature: Signature) -> None:
+        """Try a shape."""
+        self._best.append((self._ground.fitted(signature), self.n_tried, signature))
+        self._best.sort(key=lambda entry: entry[:2])
+        del self._best[VARIANTS_IN_FOLDS:]
+        self.n_tried += 1
+
+    @property
+    def shape(self) -> Mapping[str, float]:
+        """The best shape so far."""
+        return self._best[0][2].shape
+
+    def score(self) -> tuple[Score, Signature]:
+        """Score the candidate in poses left out, and return the best of its shapes."""
+        return self._ground.score([signature for _, _, signature in self._best])
 
 
 def _slip(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integers) -> Trial | None:
@@ -282,8 +340,9 @@ def _refined(trial: Trial, ground: _Ground) -> Trial:
     continuous = [spec.symbol for spec in effect.parameters if spec.sort is Sort.SHAPE and not spec.discrete]
     if not continuous:
         return trial
-    known = {tuple(trial.signature.shape[s] for s in continuous): trial.signature}
     best, spread = dict(trial.signature.shape), REFINING_FACTOR
+    known, shapes = {tuple(best[s] for s in continuous)}, _Foremost(ground)
+    shapes.add(ground.state.signature(effect, place, best))
     for _ in range(REFINING_ROUNDS):
         for symbol in continuous:
             for factor in (1.0 / spread, spread):
@@ -293,11 +352,11 @@ def _refined(trial: Trial, ground: _Ground) -> Trial:
                 if key not in known:
                     signature = ground.state.signature(effect, place, shape)
                     if signature.symbols == trial.signature.symbols:
-                        known[key] = signature
-        found = list(known.values())
-        score = ground.score(found)
-        best, spread = dict(found[score.variant].shape), np.sqrt(spread)
-    return Trial(trial.candidate, found[score.variant], score, trial.n_variants + len(found))
+                        known.add(key)
+                        shapes.add(signature)
+        best, spread = dict(shapes.shape), np.sqrt(spread)
+    score, signature = shapes.score()
+    return Trial(trial.candidate, signature, score, trial.n_variants + shapes.n_tried)
 
 
 def _base_bounds(fit: Fit, columns: Sequence[object]) -> tuple[Floats, Floats]:
@@ -317,7 +376,7 @@ def _base_bounds(fit: Fit, columns: Sequence[object]) -> tuple[Floats, Floats]:
     return np.array(low), np.array(high)
 
 
-def _bounds(signature: Signature) -> tuple[Floats, Floats]:
+def _bounds(signature: Signature | RecalledSignature) -> tuple[Floats, Floats]:
     """Return the bounds of a candidate's amplitudes: what cannot be negative is not."""
     low, high = [], []
     for symbol in signature.symbols:
@@ -333,36 +392,3 @@ def ranked_error(trial: Trial) -> float:
     Candidates that explain nothing all have the model's own error, and keep their order on every processor.
     """
     return float(f"{np.sum(trial.score.unseen):.8e}")
-
-
-def first_least(errors: Floats) -> Integers:
-    """Return (f,) which of errors (t, f) is least, the first of those that only rounding tells apart."""
-    least = errors.min(axis=0)
-    return np.asarray(np.argmax(errors <= least + ROUNDING * np.abs(least), axis=0), dtype=np.int64)
-
-
-def confidence(scan: Scan, seed: int = 0) -> dict[str, float]:
-    """Return how often each candidate comes first when poses are drawn anew, with replacement."""
-    if not scan.trials:
-        return {}
-    rng = np.random.default_rng(seed)
-    n_folds = len(scan.folds)
-    weights = rng.multinomial(n_folds, np.full(n_folds, 1.0 / n_folds), size=RESAMPLINGS)
-    errors = np.stack([trial.score.unseen for trial in scan.trials]) @ weights.T
-    first = np.bincount(first_least(errors), minlength=len(scan.trials)) / RESAMPLINGS
-    return {trial.candidate.name: float(share) for trial, share in zip(scan.trials, first, strict=True)}
-
-
-def chosen_in_every_fold(scan: Scan) -> Floats:
-    """Return (G,) unseen squares with the choice of the candidate repeated in every group of poses.
-
-    The base model takes part in the choice: where nothing helps, nothing is chosen.
-    """
-    n_groups = int(scan.groups.max()) + 1
-    everyone = [scan.base, *(trial.score for trial in scan.trials)]
-    errors = []
-    for score in everyone:
-        inner = score.nested.sum(axis=1) - np.diagonal(score.nested)
-        errors.append(inner)
-    chosen = first_least(np.stack(errors))
-    return np.array([everyone[chosen[g]].nested[g, g] for g in range(n_groups)])

@@ -8,6 +8,7 @@ through one batched solve.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +20,8 @@ Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
-# Shapes of a law that take part in the choice in every fold: the best with all poses, and its neighbours.
-VARIANTS_IN_FOLDS = 3
+# Numbers of the matrices that one batched solve works on: 32 MB, of which it makes a handful of copies.
+NUMBERS_AT_ONCE = 1 << 22
 # Rounds of exchanging all at once without getting better before one is exchanged at a time, and rounds per parameter.
 PATIENCE = 3
 PIVOTS = 6
@@ -154,34 +155,49 @@ def fold_products(rows: Floats, folds: list[Integers]) -> Floats:
     return np.stack([rows[:, fold] @ rows[:, fold].T for fold in folds])
 
 
+def _solve_folds(total: Floats, folds: Floats, lower: Floats, upper: Floats, near: Floats) -> tuple[Floats, Floats]:
+    """Return (F, k) parameters with each fold left out, and (F,) the squares that they leave of the rest.
+
+    Parameters
+    ----------
+    total : (k + 1, k + 1) inner products of all folds, residual last. folds : (F, k + 1, k + 1) of each.
+    lower, upper : (k,) bounds. near : (k,) the solution with all folds.
+    """
+    found, training = np.empty((len(folds), len(near))), np.empty(len(folds))
+    step = max(1, NUMBERS_AT_ONCE // total.size)
+    for start in range(0, len(folds), step):
+        part = slice(start, start + step)
+        rest = without_rows(total, folds[part])
+        found[part] = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper, near)
+        training[part] = quadratic(rest, found[part])
+    return found, training
+
+
 def score_variants(
-    products: list[Floats], lower: Floats, upper: Floats, groups: Integers, base: Score | None = None
+    products: Iterable[Floats], lower: Floats, upper: Floats, groups: Integers, base: Score | None = None
 ) -> Score:
     """Score a candidate whose shape is chosen, in every fold anew, among variants.
 
     Parameters
     ----------
-    products : per variant (F, k + 1, k + 1) inner products, residual last.
+    products : per variant (F, k + 1, k + 1) inner products, residual last; taken one after the other.
     lower, upper : (k,) bounds.
     groups : (F,) group of each fold for the repeated choice.
     base : the base model's score, whose parameters come first.
     """
     n_groups = int(groups.max()) + 1
     member = groups[None, :] == np.arange(n_groups)[:, None]
-    fitted, solutions, unseen, training, without, moved = [], [], [], [], [], []
+    fitted, solutions, normals, unseen, training, without, moved = [], [], [], [], [], [], []
     nested, nested_training = [], []
     for one in products:
         total = one.sum(axis=0)
-        solutions.append(solve_within(total[:-1, :-1], total[:-1, -1], lower, upper))
-        fitted.append(float(quadratic(total, solutions[-1])))
-    # Shapes far behind with all poses are not best without one or two of them.
-    kept = np.argsort(fitted, kind="stable")[:VARIANTS_IN_FOLDS]
-    for one, solution in ((products[k], solutions[k]) for k in kept):
-        total = one.sum(axis=0)
-        rest = without_rows(total, one)
-        x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper, solution)
+        solution = solve_within(total[:-1, :-1], total[:-1, -1], lower, upper)
+        solutions.append(solution)
+        normals.append(total[:-1, :-1])
+        fitted.append(float(quadratic(total, solution)))
+        x, left = _solve_folds(total, one, lower, upper, solution)
         without.append(x)
-        training.append(quadratic(rest, x))
+        training.append(left)
         unseen.append(quadratic(one, x))
         change = x.copy()
         before = x if base is None else base.without
@@ -193,7 +209,7 @@ def score_variants(
         y = solve_within(twice[..., :-1, :-1], twice[..., :-1, -1], lower, upper, solution)
         nested_training.append(quadratic(twice, y))
         nested.append(quadratic(np.broadcast_to(grouped[None, :], twice.shape), y))
-    best = int(kept[0])
+    best = int(np.argmin(fitted))
     chosen = np.argmin(training, axis=0)
     picked = np.argmin(nested_training, axis=0)
     folds = np.arange(len(groups))
@@ -202,8 +218,8 @@ def score_variants(
         np.stack(unseen)[chosen, folds],
         np.take_along_axis(np.stack(nested), picked[None], axis=0)[0],
         solutions[best],
-        without[0],
+        without[best],
         best,
         np.stack(moved)[chosen, folds],
-        products[best].sum(axis=0)[:-1, :-1],
+        normals[best],
     )

@@ -126,12 +126,18 @@ class Workbench:
         """Fit a model and try everything beside it."""
         key = frozenset(f"{one.effect.name} {one.place.label}" for one in robot.placed)
         if key not in self.looks:
+            self.release()
             fit = self.fit(robot)
             candidates, _ = list_candidates(fit.robot, self.states, self.catalogue)
             start = time.perf_counter()
             self.looks[key] = scan_candidates(fit, candidates)
             self.seconds.append(time.perf_counter() - start)
         return self.looks[key]
+
+    def release(self) -> None:
+        """Let go of the models at rest of all looks so far."""
+        for scan in self.looks.values():
+            scan.source.release()
 
     def pace(self) -> Pace:
         """Return how much was tried so far."""
@@ -324,6 +330,7 @@ def _error(scan: Scan, trial: Trial | None = None) -> float:
 
 def _conclude(bench: Workbench, first: Scan, scan: Scan, tried: tuple[Found, ...]) -> Search:
     present, fit = first.fit, scan.fit
+    bench.release()
     _, not_tried = list_candidates(present.robot, bench.states, bench.catalogue)
     # What matters most is named first: the order of finding is that of falls beside a poorer model.
     tried = tuple(sorted(tried, key=lambda one: -one.judgement.fall))

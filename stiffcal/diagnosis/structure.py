@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stiffcal.diagnosis.judge import f_tail
 from stiffcal.diagnosis.scan import Scan
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P
-from stiffcal.identification.least_squares import run_edges, triangular
+from stiffcal.identification.least_squares import run_edges, triangular_of_rows
 from stiffcal.identification.observation import Observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.varying import varies
@@ -92,22 +92,23 @@ def _left_by(family: _Family, scan: Scan, residual: Floats) -> tuple[float, int]
     What is fitted run by run has no rows in common: the squares left add up, and no matrix of all runs' curves and all
     states is ever made.
     """
-    rows = scan.space.rows(family.features)
+    data, m = scan.fit.data, len(scan.fit.data.measured)
+    stack = np.empty((len(family.features) + 1, m, data.n_states))
+    stack[:-1], stack[-1] = scan.space.rows(family.features).reshape(-1, m, data.n_states), residual.reshape(m, -1)
     if not family.by_run:
-        pieces = [np.concatenate([rows, residual[None]])]
+        pieces = [stack.reshape(len(stack), -1)]
     else:
-        data, m = scan.fit.data, len(scan.fit.data.measured)
-        stack = np.concatenate([rows, residual[None]]).reshape(len(rows) + 1, m, -1)
         edges = np.append(run_edges(data.run), data.n_states)
         pieces = [stack[:, :, start:end].reshape(len(stack), -1) for start, end in itertools.pairwise(edges)]
-    sizes = [np.sqrt(np.sum(piece[:-1] ** 2, axis=1)) for piece in pieces]
+    sizes = [np.sqrt(np.einsum("kn,kn->k", piece[:-1], piece[:-1])) for piece in pieces]
     whole = max(float(np.sqrt(residual @ residual)), float(np.finfo(np.float64).tiny))
     least = 1e-9 * max(whole, *(float(size.max(initial=0.0)) for size in sizes))
     left, count = 0.0, 0
     for piece, size in zip(pieces, sizes, strict=True):
         kept = size > least
-        columns = np.concatenate([piece[:-1][kept] / size[kept][:, None], piece[-1:] / whole])
-        left += float(triangular(columns.T)[-1, -1] ** 2) * whole**2
+        columns = piece[np.append(kept, True)]
+        columns /= np.append(size[kept], whole)[:, None]
+        left += float(triangular_of_rows(columns)[-1, -1] ** 2) * whole**2
         count += int(np.count_nonzero(kept))
     return left, count
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.observation import free_columns
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.validation.unseen import unseen_residuals, with_lost_freedom
 from stiffcal.validation.validate import rms_of
@@ -28,8 +28,7 @@ def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
     columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.signature.columns])
     residual = scan.residual if trial is None else scan.residual - trial.signature.fixed
     residual = residual.copy()
-    for number, fold in enumerate(np.unique(scan.fold_of_state)):
-        part = scan.fold_of_state == fold
+    for number, part in enumerate(members_of(scan.fold_of_state)):
         residual[:, part] -= np.tensordot(score.without[number], columns[:, :, part], axes=1)
     return with_lost_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 

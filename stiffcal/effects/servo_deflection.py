@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     RZ,
@@ -53,8 +53,8 @@ class ServoDeflection(DocumentedEffect):
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """The joint log must move within runs."""
         moved = 0.0
-        for number in np.unique(states.run):
-            moved = max(moved, float(np.ptp(states.joints[states.run == number], axis=0).max()))
+        for members in members_of(states.run):
+            moved = max(moved, float(np.ptp(states.joints[members], axis=0).max()))
         if moved < _STANDS_STILL:
             return "measured joint positions of every state: the joint log does not move within any run"
         return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
@@ -61,7 +61,7 @@ class ThermalDrift(DocumentedEffect):
         for value in (states.temperature[:, 0] if states.temperature.shape[1] else None, states.time):
             if value is None or not np.isfinite(value).any():
                 continue
-            if any(varies(value[states.run == k]) for k in np.unique(states.run)):
+            if any(varies(value[members]) for members in members_of(states.run)):
                 return None
         return "time stamps or a temperature that change within a run"
 

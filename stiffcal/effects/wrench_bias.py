@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterSpec, Place, Sort, Values
 
@@ -60,8 +60,8 @@ class WrenchBias(DocumentedEffect):
         """Several orientations within a run, or no free reference."""
         if states.deflection_given:
             return None
-        for number in np.unique(states.run):
-            if float(np.ptp(states.joints[states.run == number], axis=0).max()) > _TURNED:
+        for members in members_of(states.run):
+            if float(np.ptp(states.joints[members], axis=0).max()) > _TURNED:
                 return None
         return "several orientations in a run: the joints stand still, so that a bias goes into each run's reference"
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import ROTATION, TRANSLATION
+from stiffcal.measurements.load_states import members_of
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -140,9 +141,8 @@ def without_wild(found: Contrasts, kinds: Integers) -> Contrasts:
     for kind in np.unique(kinds):
         length = np.sqrt(np.sum(found.differences[:, kinds == kind] ** 2, axis=1))
         typical = np.full(len(length), np.median(length) if length.any() else np.inf)
-        for run in np.unique(found.run):
-            own = found.run == run
-            if np.count_nonzero(own) >= LEAST_DOF:
+        for own in members_of(found.run):
+            if own.size >= LEAST_DOF:
                 typical[own] = np.maximum(typical[own], np.median(length[own]))
         keep &= length <= WILD * typical
     return found.part(keep)

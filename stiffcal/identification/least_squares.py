@@ -24,6 +24,8 @@ Booleans = NDArray[np.bool_]
 WELL_CONDITIONED = 1e-4
 # Columns with a sine below this are sums of the others to rounding.
 EXACT_SUM = 1e-11
+# Numbers that one factorisation takes: 16 MB.
+NUMBERS_AT_ONCE = 1 << 21
 # Rows whose mean square is beyond this, in units of the rows before, are not like them.
 ALIKE = 1e4
 
@@ -66,6 +68,18 @@ def triangular(stack: Floats) -> Floats:
     if factor.shape[0] < factor.shape[1]:
         factor = np.vstack([factor, np.zeros((factor.shape[1] - factor.shape[0], factor.shape[1]))])
     return np.asarray(factor)
+
+
+def triangular_of_rows(rows: Floats) -> Floats:
+    """Return R of the QR factorisation of the transpose of (columns, rows), a piece of the rows at a time.
+
+    Where there are few rows it is that of `triangular`; of many no second and third copy is made.
+    """
+    step = max(len(rows), NUMBERS_AT_ONCE // max(len(rows), 1))
+    factor = triangular(rows[:, :step].T)
+    for start in range(step, rows.shape[1], step):
+        factor = triangular(np.vstack([factor, rows[:, start : start + step].T]))
+    return factor
 
 
 class TriangularFactor:

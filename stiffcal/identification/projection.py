@@ -16,6 +16,10 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
+# Numbers that are whitened together: 8 MB, of which there are a handful of copies on the way.
+NUMBERS_AT_ONCE = 1 << 20
+
+
 @dataclass(frozen=True)
 class Projection:
     """Turns displacements (k, m, n) into whitened rows (k, m · n), run offsets eliminated.
@@ -71,6 +75,12 @@ class Projection:
 
     def rows(self, stack: Floats) -> Floats:
         """Return (k, m · n) whitened rows."""
+        step = max(1, NUMBERS_AT_ONCE // max(stack[:1].size, 1))
+        if len(stack) > step:
+            result = np.empty((len(stack), stack[0].size))
+            for start in range(0, len(stack), step):
+                result[start : start + step] = self.rows(stack[start : start + step])
+            return result
         white = self.whitening.apply(np.where(self.data.seen, stack, 0.0))
         k, m, _ = white.shape
         for states, basis in self.offsets:

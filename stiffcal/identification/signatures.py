@@ -27,6 +27,9 @@ from stiffcal.model.equilibrium import Rest, Unloaded
 
 Floats = NDArray[np.float64]
 
+# Bytes of signatures that one source keeps: those of a hundred candidates for some 2500 full poses.
+MOST_KEPT = 1 << 25
+
 
 @dataclass(frozen=True)
 class Signature:
@@ -119,7 +122,8 @@ class Linearised:
                 difference = self._difference(effect, place, shape, spec.symbol, 1e-3 * spec.typical)
                 if difference is not None:
                     add(spec.symbol, difference)
-        fixed = columns.pop("", np.zeros_like(data.measured))
+        # Most effects add nothing without a parameter: one zero stands for all.
+        fixed = columns.pop("", np.broadcast_to(0.0, data.measured.shape))
         symbols = tuple(columns)
         stack = np.stack([columns[s] for s in symbols]) if symbols else np.zeros((0, *data.measured.shape))
         return Signature(effect, place, dict(shape), symbols, stack, fixed)
@@ -133,3 +137,68 @@ class Linearised:
         loaded, unloaded = rests(moved, self.data)
         change = predicted(moved, self.data, loaded, unloaded) - self.predicted
         return change / step if change.any() else None
+
+
+class SignatureSource:
+    """Makes signatures about one model again, so that a large campaign need not keep those of a hundred candidates.
+
+    Parameters
+    ----------
+    robot : chain and valued effects. data : the observations.
+    """
+
+    def __init__(self, robot: CompliantRobot, data: Observations) -> None:
+        self._robot, self._data = robot, data
+        self._state: Linearised | None = None
+        self._bytes_kept = 0
+
+    def state(self) -> Linearised:
+        """Return the model at rest, found anew where it was released."""
+        if self._state is None:
+            self._state = Linearised.about(self._robot, self._data)
+        return self._state
+
+    def release(self) -> None:
+        """Let go of the model at rest: much larger than what it was found from."""
+        self._state = None
+
+    def kept(self, signature: Signature | RecalledSignature) -> Signature | RecalledSignature:
+        """Return the signature itself as long as there is room (`MOST_KEPT`), else what it can be made from again."""
+        if isinstance(signature, RecalledSignature):
+            return signature
+        size = signature.columns.nbytes + (signature.fixed.nbytes if signature.fixed.any() else 0)
+        if self._bytes_kept + size > MOST_KEPT:
+            return RecalledSignature(signature.effect, signature.place, signature.shape, signature.symbols, self)
+        self._bytes_kept += size
+        return signature
+
+
+@dataclass(frozen=True)
+class RecalledSignature:
+    """A signature whose columns are made when they are asked for.
+
+    Attributes
+    ----------
+    effect, place, shape, symbols : as in `Signature`.
+    source : makes them.
+    """
+
+    effect: Effect
+    place: Place
+    shape: Mapping[str, float]
+    symbols: tuple[str, ...]
+    source: SignatureSource
+
+    def whole(self) -> Signature:
+        """Return the signature with its columns."""
+        return self.source.state().signature(self.effect, self.place, self.shape)
+
+    @property
+    def columns(self) -> Floats:
+        """(q, m, n) displacement per unit of each amplitude."""
+        return self.whole().columns
+
+    @property
+    def fixed(self) -> Floats:
+        """(m, n) displacement without a free parameter."""
+        return self.whole().fixed

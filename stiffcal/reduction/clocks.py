@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -17,13 +18,14 @@ from numpy.typing import NDArray
 
 from stiffcal.reduction.blocks import noise_of
 from stiffcal.reduction.holds import Holds, find_holds
+from stiffcal.reduction.ramps import MOST_STEPS, Integral, ramp_answers, robust_mean, spread_of
 
 Floats = NDArray[np.float64]
 
 LEAST_OVERLAP = 0.3  # of the shorter log
 MOST_GRID = 1 << 14  # points of the common grid on which every lag is tried
 LEAST_GAIN = 1.5  # the residual at the best lag against that at the next best one, in log-likelihood per 25 %
-SETTLED_S, MOST_STEPS = 1e-6, 50  # a lag that moves by less has settled: a fiftieth of the quickest logs' step
+SETTLED_S = 1e-6  # a lag that moves by less has settled: a fiftieth of the quickest logs' step
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,11 @@ class SharedSignal:
     time: Floats
     values: Floats
     leads: bool
+
+    @cached_property
+    def holds(self) -> Holds:
+        """Where its values stand still: every other log that is aligned to this one asks for them."""
+        return find_holds(self.time, self.values)
 
 
 @dataclass(frozen=True)
@@ -235,24 +242,24 @@ def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
 def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> ClockOffset:
     """Refine a lag on the ramps between holds (on equal windows where there are no holds)."""
     width = max(_interval(other.time), _interval(one.time))
-    windows = _windows(one, find_holds(one.time, one.values), width)
+    windows = _windows(one, one.holds, width)
     if not _follows_steps(windows, one, other, lag):
         return ClockOffset(None, None, f"{other.source} does not follow the load steps that {one.source} saw")
     noise = np.maximum(noise_of(other.values), 1e-6 * np.maximum(np.ptp(other.values, axis=0), 1e-300))
     white = other.values / noise
-    running = _Integral(one.time, one.values / np.maximum(noise_of(one.values), 1e-9 * np.ptp(one.values) + 1e-300))
+    running = Integral(one.time, one.values / np.maximum(noise_of(one.values), 1e-9 * np.ptp(one.values) + 1e-300))
     scale = max(width, 0.25 * float(np.median([ramp for _, _, ramp in windows])))
     move, steps, weights, gentle = np.inf, *np.zeros((3, 0))
     for _ in range(MOST_STEPS):
-        steps, weights = _ramp_answers(windows, running, other.time, white, lag, scale)
+        steps, weights = ramp_answers(windows, running, other.time, white, lag, scale)
         if steps.size == 0:
             return ClockOffset(None, None, f"no load step is seen by both {one.source} and {other.source}")
-        mean, gentle = _robust_mean(steps, weights)
+        mean, gentle = robust_mean(steps, weights)
         move = float(np.clip(mean, -scale, scale))
         lag += move
         if abs(move) < SETTLED_S:
             break
-    spread = _spread(steps, weights, gentle, width)
+    spread = spread_of(steps, weights, gentle, width)
     if abs(move) > max(spread, SETTLED_S):
         return ClockOffset(None, None, f"the lag between {one.source} and {other.source} does not settle")
     # Ramps come into the windows and leave them: what the lag still moves by is not known of it.
@@ -302,98 +309,3 @@ def _windows(one: SharedSignal, holds: Holds, width: float) -> list[tuple[float,
         ]
     edges = np.linspace(one.time[0], one.time[-1], 25)
     return [(float(a), float(b), float(b - a) / 10.0) for a, b in pairwise(edges)]
-
-
-class _Integral:
-    """Running means of a log at any time and width, by its integral."""
-
-    def __init__(self, time: Floats, values: Floats) -> None:
-        self._time = time
-        steps = 0.5 * (values[1:] + values[:-1]) * np.diff(time)[:, None]
-        self._integral = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
-        self._values = values
-
-    def at(self, time: Floats) -> Floats:
-        return np.stack([np.interp(time, self._time, column) for column in self._values.T], axis=1)
-
-    def mean(self, time: Floats, width: float) -> Floats:
-        upper, lower = self._at(time + 0.5 * width), self._at(time - 0.5 * width)
-        return np.asarray((upper - lower) / width)
-
-    def _at(self, time: Floats) -> Floats:
-        # the integral of a piecewise linear log is piecewise quadratic; between samples its own slope counts
-        k = np.clip(np.searchsorted(self._time, time, side="right") - 1, 0, len(self._time) - 2)
-        passed = np.clip(time - self._time[k], 0.0, self._time[k + 1] - self._time[k])
-        share = (passed / (self._time[k + 1] - self._time[k]))[:, None]
-        value = self._values[k] + 0.5 * share * (self._values[k + 1] - self._values[k])
-        return np.asarray(self._integral[k] + value * passed[:, None])
-
-
-def _ramp_answers(
-    windows: Sequence[tuple[float, float, float]],
-    running: _Integral,
-    time: Floats,
-    white: Floats,
-    lag: float,
-    scale: float,
-) -> tuple[Floats, Floats]:
-    """Return each ramp's own correction to ``lag``, s, and its weight (1/s², noise alone)."""
-    steps: list[float] = []
-    weights: list[float] = []
-    first, last = running._time[0] + scale, running._time[-1] - scale
-    for begin, end, _ in windows:
-        inside = slice(*np.searchsorted(time, [max(begin, first) + lag, min(end, last) + lag]))
-        if inside.stop - inside.start < 5:
-            continue
-        at = time[inside] - lag
-        load = running.mean(at, scale)
-        # one scalar per ramp: the load along the direction in which it changes
-        direction = load[-max(len(load) // 6, 1) :].mean(axis=0) - load[: max(len(load) // 6, 1)].mean(axis=0)
-        length = float(direction @ direction)
-        if length < 50.0:  # seven times the force sensor's noise: else there is no step here
-            continue
-        direction = direction / length
-        course = load @ direction
-        slope = (
-            running.mean(at + 0.25 * scale, 0.5 * scale) - running.mean(at - 0.25 * scale, 0.5 * scale)
-        ) @ direction
-        slope = slope / (0.5 * scale)
-        basis = np.stack([np.ones_like(course), course], axis=1)
-        basis, _ = np.linalg.qr(basis)
-        seen = white[inside]
-        gain = np.linalg.lstsq(np.stack([np.ones_like(course), course], axis=1), seen, rcond=None)[0][1]
-        residual = seen - basis @ (basis.T @ seen)
-        moved = slope - basis @ (basis.T @ slope)
-        weight = float((gain @ gain) * (moved @ moved))
-        if weight <= 0.0 or not np.isfinite(weight):
-            continue
-        # later lag: the load is read at an earlier time, the course falls by its slope
-        steps.append(-float(moved @ (residual @ gain)) / weight)
-        weights.append(weight)
-    return np.array(steps), np.array(weights)
-
-
-def _robust_mean(steps: Floats, weights: Floats) -> tuple[float, Floats]:
-    """Return the weighted mean and the weights it used: answers far from the median are let go gently (Huber)."""
-    order = np.argsort(steps)
-    cumulated = np.cumsum(weights[order])
-    centre = float(steps[order[int(np.searchsorted(cumulated, 0.5 * cumulated[-1]))]])
-    for _ in range(MOST_STEPS):  # a mean that has not settled moves the lag, whose own test judges it
-        away = np.abs(steps - centre) * np.sqrt(weights)
-        scale = max(1.4826 * float(np.median(away)), 1e-12)
-        gentle = weights * np.minimum(1.0, 2.0 * scale / np.maximum(away, 1e-300))
-        before, centre = centre, float((gentle @ steps) / gentle.sum())
-        if abs(centre - before) <= 1e-9 * float(np.ptp(steps)):
-            break
-    return centre, gentle
-
-
-def _spread(steps: Floats, weights: Floats, gentle: Floats, width: float) -> float:
-    """Return the standard uncertainty of the mean, s: scatter between ramps, not less than the noise within them."""
-    within = 1.0 / np.sqrt(weights.sum())
-    share = gentle / gentle.sum()
-    effective = 1.0 / float(share @ share)
-    if effective < 2.0:
-        return float(np.hypot(within, 0.5 * width))
-    scatter = np.sqrt(float(share**2 @ steps**2) * effective / (effective - 1.0))
-    return float(max(within, scatter))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stiffcal.bounded import least_squares_within
 from stiffcal.errors import Fault
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import inverse_transform, quaternion_from_rotation, rotation_from_quaternion
@@ -48,7 +48,7 @@ def work_of_load(states: LoadStates, chain: Chain) -> WorkSign:
     """Return Σ wrench · displacement about the load's point in each run (differences to the run's reference), J."""
     force, moment, moved, turned = _loads_and_motions(states, chain)
     work = np.sum(force * moved, axis=1) + np.sum(moment * turned, axis=1)
-    total = np.array([work[states.run == k].sum() for k in range(len(states.runs))])
+    total = np.array([work[members].sum() for members in states.members()])
     return WorkSign(total, explained_by_joints(states, chain))
 
 
@@ -65,8 +65,7 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
     else:
         turned = np.zeros_like(force)
         references = np.zeros(len(states), dtype=np.int64)
-        for k in np.unique(states.run):
-            members = np.flatnonzero(states.run == k)
+        for members in members_of(states.run):
             first = members[states.reference[members]]
             reference = int(first[0]) if first.size else int(members[0])
             references[members] = reference
@@ -95,8 +94,7 @@ def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = 
     motion = motion_of(states, chain)
     columns, seen = motion.columns(states, chain) * torque[:, None, :], motion.seen
     if not states.deflection_given:
-        for k in np.unique(states.run):
-            members = states.run == k
+        for members in members_of(states.run):
             columns[members] -= columns[members].mean(axis=0)
             seen[members] -= mean_seen(seen[members])
     rows = np.isfinite(seen).ravel()

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.bounded import least_squares_within
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.reduction.motion import mean_seen, motion_of
@@ -72,8 +72,7 @@ def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floa
     motion = motion_of(states, chain, every=True)
     columns, seen = (motion.columns(states, chain) @ drives) * torque[:, None, :], motion.seen
     if not states.deflection_given:
-        for k in np.unique(states.run):
-            own = states.run == k
+        for own in members_of(states.run):
             torque[own] -= torque[own].mean(axis=0)
             columns[own] -= columns[own].mean(axis=0)
             seen[own] -= mean_seen(seen[own])

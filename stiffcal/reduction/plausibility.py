@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Fault, InputError
+from stiffcal.measurements.load_states import members_of
 from stiffcal.reduction.frozen import FrozenWatch
 
 Floats = NDArray[np.float64]
@@ -317,8 +318,8 @@ def _longest_row(row: NDArray[np.bool_]) -> int:
 def check_displacements(run_names: list[str], run: NDArray[np.int64], position: Floats, file: str) -> list[Fault]:
     """Return a fault for each run in which the target moved by more than a loaded arm can: position (n, B, 3) m."""
     faults = []
-    for number, name in enumerate(run_names):
-        own = position[run == number]
+    for name, members in zip(run_names, members_of(run, len(run_names)), strict=True):
+        own = position[members]
         if own.size == 0 or not np.isfinite(own).any():
             continue
         own = own[:, np.isfinite(own).any(axis=(0, 2))]

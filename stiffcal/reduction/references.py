@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Fault, raise_faults
+from stiffcal.measurements.load_states import members_of
 
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
@@ -38,8 +39,7 @@ def reference_states(
     """
     reference = np.zeros(run.size, dtype=np.bool_)
     faults: list[Fault] = []
-    for number, name in enumerate(names):
-        members = np.flatnonzero(run == number)
+    for name, members in zip(names, members_of(run, len(names)), strict=True):
         if members.size == 0:
             continue
         wanted = chosen.get(name, 1)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Fault
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.motion import motion_of
 
@@ -59,16 +59,17 @@ def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml")
     doubts: list[Fault] = []
     if states.deflection_given or not states.setup.targets or not states.has_poses:
         return told, doubts
-    for k in np.unique(states.run):
-        members = np.flatnonzero(states.run == k)
+    looked_at, references = [], np.zeros(len(states), dtype=np.int64)
+    for members in members_of(states.run):
         own = np.flatnonzero(states.reference[members])
-        if members.size < 8 or own.size != 1:
-            continue
-        references = np.zeros(len(states), dtype=np.int64)
-        references[members] = members[own[0]]
-        motion = motion_of(states, chain).since(references)[members]
+        if members.size >= 8 and own.size == 1:
+            looked_at.append(members)
+            references[members] = members[own[0]]
+    motions = motion_of(states, chain).since(references) if looked_at else np.zeros((len(states), 3))
+    for members in looked_at:
+        motion = motions[members]
         moved = np.linalg.norm(motion, axis=1)
-        force = states.wrench[members, :3] - states.wrench[members[own[0]], :3]
+        force = states.wrench[members, :3] - states.wrench[references[members[0]], :3]
         size = np.linalg.norm(force, axis=1)
         if not np.isfinite(moved).all() or size.max() == 0.0 or moved.max() == 0.0:
             continue
@@ -86,7 +87,7 @@ def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml")
         sure = _is_mended(force, motion, step, range(last + 1, shifted + 1))
         if not sure and (min(first, back.size - first) < LEAST_RETURNS or np.linalg.norm(step) > SMALL * size.max()):
             continue
-        run = states.runs[int(k)].name
+        run = states.runs[int(states.run[members[0]])].name
         numbers = ", ".join(f"{value:.0f}" for value in step)
         what = "was set anew" if sure else "was set anew, or a load has stayed on"
         reason = (

@@ -39,8 +39,7 @@ def grown_lengths(states: LoadStates) -> Floats:
     growth, grown = np.nan_to_num(rod_growth(states)), np.zeros_like(states.lengths)
     if not growth.any() or not states.temperature.shape[1]:
         return grown
-    for number in range(len(states.runs)):
-        members = np.flatnonzero(states.run == number)
+    for members in states.members():
         if len(members) and np.isfinite(states.temperature[members, 0]).all():
             warmer = smooth_in_time(states.time[members], states.temperature[members, 0])
             grown[members] = np.outer(warmer - warmer[0], growth)

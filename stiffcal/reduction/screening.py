@@ -14,7 +14,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.holds import BRIEF
 from stiffcal.reduction.load_cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles, load_vector
@@ -85,14 +85,15 @@ def bumped_readings(states: LoadStates) -> dict[int, str]:
         return {}
     white = readings / noise
     wider = _noisier_runs(white, groups, states.run)
-    for number, factor in wider.items():
-        white[states.run == number] /= factor
+    if wider:
+        white /= np.array([wider.get(number, 1.0) for number in states.run.tolist()])[:, None]
     n_components = white.shape[1]
     bound = np.sqrt(n_components + 2.0 * np.sqrt(ALARM_EXPONENT * n_components) + 2.0 * ALARM_EXPONENT)
     found: dict[int, str] = {}
     kept = states.used & np.isfinite(white).all(axis=1)
+    by_run = _by_run(groups, states.run)
     for number in np.unique(states.run[kept]):
-        own = [group for group in groups if group.members.size and states.run[group.members[0]] == number]
+        own = by_run.get(int(number), [])
         for k, distance in _RunReadings(white, own, kept, cycles.left, bound).bumped():
             size = 1e3 * distance * wider.get(int(number), 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
             found[k] = (
@@ -119,8 +120,7 @@ def _readings(states: LoadStates) -> tuple[Floats, int]:
     for b in range(states.rotation.shape[1]):
         if np.isfinite(states.rotation[:, b]).all():
             turned = np.zeros((n, 3))
-            for number in np.unique(states.run):
-                members = np.flatnonzero(states.run == number)
+            for members in members_of(states.run):
                 first = states.rotation[members[0], b]
                 turned[members] = vector_from_rotation(states.rotation[members, b] @ first.T)
             parts.append(turned)
@@ -135,8 +135,9 @@ def _askew(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Floats:
     """
     result = np.zeros_like(readings)
     force = load_vector(states.wrench)
-    for number in np.unique(states.run):
-        members = np.flatnonzero((states.run == number) & states.used & np.isfinite(readings).all(axis=1))
+    good = states.used & np.isfinite(readings).all(axis=1)
+    for everyone in members_of(states.run):
+        members = everyone[good[everyone]]
         off = np.zeros((members.size, 3))
         for direction in np.unique(cycles.direction[members]):
             own = cycles.direction[members] == direction
@@ -159,8 +160,7 @@ def _groups(states: LoadStates, cycles: LoadCycles) -> list[_Group]:
     branch = np.where(cycles.branch == UNLOADED, 0, np.where(cycles.branch == UNLOADING, 2, 1))
     key = np.where(branch == 0, -1, cycles.direction)
     groups: list[_Group] = []
-    for number in np.unique(states.run):
-        members = np.flatnonzero(states.run == number)
+    for members in members_of(states.run):
         largest = max(float(cycles.magnitude[members].max()), np.finfo(float).tiny)
         pairs = np.stack([key[members], branch[members]], axis=1)
         for pair in np.unique(pairs, axis=0):
@@ -197,12 +197,20 @@ def _noisier_runs(white: Floats, groups: list[_Group], run: Integers) -> dict[in
     median of n deviations is known to 1.17/√n of itself; three times that is no chance.
     """
     found: dict[int, float] = {}
-    for number in np.unique(run):
-        own = [group for group in groups if group.members.size and run[group.members[0]] == number]
+    for number, own in sorted(_by_run(groups, run).items()):
         noise = _noise(white, own)
         factor = 1.0 if noise is None else float(np.sqrt(np.mean(noise**2)))
         if factor > 1.0 + 3.0 * 1.17 / np.sqrt(sum(group.members.size for group in own) * white.shape[1]):
-            found[int(number)] = factor
+            found[number] = factor
+    return found
+
+
+def _by_run(groups: list[_Group], run: Integers) -> dict[int, list[_Group]]:
+    """Return the groups of each run by its number; groups without readings are left out."""
+    found: dict[int, list[_Group]] = {}
+    for group in groups:
+        if group.members.size:
+            found.setdefault(int(run[group.members[0]]), []).append(group)
     return found
 
 

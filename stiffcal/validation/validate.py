@@ -12,7 +12,7 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.noise import reading_rows, rms_by_measure
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import MEASURES, ROTATION, TRANSLATION
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, load_vector
@@ -98,7 +98,7 @@ def _largest_of(values: Floats, data: Observations) -> dict[str, float | None]:
     return found
 
 
-def _slice(label: str, low: float, high: float, members: Booleans, unseen: Unseen) -> Slice:
+def _slice(label: str, low: float, high: float, members: Booleans | Integers, unseen: Unseen) -> Slice:
     data = unseen.data.part(members)
     values = unseen.residual[:, members]
     return Slice(label, low, high, data.n_seen, rms_of(values, data), _largest_of(values, data))
@@ -136,8 +136,8 @@ def validate_fit(states: LoadStates, fit: Fit, unseen: Unseen | None = None) -> 
 
 def _by_run(states: LoadStates, unseen: Unseen) -> list[Slice]:
     return [
-        _slice(states.runs[number].name, np.nan, np.nan, unseen.data.run == number, unseen)
-        for number in np.unique(unseen.data.run)
+        _slice(states.runs[unseen.data.run[members[0]]].name, np.nan, np.nan, members, unseen)
+        for members in members_of(unseen.data.run)
     ]
 
 

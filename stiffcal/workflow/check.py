@@ -242,14 +242,13 @@ def _states(campaign: Campaign, states: LoadStates, reduced: list[Any]) -> dict[
     aside = [f"state {row}: {why}" if why else "" for row, why in zip(states.row, states.set_aside, strict=True)]
     loads = states.setup.targets and bool(np.any(states.wrench))
     work = work_of_load(states, campaign.chain).work if loads else np.full(len(states.runs), np.nan)
-    for k, info in enumerate(states.runs):
-        own = states.run == k
+    for k, (info, own) in enumerate(zip(states.runs, states.members(), strict=True)):
         runs.append(
             {
                 "id": info.name,
                 "experiment": info.experiment,
-                "n_states": int((own & states.used).sum()),
-                "set_aside": [aside[i] for i in np.flatnonzero(own) if aside[i]],
+                "n_states": int(states.used[own].sum()),
+                "set_aside": [aside[i] for i in own if aside[i]],
                 "largest_force_N": _number(np.linalg.norm(states.wrench[own, :3], axis=1).max(initial=0.0)),
                 "work_J": _number(work[k]),
                 "clock_ahead_s": {

@@ -276,19 +276,17 @@ def _document(states: LoadStates, runs: Sequence[ReducedRun]) -> dict[str, Any]:
     """Return the ingest document: clocks, numbers of states, what was dropped and set aside, passes of swept loads."""
     by_name = {run.states.run[0]: run for run in runs}
     entries = []
-    for number, info in enumerate(states.runs):
+    used = states.used
+    for info, members in zip(states.runs, states.members(), strict=True):
         reduced = by_name.get(info.name)
-        aside = [
-            {"state": int(states.row[k]), "why": str(states.set_aside[k])}
-            for k in np.flatnonzero((states.run == number) & ~states.used)
-        ]
+        aside = [{"state": int(states.row[k]), "why": str(states.set_aside[k])} for k in members[~used[members]]]
         entries.append(
             {
                 "id": info.name,
                 "clock_ahead_s": {}
                 if reduced is None
                 else {source: offset.as_document() for source, offset in reduced.clocks.items()},
-                "n_states": int(((states.run == number) & states.used).sum()),
+                "n_states": int(used[members].sum()),
                 "dropped": ([] if reduced is None else _dropped(reduced)) + aside,
                 **({"passes": reduced.passes} if reduced is not None and reduced.passes else {}),
             }

@@ -14,6 +14,7 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import Joints, Wrench
 from stiffcal.files import read_regular
+from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
@@ -167,12 +168,11 @@ def _with_states_set_aside(states: LoadStates, measured: Floats) -> Floats:
     raw = np.full_like(measured, np.nan)
     raw[:, :3] = states.position[:, 0]
     filled = measured.copy()
-    for number in np.unique(states.run):
-        members = states.run == number
+    for members in members_of(states.run):
         difference = raw[members, :3] - measured[members, :3]
         seen = np.isfinite(difference).all(axis=1)
         if seen.any():
-            missing = members & ~np.isfinite(measured[:, :3]).all(axis=1)
+            missing = members[~np.isfinite(measured[members, :3]).all(axis=1)]
             filled[missing, :3] = raw[missing, :3] - difference[seen].mean(axis=0)
     return filled
 
@@ -187,10 +187,9 @@ def _loads(states: LoadStates, chain: Chain) -> tuple[Floats, NDArray[np.str_], 
     """Return force less the reference's (n, 3), direction labels, branches."""
     force = force_in_base(states, chain)
     cycles = find_load_cycles(states)
-    for number in np.unique(states.run):
-        members = states.run == number
-        chosen = members & states.reference
-        if chosen.any() and not states.deflection_given:
+    for members in members_of(states.run):
+        chosen = members[states.reference[members]]
+        if chosen.size and not states.deflection_given:
             force[members] -= force[chosen][0]
     return force, _direction_labels(states, force, cycles), _branches(cycles)
 
@@ -201,10 +200,10 @@ def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> 
     A direction between two axes keeps one label, and two directions nearest to the same axis are told apart.
     """
     labels = np.full(len(force), "", dtype="<U16")
-    for number in np.unique(states.run):
+    for own in members_of(states.run):
         taken: list[str] = []
-        for direction in np.unique(cycles.direction[(states.run == number) & (cycles.direction >= 0)]):
-            members = (states.run == number) & (cycles.direction == direction)
+        for direction in np.unique(cycles.direction[own][cycles.direction[own] >= 0]):
+            members = own[cycles.direction[own] == direction]
             total = force[members].sum(axis=0)
             axis = int(np.argmax(np.abs(total)))
             word = f"mostly {'+' if total[axis] > 0.0 else '−'}{'xyz'[axis]}"
@@ -225,9 +224,8 @@ def _branches(cycles: LoadCycles) -> NDArray[np.str_]:
 
 def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
     found = []
-    for number, info in enumerate(states.runs):
-        members = states.run == number
-        if not members.any():
+    for info, members in zip(states.runs, states.members(), strict=True):
+        if not members.size:
             # States count runs by number: a run of which nothing is left keeps its place.
             found.append(ReportRun(info.name, np.full(states.joints.shape[1], np.nan), holdout=info.holdout))
             continue

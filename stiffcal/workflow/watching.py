@@ -137,9 +137,11 @@ def loaded_references(states: LoadStates) -> list[str]:
     """Return a warning for every run whose reference carries a load: no displacement from the unloaded robot."""
     told = []
     size = np.linalg.norm(states.wrench[:, :3], axis=1)
+    members = states.members()
     for k in np.flatnonzero(states.reference):
-        largest = float(size[states.run == states.run[k]].max())
-        if size[k] > UNLOADED_SHARE * largest > 0.0 and (states.run == states.run[k]).sum() > 1:
+        own = members[states.run[k]]
+        largest = float(size[own].max())
+        if size[k] > UNLOADED_SHARE * largest > 0.0 and own.size > 1:
             name = states.runs[int(states.run[k])].name
             told.append(f"run {name}: its reference, state {states.row[k]}, carries {size[k]:.0f} N of {largest:.0f} N")
     return told

@@ -1,0 +1,45 @@
+"""How sure a choice among candidates is: repeated with poses drawn anew, and without each group of poses."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.diagnosis.scan import ROUNDING, Scan
+from stiffcal.diagnosis.thresholds import RESAMPLINGS
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+def first_least(errors: Floats) -> Integers:
+    """Return (f,) which of errors (t, f) is least, the first of those that only rounding tells apart."""
+    least = errors.min(axis=0)
+    return np.asarray(np.argmax(errors <= least + ROUNDING * np.abs(least), axis=0), dtype=np.int64)
+
+
+def confidence(scan: Scan, seed: int = 0) -> dict[str, float]:
+    """Return how often each candidate comes first when poses are drawn anew, with replacement."""
+    if not scan.trials:
+        return {}
+    rng = np.random.default_rng(seed)
+    n_folds = len(scan.folds)
+    weights = rng.multinomial(n_folds, np.full(n_folds, 1.0 / n_folds), size=RESAMPLINGS)
+    errors = np.stack([trial.score.unseen for trial in scan.trials]) @ weights.T
+    first = np.bincount(first_least(errors), minlength=len(scan.trials)) / RESAMPLINGS
+    return {trial.candidate.name: float(share) for trial, share in zip(scan.trials, first, strict=True)}
+
+
+def chosen_in_every_fold(scan: Scan) -> Floats:
+    """Return (G,) unseen squares with the choice of the candidate repeated in every group of poses.
+
+    The base model takes part in the choice: where nothing helps, nothing is chosen.
+    """
+    n_groups = int(scan.groups.max()) + 1
+    everyone = [scan.base, *(trial.score for trial in scan.trials)]
+    errors = []
+    for score in everyone:
+        inner = score.nested.sum(axis=1) - np.diagonal(score.nested)
+        errors.append(inner)
+    chosen = first_least(np.stack(errors))
+    return np.array([everyone[chosen[g]].nested[g, g] for g in range(n_groups)])
