@@ -20,6 +20,7 @@ from stiffcal.validation.unseen import Unseen, unseen_residuals
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
+Integers = NDArray[np.int64]
 
 HOW_MANY_WORST = 10
 LOAD_BINS = 5

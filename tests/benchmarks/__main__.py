@@ -21,6 +21,7 @@ CALLS = {
     "jacobian_speed": ("main()", "main(2000, 1)"),
     "fit_speed": ("main()", "main(400, 1)"),
     "step_speed": ("main()", "main(300, 500, 1)"),
+    "cost": ("main()", "main(400, 200, 400)"),
 }
 LONG = ("batch_speed", "ingest_speed")
 

@@ -1,0 +1,119 @@
+"""Large campaigns: the same answers without keeping everything at once, memory in proportion to the states."""
+
+from __future__ import annotations
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+import stiffcal.diagnosis.scoring
+import stiffcal.identification.least_squares
+import stiffcal.identification.projection
+import stiffcal.identification.signatures
+from stiffcal.diagnosis.document import diagnosis_document
+from stiffcal.diagnosis.scan import Scan, scan_candidates
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.diagnosis.structure import what_it_follows
+from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.least_squares import triangular, triangular_of_rows
+from stiffcal.identification.signatures import RecalledSignature
+from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.validation.unseen import factors_without_each
+from tests.identification.played import joint_springs, medium_robot, played
+from tests.independent.robots import six_axes
+
+NOISE = Sigma(16e-6, 30e-6)
+TRIED = ("backlash", "cubic-stiffness", "joint-compliance", "target-offset", "two-slope")
+
+
+def with_play(runs: int) -> LoadStates:
+    """Return states of a robot with springs and a play in joint 4."""
+    robot = medium_robot()
+    play = find_effects()["backlash"]
+    added = PlacedEffect(play, Place("joints", (4,)), {spec.symbol: spec.typical for spec in play.parameters})
+    return played(CompliantRobot(robot.chain, (*robot.placed, added)), runs=runs, noise=NOISE)
+
+
+def scan_of(runs: int) -> tuple[Scan, LoadStates]:
+    """Return a scan without candidates beside springs alone."""
+    states = with_play(runs)
+    return scan_candidates(identify_parameters(states, joint_springs(six_axes())), []), states
+
+
+def test_a_diagnosis_is_the_same_when_signatures_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And when rows are whitened, factorised and solved a little at a time, as those of 20 000 states are."""
+    states, robot = with_play(5), joint_springs(six_axes())
+    catalogue = {name: effect for name, effect in find_effects().items() if name in TRIED}
+    whole = search_missing(states, robot, catalogue)
+    monkeypatch.setattr(stiffcal.identification.signatures, "MOST_KEPT", 0)
+    monkeypatch.setattr(stiffcal.identification.projection, "NUMBERS_AT_ONCE", 3000)
+    monkeypatch.setattr(stiffcal.identification.least_squares, "NUMBERS_AT_ONCE", 3000)
+    monkeypatch.setattr(stiffcal.diagnosis.scoring, "NUMBERS_AT_ONCE", 200)
+    pieces = search_missing(states, robot, catalogue)
+    assert all(isinstance(trial.signature, RecalledSignature) for trial in pieces.first.trials)
+    expected, found = diagnosis_document(states, whole), diagnosis_document(states, pieces)
+    assert [one["effect"] for one in found["missing"]] == ["backlash"]
+    assert found["missing"] == expected["missing"]
+    for mine, other in zip(found["findings"], expected["findings"], strict=True):
+        assert (mine["effect"], mine["where"], mine["verdict"]) == (other["effect"], other["where"], other["verdict"])
+        for key in ("size_m", "p_value", "explains", "confidence"):
+            assert mine[key] == pytest.approx(other[key], rel=1e-6, abs=1e-12)
+        assert mine["heldout_rms_after"] == pytest.approx(other["heldout_rms_after"], rel=1e-9)
+
+
+def test_memory_of_the_search_for_structure_grows_with_the_states() -> None:
+    """Four times the runs take at most six times the memory; with every run's curves over all states it was sixteen."""
+    peaks = []
+    for runs in (6, 24):
+        scan, states = scan_of(runs)
+        tracemalloc.start()
+        what_it_follows(scan, states)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 6.0 * peaks[0]
+
+
+def test_structure_run_by_run_is_that_of_all_runs_together() -> None:
+    """The share of the joint angle's family against one least-squares fit with a column for every run and curve."""
+    scan, states = scan_of(6)
+    data = scan.fit.data
+    m, n = data.measured.shape
+    load = data.wrench[:3] / np.abs(data.wrench[:3]).max()
+    curves = np.zeros((6, 3, m, m, n))
+    for run in range(6):
+        for k in range(3):
+            for row in range(m):
+                curves[run, k, row, row] = np.where(data.run == run, load[k], 0.0)
+    residual = scan.space.rows(scan.space.centred(scan.residual[None]))[0]
+    design = scan.space.rows(curves.reshape(-1, m, n)).T
+    left = residual - design @ np.linalg.lstsq(design, residual, rcond=None)[0]
+    total, rest = float(residual @ residual), float(left @ left)
+    count = design.shape[1]
+    by_chance = count * max(1.0, rest / scan.dof)
+    avoidable = total - scan.dof if scan.fit.noise is not None else total
+    share = (total - rest - by_chance) / avoidable
+    found = {one.what: one.share for one in what_it_follows(scan, states)}
+    assert found["joint angle"] == pytest.approx(min(share, 1.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [2, 3, 7, 8])
+def test_a_factor_without_each_is_that_of_all_others(n: int) -> None:
+    """RᵀR is the sum of the others' inner products."""
+    rng = np.random.default_rng(n)
+    pieces = [rng.normal(size=(9, 4)) for _ in range(n)]
+    factors = [triangular(piece) for piece in pieces]
+    for number, found in enumerate(factors_without_each(factors)):
+        others = np.vstack([piece for k, piece in enumerate(pieces) if k != number])
+        assert np.allclose(found.T @ found, others.T @ others, rtol=1e-12, atol=1e-12)
+
+
+def test_a_factor_of_many_rows_is_made_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the last piece is shorter than the factor."""
+    rows = np.random.default_rng(2).normal(size=(5, 83))
+    monkeypatch.setattr(stiffcal.identification.least_squares, "NUMBERS_AT_ONCE", 50)
+    found = triangular_of_rows(rows)
+    assert np.allclose(found.T @ found, rows @ rows.T, rtol=1e-12, atol=1e-12)
