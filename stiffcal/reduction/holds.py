@@ -265,8 +265,7 @@ def _cut(white: Floats, bound: float, smallest: float) -> int:
 
 
 def _mean(values: Floats) -> Floats:
-    """Return the mean (c,) of (n, c) values; of as few as here `numpy.mean` takes five times as long."""
-    return np.asarray(np.add.reduce(values, axis=0) / len(values))
+    return np.asarray(np.add.reduce(values, axis=0) / len(values))  # of so few `numpy.mean` takes five times as long
 
 
 def _joined(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
