@@ -9,7 +9,7 @@ not a place between them. The worst goes first, then the rest is looked at again
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import combinations, groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,11 +91,9 @@ def bumped_readings(states: LoadStates) -> dict[int, str]:
     bound = np.sqrt(n_components + 2.0 * np.sqrt(ALARM_EXPONENT * n_components) + 2.0 * ALARM_EXPONENT)
     found: dict[int, str] = {}
     kept = states.used & np.isfinite(white).all(axis=1)
-    by_run = _by_run(groups, states.run)
-    for number in np.unique(states.run[kept]):
-        own = by_run.get(int(number), [])
+    for number, own in _by_run(groups, states.run).items():
         for k, distance in _RunReadings(white, own, kept, cycles.left, bound).bumped():
-            size = 1e3 * distance * wider.get(int(number), 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
+            size = 1e3 * distance * wider.get(number, 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
             found[k] = (
                 f"{BUMPED}: off by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
             )
@@ -206,12 +204,8 @@ def _noisier_runs(white: Floats, groups: list[_Group], run: Integers) -> dict[in
 
 
 def _by_run(groups: list[_Group], run: Integers) -> dict[int, list[_Group]]:
-    """Return the groups of each run by its number; groups without readings are left out."""
-    found: dict[int, list[_Group]] = {}
-    for group in groups:
-        if group.members.size:
-            found.setdefault(int(run[group.members[0]]), []).append(group)
-    return found
+    """Return the groups of each run by its number; they come run by run, and none is empty."""
+    return {number: list(own) for number, own in groupby(groups, key=lambda group: int(run[group.members[0]]))}
 
 
 def _course(group: _Group, kept: Booleans) -> Floats | None:

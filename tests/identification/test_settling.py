@@ -8,7 +8,7 @@ import pytest
 from stiffcal import bounded
 from stiffcal.bounded import least_squares_within
 from stiffcal.diagnosis import scoring
-from stiffcal.diagnosis.scan import first_least
+from stiffcal.diagnosis.choosing import first_least
 from stiffcal.errors import InputError
 from stiffcal.identification import dual_form, identify, variance_components
 from stiffcal.identification.document import fit_warnings
