@@ -123,8 +123,7 @@ def find_holds(time: Floats, values: Floats) -> Holds:
 
 
 def _none(dropped: Dropped) -> Holds:
-    nothing = np.zeros(0)
-    return Holds(nothing, nothing, nothing, nothing, (dropped,))
+    return Holds(*np.zeros((4, 0)), (dropped,))
 
 
 def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece], list[_Piece]]:
@@ -275,8 +274,7 @@ def _joined(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
         current = joined[-1]
         # a piece of a few blocks knows its level only to its own noise
         uncertain = 3.0 * np.sqrt(piece.mean.size / (piece.last - piece.first))
-        apart = piece.mean - current.mean
-        if np.sqrt(apart @ apart) < max(tolerance, min(uncertain, 3.0 * tolerance)):
+        if np.linalg.norm(piece.mean - current.mean) < max(tolerance, min(uncertain, 3.0 * tolerance)):
             n, more = current.last - current.first, piece.last - piece.first
             mean = (n * current.mean + more * piece.mean) / (n + more)
             joined[-1] = _Piece(current.first, piece.last, mean)
@@ -337,8 +335,8 @@ def _is_level(white: Floats, piece: _Piece, tolerance: float) -> bool:
         return False
     edge, half = n // 5, max((n - 2 * (n // 5)) // 2, 1)
     inside = white[piece.first + edge : piece.last - edge]
-    change = _mean(inside[-half:]) - _mean(inside[:half])
-    return bool(np.sqrt(change @ change) < 0.25 * tolerance + 2.0 * np.sqrt(2.0 * white.shape[1] / half))
+    change = np.linalg.norm(_mean(inside[-half:]) - _mean(inside[:half]))
+    return bool(change < 0.25 * tolerance + 2.0 * np.sqrt(2.0 * white.shape[1] / half))
 
 
 def _with_edges(
