@@ -123,7 +123,8 @@ def find_holds(time: Floats, values: Floats) -> Holds:
 
 
 def _none(dropped: Dropped) -> Holds:
-    return Holds(*np.zeros((4, 0)), (dropped,))
+    nothing = np.zeros(0)
+    return Holds(nothing, nothing, nothing, nothing, (dropped,))
 
 
 def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece], list[_Piece]]:
@@ -351,8 +352,7 @@ def _with_edges(
     margin = np.minimum(EDGE_SHARE * (left - reached), 0.25 * (left - reached))
     start, end = reached + margin, left - margin
     dropped = [Dropped(float(time[piece.first]), float(time[piece.last - 1]), BRIEF) for piece in pauses]
-    for number in range(1, len(kept)):
-        dropped.append(Dropped(float(end[number - 1]), float(start[number]), "load changing or settling"))
+    dropped += [Dropped(float(end[k - 1]), float(start[k]), "load changing or settling") for k in range(1, len(kept))]
     start, end, ends = _short_ends(start, end)
     dropped += ends
     return Holds(start, end, reached, left, tuple(sorted(dropped, key=lambda stretch: stretch.start)))
