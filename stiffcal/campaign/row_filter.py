@@ -48,7 +48,7 @@ def parse_rows(text: str) -> tuple[RowCondition, ...]:
     RowCondition(column='state', operator='==', value='ok')
     """
     conditions = []
-    for part in re.split(r"\s+and\s+", text):
+    for part in re.split(r"(?<!\s)\s++and\s+", text):
         match = _CONDITION.match(part)
         if match is None:
             raise WrongValueError(

@@ -22,7 +22,8 @@ ROWS_LOOKED_AT = 5000
 BYTES_LOOKED_AT = 1 << 22
 
 _DELIMITERS = (";", "\t", ",", "|")
-_BRACKETED = re.compile(r"^(?P<name>.*?)\s*(?:\[\s*(?P<a>[^\]]*)\]|\(\s*(?P<b>[^)]*)\)|\s/\s*(?P<c>\S+))\s*$")
+_BRACKETED = re.compile(r"^(?P<name>.*?)(?:\[(?P<a>[^\]]*+)\]|\((?P<b>[^)]*+)\)|\s/\s*+(?P<c>\S++))\s*+$")
+_LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which takes the square of its length
 
 
 @dataclass(frozen=True)
@@ -209,7 +210,7 @@ def _column(header: str, unit_cell: str, cells: list[str], decimal: str) -> Colu
     if not values and (moments := _moments(cells)):
         return Column(header, header, "iso8601", moments)
     name, written = header, unit_cell.strip("[]() ") or None
-    match = _BRACKETED.match(header)
+    match = _BRACKETED.match(header) if len(header) <= _LONGEST_NAME else None
     if match is not None:
         name = match["name"].strip()
         written = (match["a"] or match["b"] or match["c"] or "").strip() or written

@@ -6,7 +6,6 @@ reason and a mend in the lab's words; `stiffcal.campaign.explain` turns everythi
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any, ClassVar, TypeAlias
@@ -103,7 +102,8 @@ Matrix3: TypeAlias = Annotated[
 """Three rows of three numbers; orthogonality is checked with the frames."""
 
 
-_RANGE = re.compile(r"^(?P<stem>.*?)(?P<first>\d+)\.\.(?P<stem2>.*?)(?P<last>\d+)$")
+_DIGITS = "0123456789"
+_MOST_DIGITS = 30  # of a number in a column's name
 
 
 def expand_columns(value: object) -> tuple[str, ...]:
@@ -140,13 +140,20 @@ def expand_columns(value: object) -> tuple[str, ...]:
 def _expand_range(text: str) -> list[str]:
     if ".." not in text:
         return [text]
-    match = _RANGE.match(text)
-    if match is None or match["stem2"] not in ("", match["stem"]) or int(match["last"]) < int(match["first"]):
+    begin, _, end = text.rpartition("..")
+    stem, stem_of_end = begin.rstrip(_DIGITS), end.rstrip(_DIGITS)
+    first, last = begin[len(stem) :], end[len(stem_of_end) :]
+    if not (
+        1 <= len(first) <= _MOST_DIGITS
+        and 1 <= len(last) <= _MOST_DIGITS
+        and stem_of_end in ("", stem)
+        and int(first) <= int(last)
+    ):
         raise WrongValueError(f'"{text}" is not a range of columns', 'write a range like "A1..A6"')
-    if int(match["last"]) - int(match["first"]) >= MOST_COLUMNS:
+    if int(last) - int(first) >= MOST_COLUMNS:
         raise WrongValueError(f'"{text}" names more than {MOST_COLUMNS} columns', "correct the range's end")
-    width = len(match["first"]) if match["first"].startswith("0") else 0
-    return [f"{match['stem']}{k:0{width}d}" for k in range(int(match["first"]), int(match["last"]) + 1)]
+    width = len(first) if first.startswith("0") else 0
+    return [f"{stem}{k:0{width}d}" for k in range(int(first), int(last) + 1)]
 
 
 def columns_of_count(*counts: int) -> Callable[[tuple[str, ...]], tuple[str, ...]]:

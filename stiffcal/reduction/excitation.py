@@ -52,6 +52,8 @@ def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
     torque, design, seen = _first_order(used, chain)
     largest = np.abs(torque).max(axis=0)
     sees = largest > NO_TORQUE * largest.max()
+    if not sees.any():  # every axis runs along or through every force
+        return [_verdict(name, float(largest[k]), np.nan, False) for k, name in enumerate(names)]
     relative = _relative_std(design[:, sees], seen)
     told = np.full(largest.size, np.nan)
     told[sees] = relative

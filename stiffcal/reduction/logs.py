@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stiffcal.campaign.manifest import Source
 from stiffcal.campaign.row_filter import RowCondition
 from stiffcal.campaign.signals import Deflection, Displacement, Joints, Pose, Wrench
-from stiffcal.campaign.toml_reading import LARGEST
+from stiffcal.campaign.toml_reading import LARGEST, SMALLEST
 from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_rpy, rotation_from_vector
 from stiffcal.quantities import unit
@@ -91,16 +91,21 @@ def read_rows(
 
 
 def _check_sizes(batch: Batch, files: Mapping[str, str]) -> None:
-    """Raise where a number is larger than anything that is measured, and what is computed from it overflows."""
+    """Raise where numbers are larger or all smaller than anything that is measured: their squares are no numbers."""
     for column, values in batch.numbers.items():
-        large = np.abs(values) > LARGEST
-        if large.any():
-            row = int(np.argmax(large))
-            place = f"row {batch.first_row + row}, column {column}"
-            reason = f"{values[row]:g} is larger than anything that is measured"
-            raise InputError.at(
-                ", ".join(dict.fromkeys(files.values())), place, reason, "correct it, or exclude its row"
-            )
+        sizes = np.where(np.isnan(values), 0.0, np.abs(values))
+        largest = float(sizes.max(initial=0.0))
+        if not (largest > LARGEST or 0.0 < largest < SMALLEST):  # a few tiny ones are what a filter leaves
+            continue
+        row = int(np.argmax(sizes))
+        place = f"row {batch.first_row + row}, column {column}"
+        shown = ", ".join(dict.fromkeys(files.values()))
+        if largest > LARGEST:
+            reason, mend = f"{values[row]:g} is larger than anything that is measured", "correct it, or exclude its row"
+        else:
+            reason = f"{values[row]:g}, the column's largest number here, is smaller than anything that is measured"
+            mend = "correct its unit in the log, or write 0"
+        raise InputError.at(shown, place, reason, mend)
 
 
 def rows_of(source: Source, batch: Batch, name: str = "") -> Rows:

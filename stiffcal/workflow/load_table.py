@@ -20,7 +20,7 @@ from stiffcal.quantities import unit
 Floats = NDArray[np.float64]
 
 AXES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
-_HEADER = re.compile(r"^\s*(?P<name>[^\[\]]+?)\s*(?:\[\s*(?P<unit>[^\]]+?)\s*\])?\s*$")
+_HEADER = re.compile(r"\s*+(?P<name>[^\[\]]++)(?:\[\s*+(?P<unit>[^\]]++)\]\s*+)?")
 
 
 POSITION = ("X", "Y", "Z")
@@ -144,8 +144,8 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
 
 def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], shown: str) -> tuple[str, float]:
     """Return a column's name and the factor to SI; 1 for a column that is not asked for."""
-    match = _HEADER.match(word)
-    name, named_unit = (match["name"], match["unit"]) if match else (word.strip(), None)
+    match = _HEADER.fullmatch(word)
+    name, named_unit = (match["name"].strip(), (match["unit"] or "").strip()) if match else (word.strip(), "")
     if name not in asked:
         plain = {_plain(known): known for known in asked}
         if _plain(name) in plain:  # a load or an angle that would silently be taken as zero

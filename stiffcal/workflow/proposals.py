@@ -46,9 +46,12 @@ FRAMES = {
     ),
     "tool": ("[frames.tool]", 'parent = "flange"', f"xyz_m = [0.0, 0.0, 0.0]  {GUESS} where the target sits"),
 }
-_NUMBER = r"[^0-9\n]{0,30}([0-9]+(?:[.,][0-9]+)?)"
-_RATE = re.compile(r"(?:sampl\w*[ _-]?rate|data ?rate|abtastrate|frequenc\w*|frequenz)" + _NUMBER, re.IGNORECASE)
-_PERIOD = re.compile(r"(?:sample ?time|abtastzeit|cycle ?time)\s*\[?\s*(ms|us|s)\]?" + _NUMBER, re.IGNORECASE)
+# Repetitions are bounded: these are searched in a log's first lines, which anybody may have written
+_NUMBER = r"[^0-9\n]{0,30}([0-9]{1,30}(?:[.,][0-9]{1,30})?)"
+_RATE = re.compile(
+    r"(?:sampl\w{0,12}[ _-]?rate|data ?rate|abtastrate|frequenc\w{0,12}|frequenz)" + _NUMBER, re.IGNORECASE
+)
+_PERIOD = re.compile(r"(?:sample ?time|abtastzeit|cycle ?time)\s{0,9}\[?\s{0,9}(ms|us|s)\]?" + _NUMBER, re.IGNORECASE)
 _LARGEST_FORCE = 1e5
 _COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORECASE)
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}

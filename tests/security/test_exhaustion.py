@@ -8,17 +8,23 @@ from __future__ import annotations
 import shutil
 import time
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from stiffcal.campaign.loading import load_campaign, load_manifest
+from stiffcal.campaign.row_filter import parse_rows
+from stiffcal.campaign.table_sniffing import sniff_table
+from stiffcal.campaign.typed import WrongValueError, expand_columns
 from stiffcal.errors import InputError
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.settings import parse_settings
+from stiffcal.workflow.load_table import read_load_table
+from stiffcal.workflow.proposals import propose_sources
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 SECONDS = 10.0
@@ -126,3 +132,41 @@ def test_a_simulation_that_would_not_end(table: str, change: dict[str, Any], lim
     settings = parse_settings({**document, table: {**document[table], **change}})
     with pytest.raises(InputError, match=limit):
         check_extent(settings, load_manifest(folder))
+
+
+def columns_of(text: str) -> object:
+    return expand_columns(text)
+
+
+@pytest.mark.parametrize(
+    ("read", "text"),
+    [
+        (parse_rows, "a" + 100_000 * " " + "b"),
+        (columns_of, 20_000 * "1" + ".." + 20_000 * "1" + "x"),
+        (columns_of, "A1..A" + 5000 * "9"),
+    ],
+)
+def test_texts_of_a_manifest_that_nearly_match(read: Callable[[str], object], text: str) -> None:
+    began = time.process_time()
+    with pytest.raises(WrongValueError, match="is not a"):
+        read(text)
+    assert time.process_time() - began < SECONDS
+
+
+@pytest.mark.parametrize("name", ["a" + 50_000 * " " + "b", 40_000 * "[ ", 40_000 * "( "])
+def test_a_long_name_of_a_column(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text(f"{name},A1,Fx\n" + 20 * "1,2,3\n")
+    began = time.process_time()
+    assert [column.header for column in sniff_table(path).columns[1:]] == ["A1", "Fx"]
+    read_load_table(path, ("A1",), joints_needed=True)
+    assert time.process_time() - began < SECONDS
+
+
+@pytest.mark.parametrize("words", [3000 * "sampl", 1900 * "frequenc", "sample time" + 16_000 * " "])
+def test_first_lines_of_a_log_that_nearly_state_a_rate(campaign: Path, words: str) -> None:
+    (campaign / "raw" / "unnamed.csv").write_text(f"{words}\nFx,Fy,Fz\n" + 30 * "1,2,3\n")
+    began = time.process_time()
+    (proposal,) = propose_sources(load_campaign(campaign))
+    assert any(line.startswith("wrench = ") for line in proposal["lines"])
+    assert time.process_time() - began < SECONDS

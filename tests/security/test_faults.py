@@ -11,6 +11,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.sizes import gravity_mistake, length_mistake, mass_mistake
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
+from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.compare import compare_campaigns
 from stiffcal.workflow.identify import identify_campaign
 from tests.campaign.folders import MANIFEST, ROBOT, changed, write_campaign
@@ -23,6 +24,17 @@ URDF = '<robot name="r"><link name="base"/>' + "".join(
     f'<origin xyz="0 0 0.3" rpy="0 {k % 2} 0"/><axis xyz="0 0 1"/><limit lower="-3" upper="3"/></joint>'
     for k in range(1, 7)
 ) + "</robot>"  # fmt: skip
+
+
+DEFLECTIONS = """schema = "stiffcal/campaign/1"
+robot = "robot.toml"
+[sources.table]
+file = "raw/table.csv"
+run = { each = "row" }
+joints = { position = "A1..A6", units = { position = "deg" } }
+wrench = { columns = ["Fx", "Fy", "Fz"], units = { force = "N" }, axes = "base", point = "flange" }
+deflection = { translation = ["dx", "dy", "dz"], units = { translation = "mm" }, body = "flange", axes = "base" }
+"""
 
 
 def fault_of(folder: Path) -> str:
@@ -258,6 +270,26 @@ def test_a_number_in_a_log_that_nobody_measures_is_named_by_row_and_column(tmp_p
     assert str(caught.value).startswith(
         "raw/states.csv: row 3, column rz: 1e+200 is larger than anything that is measured"
     )
+
+
+def test_readings_that_are_all_below_what_anything_measures_are_one_line(tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "c", poses=1)
+    table = folder / "raw" / "states.csv"
+    lines = table.read_text(encoding="utf-8").splitlines()
+    lines[1:] = [line.rpartition(",")[0] + ",1e-200" for line in lines[1:]]
+    table.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        identify_campaign(folder)
+    assert str(caught.value).startswith("raw/states.csv: row 1, column rz: 1e-200, the column's largest number here")
+
+
+def test_a_robot_whose_axes_all_meet_the_force_is_checked(tmp_path: Path) -> None:
+    joints = "".join(f'[[joints]]\nname = "A{k}"\na_m = 0.0\nalpha_deg = 0.0\nd_m = 0.0\n' for k in range(1, 7))
+    folder = write_campaign(tmp_path / "c", DEFLECTIONS, 'schema = "stiffcal/robot/1"\nconvention = "dh"\n' + joints)
+    rows = "".join(f"{k},{-k},0,10,{2 * k},5,{100 + k},{-k},{50 * k},{k / 10},{-k / 20},0.1\n" for k in range(1, 9))
+    (folder / "raw" / "table.csv").write_text("A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz\n" + rows)
+    document = check_campaign(folder)
+    assert {joint["says"].partition(":")[0] for joint in document["joints"]} == {"sees no torque in these poses"}
 
 
 def test_campaigns_whose_models_hold_nothing_free_are_compared(tmp_path: Path) -> None:
