@@ -74,8 +74,12 @@ def sniff_table(path: Path) -> SniffedTable:
     shown = path.name
     text, encoding = _decoded(path, shown)
     lines = re.split("\r\n|[\n\r]", text)[: ROWS_LOOKED_AT + 100]  # not what else Unicode takes for an end of a line
-    delimiter = _delimiter(lines, shown)
-    rows = [[cell.strip() for cell in row] for line in lines for row in csv.reader([line], delimiter=delimiter)]
+    try:
+        delimiter = _delimiter(lines, shown)
+        rows = [[cell.strip() for cell in row] for line in lines for row in csv.reader([line], delimiter=delimiter)]
+    except csv.Error as error:
+        mend = "give a table with one row per load state"
+        raise InputError.at(shown, "", f"this is no table: {error}", mend) from error
     width = _width(rows)
     decimal = "," if delimiter != "," and _decimal_commas(rows) else "."
     scope = _scope_header(rows)

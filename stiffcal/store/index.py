@@ -31,6 +31,7 @@ MOST_BYTES = 1 << 26
 """Of an index: some hundred thousand recordings."""
 _MOST_NAME = 1000
 _NUMBERED = re.compile(r"(stiffcal/[a-z-]+)/(\d{1,9})")
+_SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
 _SHA256 = re.compile(r"[0-9a-f]{64}")
 _MOST_DIGITS = 300
 ENDINGS = {"tables": ".parquet", "documents": ".json"}
@@ -196,7 +197,7 @@ def parse_json(content: bytes) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        It is no JSON object in UTF-8, nested too deeply, or holds NaN, infinity or an endless number.
+        It is no JSON object in UTF-8, nested too deeply, or holds NaN, infinity, an endless number or half a character.
 
     Examples
     --------
@@ -208,8 +209,12 @@ def parse_json(content: bytes) -> dict[str, Any]:
     """
     try:
         document = json.loads(content.decode("utf-8"), parse_constant=_no_number, parse_int=_integer, parse_float=_real)
+        if _SURROGATE.search(content):  # a pair is one character; half of one cannot be written again
+            json.dumps(document, ensure_ascii=False).encode()
     except RecursionError:
         raise ValueError("nested too deeply") from None
+    except UnicodeEncodeError:
+        raise ValueError("a text with half a character") from None
     if not isinstance(document, dict):
         raise ValueError("no JSON object")
     return document

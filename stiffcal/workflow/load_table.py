@@ -125,7 +125,11 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     if len(lines) < 2:
         raise InputError.at(shown, "line 1", "the table is empty", "write a header and at least one row")
     delimiter = ";" if ";" in lines[0] else "\t" if "\t" in lines[0] else ","
-    header, *rows = list(csv.reader(lines, delimiter=delimiter))
+    try:
+        header, *rows = list(csv.reader(lines, delimiter=delimiter))
+    except csv.Error as error:
+        mend = "close every quotation mark, one number to a cell"
+        raise InputError.at(shown, "", f"this is no table: {error}", mend) from error
     columns = [_column(csv_cell.original(word), joint_names, (*asked, *words), shown) for word in header]
     at = np.array([number for number, _ in numbered[1:]], dtype=np.int64)
     numbers = {name: np.zeros(len(rows)) for name, _ in columns if name in asked}

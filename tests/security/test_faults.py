@@ -9,11 +9,13 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.sizes import gravity_mistake, length_mistake, mass_mistake
+from stiffcal.campaign.table_sniffing import sniff_table
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.compare import compare_campaigns
 from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.load_table import read_load_table
 from tests.campaign.folders import MANIFEST, ROBOT, changed, write_campaign
 from tests.workflow.small_campaign import write_small_campaign
 
@@ -281,6 +283,14 @@ def test_readings_that_are_all_below_what_anything_measures_are_one_line(tmp_pat
     with pytest.raises(InputError) as caught:
         identify_campaign(folder)
     assert str(caught.value).startswith("raw/states.csv: row 1, column rz: 1e-200, the column's largest number here")
+
+
+def test_a_table_with_a_cell_without_end_is_one_line(tmp_path: Path) -> None:
+    table = tmp_path / "poses.csv"
+    table.write_text("A1,Fx\n" + "1" * 200_000 + ",2\n")
+    for read in (sniff_table, lambda path: read_load_table(path, ("A1",), joints_needed=True)):
+        with pytest.raises(InputError, match="this is no table: field larger than field limit"):
+            read(table)
 
 
 def test_a_robot_whose_axes_all_meet_the_force_is_checked(tmp_path: Path) -> None:

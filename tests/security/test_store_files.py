@@ -261,6 +261,7 @@ BOMBS = {
     "infinity": b'{"a": -Infinity}',
     "beyond floats": b'{"a": 1e999}',
     "list": b"[1, 2]",
+    "half a character": b'{"a": "\\ud800"}',
     "latin-1": b'{"a": "\xe9"}',
     "empty": b"",
 }
