@@ -123,7 +123,7 @@ def _joint(word: str, campaign: Campaign, option: str) -> int:
     names = campaign.chain.joint_names
     if word in names:
         return names.index(word) + 1
-    if word.isdigit() and 1 <= int(word) <= len(names):
+    if len(word) < 10 and word.isdecimal() and 1 <= int(word) <= len(names):
         return int(word)
     mend = f"number 1 to {len(names)}, or one of {', '.join(names)}"
     raise InputError.at("command line", f"--{option}", f"no joint is called {word}", mend)

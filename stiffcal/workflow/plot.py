@@ -182,7 +182,7 @@ def _driver(against: str, data: Ingested, identified: Document, shown: ReportSta
 def _joint(which: str, names: tuple[str, ...]) -> int:
     if which in names:
         return names.index(which)
-    if which.isdigit() and 1 <= int(which) <= len(names):
+    if len(which) < 10 and which.isdecimal() and 1 <= int(which) <= len(names):
         return int(which) - 1
     mend = f"number 1 to {len(names)}, or one of {', '.join(names)}"
     raise InputError.at("command line", "--against", f"no joint is called {which or '(nothing)'}", mend)

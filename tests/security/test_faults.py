@@ -285,6 +285,17 @@ def test_readings_that_are_all_below_what_anything_measures_are_one_line(tmp_pat
     assert str(caught.value).startswith("raw/states.csv: row 1, column rz: 1e-200, the column's largest number here")
 
 
+@pytest.mark.parametrize("joint", [5000 * "9", "²"])
+def test_a_joint_s_number_that_python_does_not_read_is_one_line(
+    tmp_path: Path, joint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = write_small_campaign(tmp_path / "c", poses=1)
+    with pytest.raises(SystemExit) as end:
+        main(["add", str(folder), "bearing-tilt", "--joints", joint])
+    assert end.value.code == 2
+    assert capsys.readouterr().err.startswith("command line: --joints: no joint is called")
+
+
 def test_a_table_with_a_cell_without_end_is_one_line(tmp_path: Path) -> None:
     table = tmp_path / "poses.csv"
     table.write_text("A1,Fx\n" + "1" * 200_000 + ",2\n")
