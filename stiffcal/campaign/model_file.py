@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.campaign.typed import Counting, Name, Table, WrongValueError
+from stiffcal.errors import InputError
 
 MODEL_FILE = "model.toml"
 
@@ -141,6 +142,8 @@ def load_model(folder: Path, n_joints: int, experiments: Collection[str] = ()) -
         With every fault of the file.
     """
     path = folder / MODEL_FILE
+    if path.is_symlink() and not path.exists():
+        raise InputError.at(MODEL_FILE, "", "this is a link to nothing", "remove it, or put the model in its place")
     if not path.exists():
         return default_model(n_joints, experiments)
     check_own(folder, MODEL_FILE)

@@ -141,3 +141,13 @@ def test_nothing_of_what_a_link_points_to_is_read_and_so_nothing_shown(folder: P
         load_settings(folder) if name == "simulate.toml" else load_campaign(folder, check_files=False)
     assert "geheim" not in str(raised.value)
     assert any(f'"{name}" is a link to' in fault.reason for fault in raised.value.faults)
+
+
+@pytest.mark.parametrize("goal", ["gone.toml", "model.toml"])
+def test_a_model_that_is_a_link_to_nothing_is_not_taken_for_none(folder: Path, goal: str) -> None:
+    """The default model would stand in for it, and nothing would say so."""
+    (folder / "model.toml").unlink(missing_ok=True)
+    (folder / "model.toml").symlink_to(goal)
+    fault = refused(folder).faults[0]
+    assert fault.file == "model.toml"
+    assert "a link to nothing" in fault.reason
