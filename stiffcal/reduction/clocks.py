@@ -249,15 +249,17 @@ def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> ClockOffset:
     white = other.values / noise
     running = Integral(one.time, one.values / np.maximum(noise_of(one.values), 1e-9 * np.ptp(one.values) + 1e-300))
     scale = max(width, 0.25 * float(np.median([ramp for _, _, ramp in windows])))
-    move, steps, weights, gentle = np.inf, *np.zeros((3, 0))
+    move, share, steps, weights, gentle = np.inf, 1.0, *np.zeros((3, 0))
     for _ in range(MOST_STEPS):
         steps, weights = ramp_answers(windows, running, other.time, white, lag, scale)
         if steps.size == 0:
             return ClockOffset(None, None, f"no load step is seen by both {one.source} and {other.source}")
         mean, gentle = robust_mean(steps, weights)
-        move = float(np.clip(mean, -scale, scale))
-        lag += move
-        if abs(move) < SETTLED_S:
+        before, move = move, float(np.clip(mean, -scale, scale))
+        if np.isfinite(before) and move * before < 0.0 and abs(move) > 0.5 * abs(before):
+            share *= 0.5  # to and fro between two lags: each full step goes beyond what lies between them
+        lag += share * move
+        if share * abs(move) < SETTLED_S:
             break
     spread = spread_of(steps, weights, gentle, width)
     if abs(move) > max(spread, SETTLED_S):

@@ -43,6 +43,7 @@ def further_fonts(texts: Iterable[str]) -> list[Path]:
     return list(_search(wanted)[0]) if wanted else []
 
 
+@lru_cache(maxsize=4096)  # the labels of ticks come again with every picture
 def drawable(text: str) -> str:
     """Return a text with what is hidden, and what no font here has, written out."""
     text = escaped(text)
@@ -105,7 +106,12 @@ def no_notices_of_fonts() -> Iterator[None]:
 
 def _unusual(texts: Iterable[str]) -> frozenset[str]:
     found = {c for text in texts if not text.isascii() for c in text if ord(c) >= _PLAIN_END}
-    return frozenset(c for c in found if ord(c) not in _letters(own_fonts()[0]))
+    return frozenset(c for c in found if ord(c) not in _own_letters()) if found else frozenset()
+
+
+@lru_cache(maxsize=1)
+def _own_letters() -> frozenset[int]:
+    return _letters(own_fonts()[0])
 
 
 @lru_cache(maxsize=64)

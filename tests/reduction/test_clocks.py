@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.reduction.clocks import SharedSignal, align_clocks, moves, offset_between
+from stiffcal.reduction.clocks import SharedSignal, _refined, align_clocks, moves, offset_between
 from tests.reduction.practice import Floats, load_cycle, needs_practice, raw_runs, truth
 
 
@@ -98,3 +98,23 @@ def test_noise_does_not_move_and_a_step_does() -> None:
     assert not moves(noise)
     assert moves(noise + 3.0 * (np.arange(3000) > 1500)[:, None])
     assert not moves(np.ones((3000, 2)))
+
+
+def test_a_lag_that_goes_to_and_fro_between_two_settles_between_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ramp that comes into the windows at one lag and leaves them at the other: simulated max100, run pose3x."""
+    asked: list[float] = []
+
+    def answers(*arguments: object) -> tuple[Floats, Floats]:
+        lag = float(arguments[4])  # type: ignore[arg-type]
+        asked.append(lag)
+        return np.full(8, 0.01 if lag < 0.2 else -0.01) - 0.5 * (lag - 0.2), np.ones(8)
+
+    monkeypatch.setattr("stiffcal.reduction.clocks.ramp_answers", answers)
+    monkeypatch.setattr("stiffcal.reduction.clocks._follows_steps", lambda *_: True)
+    time = np.linspace(0.0, 40.0, 4001)
+    values = np.sin(time)[:, None]
+    one, other = (SharedSignal(name, time, values, False) for name in ("one", "other"))
+    found = _refined(one, other, 0.21)
+    assert found.value == pytest.approx(0.2, abs=2e-4)
+    assert found.std is not None
+    assert found.std >= 0.009  # what is left to and fro is in the uncertainty
