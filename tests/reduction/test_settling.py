@@ -34,7 +34,7 @@ def test_a_lag_that_does_not_settle_is_no_lag(monkeypatch: pytest.MonkeyPatch) -
     def restless(*_: Any) -> tuple[Any, Any]:
         return np.full(8, next(answers)), np.full(8, 1e8)
 
-    monkeypatch.setattr(clocks, "_ramp_answers", restless)
+    monkeypatch.setattr(clocks, "ramp_answers", restless)
     lost = clocks._refined(force, place, 0.21)
     assert lost.value is None
     assert "does not settle" in lost.reason
