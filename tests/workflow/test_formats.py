@@ -74,7 +74,7 @@ def test_changed_parts_of_a_bag_are_seen(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("log_format", "library", "extra"),
-    [("tdms", "nptdms", "tdms"), ("mcap", "rosbags.highlevel", "ros"), ("rosbag2", "rosbags.highlevel", "ros"),
+    [("tdms", "nptdms", "tdms"), ("mcap", "rosbags.rosbag2", "ros"), ("rosbag2", "rosbags.rosbag2", "ros"),
      ("postgres", "adbc_driver_postgresql", "postgres")],
 )  # fmt: skip
 def test_a_missing_library_is_one_line(
