@@ -134,6 +134,7 @@ def ingested(folder: Path, means: Means) -> Ingested:
     InputError : the input is wrong, or a step is missing and ``means.update`` is False.
     """
     from stiffcal.reduction.commanded import without_commands
+    from stiffcal.store.index import OWN
     from stiffcal.trust.strangers import use_own_results, use_results_of_stranger
     from stiffcal.workflow.freshness import freshness_of, say_missing, without_damaged
     from stiffcal.workflow.ingest import ingest_now
@@ -153,7 +154,7 @@ def ingested(folder: Path, means: Means) -> Ingested:
     table, states = stored_table(store)
     beside = {name: store.read_table(name) for name in BESIDE if name in store.tables}
     origin = store.origin_of(STATES, *BESIDE, INGEST)
-    if origin == "foreign":
+    if origin != OWN:  # in a place that several people write, too
         use_results_of_stranger(store.shown)
     else:
         use_own_results()

@@ -431,3 +431,17 @@ def test_a_delivered_report_does_not_pass_for_the_one_of_this_batch(
     forge(delivered, "report", lambda document: document.update(made))
     assert run_task(task_of(delivered, "small"))["error"] is None
     assert (delivered / "report.pdf").read_bytes() == b"by the user"
+
+
+def test_a_table_of_another_shape_in_a_trusted_place_is_one_line(
+    delivered: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    without_logs(delivered)
+    table = Store(delivered / "store").read_table("states")
+    place = table.column_names.index("reference")
+    forge_table(delivered, "states", table.set_column(place, "reference", table["Fx_N"]))
+    open_record().allow_place(str(delivered / "store"))
+    with pytest.raises(SystemExit) as ended:
+        main(["identify", str(delivered)])
+    assert ended.value.code == 2
+    assert "of another shape than stiffcal writes" in capsys.readouterr().err
