@@ -225,6 +225,8 @@ def _spoil_table(chance: random.Random, campaign: Path, generation: Path, files:
 
 def _spoil_index(chance: random.Random, campaign: Path, generation: Path, files: list[Path]) -> None:
     path = generation / "generation.json"
+    if not path.is_file():
+        return
     index = json.loads(path.read_bytes())
     kind = chance.choice(("tables", "documents"))
     listed = index[kind]
