@@ -12,7 +12,19 @@ from typing import Any
 
 RELATIVE, ABSOLUTE = 1e-9, 1e-14
 PASSING = frozenset(
-    {"time", "created", "seconds", "memory_bytes", "peak_memory_bytes", "key", "sha256", "versions", "fit_id", "output"}
+    {
+        "time",
+        "created",
+        "seconds",
+        "memory_bytes",
+        "peak_memory_bytes",
+        "key",
+        "sha256",
+        "versions",
+        "fit_id",
+        "output",
+        "pace",
+    }
 )
 """Keys whose values belong to the moment, the machine or the version, not to the answer."""
 _MOMENTS = (
@@ -20,6 +32,7 @@ _MOMENTS = (
     (re.compile(r"\d{4}-\d\d-\d\d"), "DAY"),
     (re.compile(r"\b[0-9a-f]{12,64}\b"), "HASH"),
     (re.compile(r"\b\d+(\.\d+)? s\b"), "SECONDS"),
+    (re.compile(r"\b\d+ *candidates per second"), "PACE"),
     (re.compile(r"\S*/(?:work|code|state|campaigns)/\S*"), "PATH"),
 )
 MISSING = "(nothing)"
@@ -101,7 +114,7 @@ def value_differences(old: Any, new: Any, place: str = "") -> Iterator[str]:
 def _equal(old: Any, new: Any) -> bool:
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (old, new))
     if numbers:
-        return math.isclose(old, new, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
+        return math.isclose(old, new, rel_tol=RELATIVE, abs_tol=ABSOLUTE) or (math.isnan(old) and math.isnan(new))
     if isinstance(old, str) and isinstance(new, str):
         return without_moments(old) == without_moments(new)
     return bool(old == new)

@@ -19,6 +19,7 @@ def recording(place: Path, **files: str) -> Path:
 def test_numbers_count_as_equal_to_1e_9_of_their_size() -> None:
     assert not list(value_differences({"rms": 1.0e-5}, {"rms": 1.0e-5 * (1 + 5e-10)}))
     assert list(value_differences({"rms": 1.0e-5}, {"rms": 1.0e-5 * (1 + 5e-9)}))
+    assert not list(value_differences({"torque": float("nan")}, {"torque": float("nan")}))
     assert list(value_differences({"passed": True}, {"passed": 1.5}))
 
 
