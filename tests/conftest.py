@@ -1,13 +1,16 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.readers.database import database
+from stiffcal.trust import notices
+from tests.laboratory.database import database
+from tests.laboratory.small_campaign import write_small_campaign
 
 __all__ = ["database"]
 
@@ -42,3 +45,29 @@ def _own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
             os.environ.pop(name, None)
         else:
             os.environ[name] = value
+
+
+@pytest.fixture(scope="session")
+def validated_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign that is ingested, identified and validated; not to be changed."""
+    from stiffcal.workflow.validate import validate_campaign
+
+    folder = write_small_campaign(tmp_path_factory.mktemp("campaigns") / "small")
+    validate_campaign(folder)
+    return folder
+
+
+@pytest.fixture
+def campaign(validated_folder: Path, tmp_path: Path) -> Path:
+    """A copy of it that a test may change."""
+    return Path(shutil.copytree(validated_folder, tmp_path / "small", symlinks=True))
+
+
+@pytest.fixture
+def state(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty state folder of this test alone; every notice is given anew."""
+    folder = tmp_path_factory.mktemp("state") / "stiffcal"
+    monkeypatch.setenv("STIFFCAL_STATE", str(folder))
+    monkeypatch.delenv("STIFFCAL_TRUST", raising=False)
+    monkeypatch.setattr(notices, "_given", set())
+    return folder

@@ -29,7 +29,7 @@ MOST_MEMORY_GROWTH = 1.10
 
 def make_campaigns(folder: Path, count: int) -> None:
     """Write the campaigns; ten are made, the others are copies with another name."""
-    from tests.workflow.small_campaign import write_small_campaign
+    from tests.laboratory.small_campaign import write_small_campaign
 
     for number in range(count):
         target = folder / f"cell-{number:03d}"

@@ -21,7 +21,7 @@ from stiffcal.simulation.clamped import play_clamped
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.identify import identify_campaign
-from tests.campaigns.test_kr125 import DEGREE, TABLE_2, joint_of, source_folder, values
+from tests.whole_campaigns.test_kr125 import DEGREE, TABLE_2, joint_of, source_folder, values
 
 POINTS = 480
 NAMES = ("p1", "p2", "p3")

@@ -24,8 +24,8 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.workflow.compensate import left_over
-from tests.benchmarks.campaigns import Plan, SimulatedCampaign, simulate_campaign
-from tests.independent.robots import six_axis_joints
+from tests.laboratory.mujoco_states import Plan, SimulatedCampaign, simulate_campaign
+from tests.laboratory.robots import six_axis_joints
 
 WANTED = 0.95
 # The poses of a path err together: the paths' own scatter tells the doubt; two of it are allowed below what is asked.

@@ -26,7 +26,7 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
-from tests.independent.robots import shifted
+from tests.laboratory.robots import shifted
 
 FOLDS_RATIO = 5.0
 DIAGNOSE_MEGABYTES = 1200.0

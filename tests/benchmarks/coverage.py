@@ -23,7 +23,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from tests.benchmarks.campaigns import Plan, simulate_campaign
+from tests.laboratory.mujoco_states import Plan, simulate_campaign
 
 WANTED = (0.93, 0.97)
 BEYOND_P_0001 = 22.458

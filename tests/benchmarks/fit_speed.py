@@ -23,8 +23,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values
 from stiffcal.model.equilibrium import solve_balance
-from tests.benchmarks.campaigns import NOISE, Plan, simulate_campaign, turn_by
-from tests.independent.robots import SIX_STIFFNESS, six_axes, six_axis_joints
+from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign, turn_by
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes, six_axis_joints
 
 FIRST_ORDER, BALANCED, GIGABYTES = 3.0, 8.0, 1.5
 STATES_PER_RUN = 100

@@ -16,7 +16,7 @@ import numpy as np
 from stiffcal.measurements.load_states import Attachment, Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import jacobians
-from tests.independent.robots import shifted, six_axes, six_axis_joints
+from tests.laboratory.robots import shifted, six_axes, six_axis_joints
 
 WANTED = 2.5
 POINT = Attachment(7, shifted(0.06, -0.04, 0.10))
@@ -36,7 +36,7 @@ def pinocchio_loop(chain: Chain, angles: Floats, keep: bool) -> Floats:
     """Compute the Jacobians one by one with pinocchio."""
     import pinocchio as pin
 
-    from tests.independent.pinocchio_robot import pinocchio_model
+    from tests.laboratory.pinocchio_robot import pinocchio_model
 
     model: Any = pinocchio_model(chain)
     place = pin.SE3(chain.flange) * pin.SE3(POINT.transform)

@@ -26,7 +26,7 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from tests.benchmarks.jacobian_speed import shortest
-from tests.independent.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
+from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
 
 MEDIAN_US, TAIL_US, TIMES_FASTER = 250.0, 1000.0, 5.0
 TRANSLATION = (1e-8, 5e-9, 4e-9)

@@ -7,9 +7,9 @@ import pytest
 
 from tests.benchmarks import compensation_coverage, coverage, fit_speed, step_speed
 from tests.benchmarks.__main__ import main
-from tests.benchmarks.campaigns import NOISE, Plan, simulate_campaign
-from tests.independent.mujoco_robot import MujocoRobot
-from tests.independent.practice import scatter_within_runs
+from tests.laboratory.hidden_arrays import scatter_within_runs
+from tests.laboratory.mujoco_robot import MujocoRobot
+from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign
 
 
 def test_every_benchmark_runs() -> None:

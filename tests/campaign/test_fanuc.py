@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign, load_campaign
-from tests.campaign.folders import changed
+from tests.laboratory.campaign_folders import changed
 
 ROOT = Path(__file__).parents[2]
 RAW = ROOT.parent / "shared" / "data" / "fanuc-r2000ic"

@@ -9,7 +9,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import Fault, InputError
 from stiffcal.workflow.check import check_campaign
-from tests.campaign.folders import MANIFEST, ROBOT, changed, write_campaign
+from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed, write_campaign
 
 PYDANTIC_WORDS = (
     "pydantic",

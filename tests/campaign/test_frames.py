@@ -15,7 +15,7 @@ from stiffcal.campaign.robot_file import RobotFile, chain_of
 from stiffcal.campaign.transforms import rotation_quaternion, rotation_rpy, rotation_taking_z_to
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
-from tests.campaign.folders import DATA, ROBOT
+from tests.laboratory.campaign_folders import DATA, ROBOT
 
 
 def chain() -> Chain:

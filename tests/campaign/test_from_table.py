@@ -11,7 +11,7 @@ from stiffcal.campaign.from_table import GUESS, draft_campaign, propose_campaign
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.table_sniffing import Column, sniff_table
 from stiffcal.errors import InputError
-from tests.campaign.folders import DATA
+from tests.laboratory.campaign_folders import DATA
 
 ROOT = Path(__file__).parents[2]
 FANUC = ROOT.parent / "shared" / "data" / "fanuc-r2000ic"

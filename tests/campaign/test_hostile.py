@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
-from tests.campaign.folders import DATA, ROBOT, write_campaign
+from tests.laboratory.campaign_folders import DATA, ROBOT, write_campaign
 
 MANIFEST: dict[str, Any] = tomllib.loads((DATA / "everything.toml").read_text(encoding="utf-8"))
 ROBOT_FILE: dict[str, Any] = tomllib.loads(ROBOT)

@@ -15,7 +15,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.row_filter import RowCondition, parse_rows
 from stiffcal.campaign.signals import Deflection, Joints, Pose, Wrench
 from stiffcal.campaign.typed import WrongValueError, expand_columns
-from tests.campaign.folders import DATA
+from tests.laboratory.campaign_folders import DATA
 
 
 def read(name: str) -> Manifest:

@@ -10,7 +10,7 @@ import pytest
 from stiffcal.campaign.model_editing import add_effect, remove_effect
 from stiffcal.campaign.model_file import default_model, load_model
 from stiffcal.errors import InputError
-from tests.campaign.folders import DATA
+from tests.laboratory.campaign_folders import DATA
 
 MODEL = """# our robot, since the service of May
 schema = "stiffcal/model/1"

@@ -13,7 +13,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.store import Store
-from tests.campaign.folders import DATA, MANIFEST, ROBOT, changed, write_campaign
+from tests.laboratory.campaign_folders import DATA, MANIFEST, ROBOT, changed, write_campaign
 from tests.readers.test_mat import write73
 
 URDF = 'schema = "stiffcal/robot/1"\nurdf = "{}"\n'

@@ -16,7 +16,7 @@ from stiffcal.campaign.transforms import rotation_rpy
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
-from tests.campaign.folders import DATA
+from tests.laboratory.campaign_folders import DATA
 
 Floats = NDArray[np.float64]
 

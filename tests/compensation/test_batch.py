@@ -13,7 +13,7 @@ from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
 from tests.compensation.test_step import everything_linear, placed, samples, springs_36
-from tests.independent.robots import force_sensor_setup
+from tests.laboratory.robots import force_sensor_setup
 
 
 @pytest.mark.parametrize("make", [springs_36, everything_linear])

@@ -14,9 +14,9 @@ from stiffcal.measurements.load_states import Floats
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.workflow.predict import LoadPathWish, predict_campaign
 from tests.compensation.test_targets import six
-from tests.identification.played import joint_springs
-from tests.identification.rodded import bending_swing, six_axes_with_beams, with_effect
-from tests.independent.robots import SIX_STIFFNESS
+from tests.laboratory.robots import SIX_STIFFNESS
+from tests.laboratory.rod_states import bending_swing, six_axes_with_beams, with_effect
+from tests.laboratory.simulated_states import joint_springs
 
 MAX100 = Path(__file__).parents[2] / "campaigns" / "max100"
 RIGIDITY = {"EI2": 4e6, "EI3": 6e6, "GJ": 3e6, "EA": 1.5e9}

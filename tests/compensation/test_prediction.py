@@ -15,7 +15,7 @@ from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.equilibrium import solve_balance
 from tests.compensation.test_targets import six
-from tests.independent.robots import SIX_STIFFNESS
+from tests.laboratory.robots import SIX_STIFFNESS
 
 
 def test_with_complementary_stiffness_it_is_j_over_k_less_k_c() -> None:

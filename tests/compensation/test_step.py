@@ -18,7 +18,7 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
 from tests.compensation.test_targets import drives, regular
-from tests.independent.robots import (
+from tests.laboratory.robots import (
     SEVEN_STIFFNESS,
     SIX_STIFFNESS,
     force_sensor_setup,
@@ -203,7 +203,7 @@ def test_weight_on_a_sensor_by_pinocchio() -> None:
     chain = six_axes()
     setup = force_sensor_setup(chain)
     angles = chain.model_angles(six_axis_joints(np.random.default_rng(1), 1))
-    from tests.independent.pinocchio_robot import pinocchio_model, place_and_jacobian
+    from tests.laboratory.pinocchio_robot import pinocchio_model, place_and_jacobian
 
     com = np.array([0.02, -0.01, 0.15])
     bare, loaded = pinocchio_model(chain), pinocchio_model(chain, 7.0, com)

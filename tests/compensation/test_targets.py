@@ -16,8 +16,8 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
-from tests.independent.mujoco_robot import MujocoRobot
-from tests.independent.robots import (
+from tests.laboratory.mujoco_robot import MujocoRobot
+from tests.laboratory.robots import (
     SEVEN_STIFFNESS,
     SIX_STIFFNESS,
     force_sensor_setup,

@@ -19,8 +19,8 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Inputs, NodeLoads, Observed, ParameterSpec, Place, Sort
 from stiffcal.model.equilibrium import rest_under_weight
 from stiffcal.model.shape import chain_shape, node_wrenches
-from tests.effects.bench import bare_states, robot_chain
-from tests.independent.robots import SIX_STIFFNESS, force_sensor_setup, six_axis_joints
+from tests.laboratory.effect_bench import bare_states, robot_chain
+from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axis_joints
 
 EFFECTS = built_in_effects()
 ROOT = Path(__file__).resolve().parents[2]

@@ -23,8 +23,8 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.validation.unseen import factors_without_each
-from tests.identification.played import joint_springs, medium_robot, played
-from tests.independent.robots import six_axes
+from tests.laboratory.robots import six_axes
+from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
 NOISE = Sigma(16e-6, 30e-6)
 TRIED = ("backlash", "cubic-stiffness", "joint-compliance", "target-offset", "two-slope")

@@ -12,8 +12,8 @@ from stiffcal.diagnosis.document import diagnosis_document
 from stiffcal.diagnosis.search import Search, search_missing
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.reduction.screening import set_bumped_aside
-from tests.identification.played import cycles_of, joint_springs, medium_robot, played
-from tests.independent.robots import six_axes
+from tests.laboratory.robots import six_axes
+from tests.laboratory.simulated_states import cycles_of, joint_springs, medium_robot, played
 
 Floats = NDArray[np.float64]
 TRACKER = 16e-6

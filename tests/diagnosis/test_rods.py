@@ -8,8 +8,8 @@ from stiffcal.diagnosis.search import search_missing
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from tests.identification.played import joint_springs, played
-from tests.identification.rodded import (
+from tests.laboratory.robots import SIX_STIFFNESS
+from tests.laboratory.rod_states import (
     bending_swing,
     five_rods,
     six_axes_with_beams,
@@ -17,7 +17,7 @@ from tests.identification.rodded import (
     with_effect,
     with_rods,
 )
-from tests.independent.robots import SIX_STIFFNESS
+from tests.laboratory.simulated_states import joint_springs, played
 
 SWING = ("link-beam swing", "link-springs swing")
 TILT = "bearing-tilt j2"

@@ -19,8 +19,8 @@ from stiffcal.mechanics.chain import LinkBeam
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from tests.identification.played import joint_springs, medium_robot, played
-from tests.independent.robots import six_axes
+from tests.laboratory.robots import six_axes
+from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
 NOISE = Sigma(16e-6, 30e-6, 0.5, 0.1)
 

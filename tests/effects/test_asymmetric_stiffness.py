@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.effects.asymmetric_stiffness import AsymmetricStiffness
 from stiffcal.model.effect import RZ, Place, joint_node
-from tests.effects.bench import displacement, loads
+from tests.laboratory.effect_bench import displacement, loads
 
 EFFECT = AsymmetricStiffness()
 

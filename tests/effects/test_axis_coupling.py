@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.effects.axis_coupling import AxisCoupling
 from stiffcal.model.effect import RZ, Place, joint_node
-from tests.effects.bench import displacement, loads, nonzero
+from tests.laboratory.effect_bench import displacement, loads, nonzero
 
 EFFECT = AxisCoupling()
 

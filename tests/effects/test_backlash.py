@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.effects.backlash import Backlash
 from stiffcal.model.effect import RZ, Place, joint_node
-from tests.effects.bench import displacement, loads, robot_chain, settled
+from tests.laboratory.effect_bench import displacement, loads, robot_chain, settled
 
 EFFECT = Backlash()
 PLACE = Place("joints", (4,))

@@ -8,8 +8,8 @@ import numpy as np
 
 from stiffcal.effects.base_compliance import BaseCompliance
 from stiffcal.model.effect import BASE_NODE, Place
-from tests.effects.bench import displacement, loads, robot_chain, settled
-from tests.independent.robots import force_sensor_setup
+from tests.laboratory.effect_bench import displacement, loads, robot_chain, settled
+from tests.laboratory.robots import force_sensor_setup
 
 EFFECT = BaseCompliance()
 VALUES = {"tx": 1e-8, "ty": 2e-8, "tz": 3e-8, "rx": 1e-7, "ry": 2e-7, "rz": 3e-7}

@@ -8,8 +8,8 @@ import numpy as np
 
 from stiffcal.effects.bearing_tilt import BearingTilt
 from stiffcal.model.effect import RX, RY, RZ, Place, joint_node
-from tests.effects.bench import displacement, loads, nonzero, robot_chain, settled
-from tests.independent.robots import force_sensor_setup
+from tests.laboratory.effect_bench import displacement, loads, nonzero, robot_chain, settled
+from tests.laboratory.robots import force_sensor_setup
 
 EFFECT = BearingTilt()
 

@@ -14,8 +14,8 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
-from tests.effects.bench import bare_states, robot_chain
-from tests.independent.robots import SIX_STIFFNESS, six_axis_joints
+from tests.laboratory.effect_bench import bare_states, robot_chain
+from tests.laboratory.robots import SIX_STIFFNESS, six_axis_joints
 
 EFFECT = ClockOffset()
 LATE = 0.08

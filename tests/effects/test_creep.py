@@ -7,7 +7,7 @@ import numpy as np
 from stiffcal.effects.creep import Creep
 from stiffcal.measurements.load_states import Floats
 from stiffcal.model.effect import RZ, Place, StateOrder, joint_node
-from tests.effects.bench import bare_states, displacement, loads, order_of, robot_chain
+from tests.laboratory.effect_bench import bare_states, displacement, loads, order_of, robot_chain
 
 EFFECT = Creep()
 PLACE = Place("joints", (2,))

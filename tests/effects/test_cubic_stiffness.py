@@ -7,7 +7,7 @@ import numpy as np
 from stiffcal.effects.cubic_stiffness import CubicStiffness
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.model.effect import RZ, Place, joint_node
-from tests.effects.bench import displacement, loads
+from tests.laboratory.effect_bench import displacement, loads
 
 EFFECT = CubicStiffness()
 PLACE = Place("joints", (3,))

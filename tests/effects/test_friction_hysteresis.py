@@ -9,7 +9,7 @@ from stiffcal.effects.friction_hysteresis import FrictionHysteresis
 from stiffcal.measurements.load_states import Floats, Integers
 from stiffcal.model.effect import RZ, NodeLoads, Place, joint_node
 from stiffcal.model.memory import play
-from tests.effects.bench import bare_states, displacement, loads, order_of, robot_chain
+from tests.laboratory.effect_bench import bare_states, displacement, loads, order_of, robot_chain
 
 EFFECT = FrictionHysteresis()
 PLACE = Place("joints", (2,))

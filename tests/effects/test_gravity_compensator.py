@@ -11,7 +11,7 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.measurements.load_states import Floats
 from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.model.effect import Place
-from tests.effects.bench import bare_states, robot_chain, settled
+from tests.laboratory.effect_bench import bare_states, robot_chain, settled
 
 EFFECT = GravityCompensator()
 PLACE = Place("joints", (2,))

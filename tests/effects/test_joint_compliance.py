@@ -8,8 +8,8 @@ import numpy as np
 
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.model.effect import RZ, Place, joint_node
-from tests.effects.bench import displacement, loads, nonzero, robot_chain, settled
-from tests.independent.robots import force_sensor_setup
+from tests.laboratory.effect_bench import displacement, loads, nonzero, robot_chain, settled
+from tests.laboratory.robots import force_sensor_setup
 
 EFFECT = JointCompliance()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.effects.joint_friction import JointFriction
-from tests.effects.bench import bare_states, robot_chain
+from tests.laboratory.effect_bench import bare_states, robot_chain
 
 EFFECT = JointFriction()
 VALUES = {"coulomb": 50.0, "stribeck": 20.0, "velocity": 0.1, "exponent": 1.5, "viscous": 80.0}

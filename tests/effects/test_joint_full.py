@@ -10,7 +10,7 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_full import JointFull
 from stiffcal.effects.joint_translation import JointTranslation
 from stiffcal.model.effect import Place, joint_node
-from tests.effects.bench import displacement, loads
+from tests.laboratory.effect_bench import displacement, loads
 
 EFFECT = JointFull()
 PLACE = Place("joints", (4,))

@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.effects.joint_translation import JointTranslation
 from stiffcal.model.effect import TX, TY, TZ, Place, joint_node
-from tests.effects.bench import displacement, loads, nonzero, robot_chain, settled
+from tests.laboratory.effect_bench import displacement, loads, nonzero, robot_chain, settled
 
 EFFECT = JointTranslation()
 COMPLIANCE = {"tx": 1e-8, "ty": 2e-8, "tz": 3e-8}

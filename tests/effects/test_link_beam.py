@@ -10,7 +10,7 @@ import pytest
 from stiffcal.effects.link_beam import LinkBeam
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import RX, RY, RZ, TX, TY, TZ, Place, link_node
-from tests.effects.bench import BEAM_LENGTH, displacement, loads, robot_chain
+from tests.laboratory.effect_bench import BEAM_LENGTH, displacement, loads, robot_chain
 
 EFFECT = LinkBeam()
 PLACE = Place("links", (), "swing")

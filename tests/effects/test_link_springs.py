@@ -7,7 +7,7 @@ import numpy as np
 from stiffcal.effects.link_beam import LinkBeam
 from stiffcal.effects.link_springs import LinkSprings
 from stiffcal.model.effect import RX, RY, RZ, TY, TZ, Place, link_node
-from tests.effects.bench import BEAM_LENGTH, displacement, loads, robot_chain
+from tests.laboratory.effect_bench import BEAM_LENGTH, displacement, loads, robot_chain
 
 EFFECT = LinkSprings()
 PLACE = Place("links", (), "swing")

@@ -9,8 +9,8 @@ import numpy as np
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.load_point_offset import LoadPointOffset
 from stiffcal.model.effect import Inputs, Place
-from tests.effects.bench import bare_states, robot_chain, settled
-from tests.independent.robots import force_sensor_setup, shifted
+from tests.laboratory.effect_bench import bare_states, robot_chain, settled
+from tests.laboratory.robots import force_sensor_setup, shifted
 
 EFFECT = LoadPointOffset()
 PLACE = Place("setup")

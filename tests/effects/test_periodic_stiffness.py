@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.effects.periodic_stiffness import PeriodicStiffness
 from stiffcal.model.effect import RZ, Place, joint_node
-from tests.effects.bench import bare_states, displacement, loads, robot_chain
+from tests.laboratory.effect_bench import bare_states, displacement, loads, robot_chain
 
 EFFECT = PeriodicStiffness()
 

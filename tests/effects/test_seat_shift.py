@@ -7,7 +7,7 @@ import pytest
 
 from stiffcal.effects.seat_shift import SeatShift
 from stiffcal.model.effect import Observed, Place, StateOrder
-from tests.effects.bench import bare_states, loads, order_of, robot_chain
+from tests.laboratory.effect_bench import bare_states, loads, order_of, robot_chain
 
 EFFECT = SeatShift()
 PLACE = Place("setup")

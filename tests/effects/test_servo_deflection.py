@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.effects.servo_deflection import ServoDeflection
 from stiffcal.model.effect import RZ, Place, joint_node
-from tests.effects.bench import bare_states, displacement, loads, nonzero, order_of, robot_chain, settled
+from tests.laboratory.effect_bench import bare_states, displacement, loads, nonzero, order_of, robot_chain, settled
 
 EFFECT = ServoDeflection()
 

@@ -10,8 +10,8 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.target_offset import TargetOffset
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.effect import Inputs, Place
-from tests.effects.bench import bare_states, robot_chain, settled
-from tests.independent.robots import force_sensor_setup, shifted
+from tests.laboratory.effect_bench import bare_states, robot_chain, settled
+from tests.laboratory.robots import force_sensor_setup, shifted
 
 EFFECT = TargetOffset()
 PLACE = Place("setup")

@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.effects.thermal_drift import ThermalDrift
 from stiffcal.model.effect import Observed, Place
-from tests.effects.bench import bare_states, order_of, robot_chain
+from tests.laboratory.effect_bench import bare_states, order_of, robot_chain
 
 EFFECT = ThermalDrift()
 PLACE = Place("setup")

@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.effects.tool_compliance import ToolCompliance
 from stiffcal.model.effect import Place, tool_node
-from tests.effects.bench import displacement, loads, robot_chain, settled
+from tests.laboratory.effect_bench import displacement, loads, robot_chain, settled
 
 EFFECT = ToolCompliance()
 VALUES = {"tx": 1e-8, "ty": 2e-8, "tz": 3e-8, "rx": 1e-6, "ry": 2e-6, "rz": 3e-6}

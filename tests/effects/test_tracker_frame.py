@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.effects.tracker_frame import TrackerFrame
 from stiffcal.model.effect import Observed, Place
-from tests.effects.bench import order_of
+from tests.laboratory.effect_bench import order_of
 
 EFFECT = TrackerFrame()
 PLACE = Place("setup")

@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.effects.two_slope import TwoSlope
 from stiffcal.model.effect import RZ, Place, joint_node
-from tests.effects.bench import displacement, loads, robot_chain
+from tests.laboratory.effect_bench import displacement, loads, robot_chain
 
 EFFECT = TwoSlope()
 PLACE = Place("joints", (1,))

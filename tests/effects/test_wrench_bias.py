@@ -11,8 +11,8 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.wrench_bias import WrenchBias
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.effect import Inputs, Place
-from tests.effects.bench import bare_states, robot_chain, settled
-from tests.independent.robots import force_sensor_setup
+from tests.laboratory.effect_bench import bare_states, robot_chain, settled
+from tests.laboratory.robots import force_sensor_setup
 
 EFFECT = WrenchBias()
 PLACE = Place("setup")

@@ -8,8 +8,8 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.wrench_frame import WrenchFrame
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.effect import Inputs, Place
-from tests.effects.bench import robot_chain, settled
-from tests.independent.robots import force_sensor_setup
+from tests.laboratory.effect_bench import robot_chain, settled
+from tests.laboratory.robots import force_sensor_setup
 
 EFFECT = WrenchFrame()
 PLACE = Place("setup")

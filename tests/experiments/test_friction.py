@@ -12,7 +12,7 @@ from stiffcal.experiments.friction_rows import motion_rows, stacked_rows, steady
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.reduction.friction_runs import reduce_friction
-from tests.experiments.strokes import LAW, SLOW_AND_FAST, friction_runs, robot
+from tests.laboratory.joint_strokes import LAW, SLOW_AND_FAST, friction_runs, robot
 
 TRUE = {"coulomb": 50.0, "stribeck": 20.0, "velocity": 0.06, "exponent": 1.5, "viscous": 80.0}
 JOINT_2 = PlacedEffect(LAW, Place("joints", (2,)))

@@ -16,8 +16,8 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
-from tests.identification.played import played
-from tests.independent.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.simulated_states import played
 
 TILT = np.array([4e6, 4e6, 3e6, 9e5, 8e5, 5e5])
 TRANSLATION = 2e-9

@@ -14,7 +14,7 @@ from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.ingest import ingest_campaign
 from stiffcal.workflow.validate import validate_campaign
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 ROOT = Path(__file__).parents[2]
 TABLE = "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz\n" + "".join(

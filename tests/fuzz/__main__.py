@@ -18,7 +18,7 @@ from pathlib import Path
 
 from tests.fuzz.feeding import Outcome, feed
 from tests.fuzz.targets import formats_not_fed, targets
-from tests.readers.database import running_server
+from tests.laboratory.database import running_server
 
 KINDS = ("refused", "accepted", "traceback", "hang", "memory", "crash", "unclear")
 

@@ -13,8 +13,8 @@ from types import SimpleNamespace
 import pyarrow as pa
 
 from stiffcal.readers import Wanted, find_reader
-from tests.campaign.folders import DATA, write_campaign
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes
+from tests.laboratory.campaign_folders import DATA, write_campaign
 
 NAMES = (
     "x", "X", "_x", "x_", "__x__", "__class__", "__init__", "self", "class", "None", "T", "dataclass", "FIELDDEFS",

@@ -15,7 +15,7 @@ from unittest import mock
 from urllib.parse import parse_qs, urlsplit
 
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes
-from tests.readers.database import VARIABLE, VARIABLES, trusting
+from tests.laboratory.database import VARIABLE, VARIABLES, trusting
 
 SPOILT = "STIFFCAL_FUZZ_DATABASE"
 IDLE_S = 0.3  # neither side speaks: what was cut out would be waited for without end, so the line is cut

@@ -194,7 +194,7 @@ def make_tdms(chance: random.Random, path: Path) -> None:
 def _bag(ending: str) -> bytes:
     import tempfile
 
-    from tests.readers.bags import transforms, wrench, write_bag
+    from tests.laboratory.bags import transforms, wrench, write_bag
 
     moments = [1_795_248_930_000_000_000 + k * 2_000_000 for k in range(ROWS)]
     topics = {

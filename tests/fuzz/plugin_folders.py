@@ -102,7 +102,7 @@ COMMANDS = (
 def base(place: Path) -> Path:
     """Return a campaign whose model needs its own code, made where it is not there yet; nothing of it is identified."""
     from stiffcal.workflow.ingest import ingest_campaign
-    from tests.workflow.small_campaign import write_small_campaign
+    from tests.laboratory.small_campaign import write_small_campaign
 
     folder = place / "base"
     if not folder.is_dir():

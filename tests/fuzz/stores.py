@@ -52,7 +52,7 @@ def base(place: Path) -> Path:
     """Return a campaign that a stranger has validated and diagnosed, made where it is not there yet."""
     from stiffcal.workflow.diagnose import diagnose_campaign
     from stiffcal.workflow.validate import validate_campaign
-    from tests.workflow.small_campaign import write_small_campaign
+    from tests.laboratory.small_campaign import write_small_campaign
 
     folder = place / "base"
     if not (place / "true.json").exists():

@@ -11,7 +11,6 @@ import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader, formats
-from tests.campaign.folders import DATA, MANIFEST, ROBOT
 from tests.fuzz.attacks import ATTACKS
 from tests.fuzz.databases import SPOILT, allowing, odd_query, spoiling_line, spoilt_options, wanted_of_database
 from tests.fuzz.inputs import MAKERS, make_bag, make_csv, packed
@@ -19,6 +18,7 @@ from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes, spoilt_lines, spoilt
 from tests.fuzz.plugin_folders import feed_plugins
 from tests.fuzz.stores import feed_store
 from tests.fuzz.wrong_numbers import feed_numbers
+from tests.laboratory.campaign_folders import DATA, MANIFEST, ROBOT
 
 Target = Callable[[random.Random, Path], None]
 """Makes one spoilt input in a folder from a stream of chance, and feeds it."""

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from stiffcal.cli.app import main
-from tests.campaign.folders import write_campaign
 from tests.fuzz.feeding import PATIENCE_S, feed, feed_one
 from tests.fuzz.fence import FENCE, BrokenFenceError
 from tests.fuzz.targets import formats_not_fed, targets
+from tests.laboratory.campaign_folders import write_campaign
 
 COUNT, SECONDS = 40, 2.0
 

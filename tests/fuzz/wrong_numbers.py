@@ -112,7 +112,7 @@ def base(place: Path, name: str) -> Path:
     from stiffcal.campaign.templates import write_template
     from stiffcal.workflow.simulate import simulate_campaign
     from stiffcal.workflow.validate import validate_campaign
-    from tests.workflow.small_campaign import write_small_campaign
+    from tests.laboratory.small_campaign import write_small_campaign
 
     folder = place / name
     if folder.is_dir():

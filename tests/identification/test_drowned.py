@@ -9,8 +9,8 @@ import pytest
 
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from tests.identification.played import cycles_of, joint_springs, played
-from tests.independent.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.simulated_states import cycles_of, joint_springs, played
 
 NOISE = Sigma(translation=15e-6, rotation=2e-5, force=1.0, moment=0.5)
 SIXTH = "joint-compliance.j6.c"

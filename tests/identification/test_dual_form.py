@@ -19,8 +19,8 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
-from tests.identification.played import joint_springs, played
-from tests.independent.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.simulated_states import joint_springs, played
 
 NOISE = Sigma(translation=15e-6, rotation=2e-5, force=0.5, moment=0.1)
 ROUNDING = 1e-9

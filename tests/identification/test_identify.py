@@ -13,8 +13,8 @@ from stiffcal.measurements.load_states import Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
-from tests.identification.played import cycles_of, joint_springs, medium_robot, played
-from tests.independent.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.simulated_states import cycles_of, joint_springs, medium_robot, played
 
 TRACKER = Sigma(translation=16e-6, rotation=30e-6)
 

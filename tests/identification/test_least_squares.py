@@ -8,7 +8,7 @@ import pytest
 from stiffcal.identification.least_squares import Reduced, TriangularFactor, reduce_blocks, triangular
 from stiffcal.identification.noise import Noise, Whitening, covariance, whiten
 from stiffcal.identification.observation import Evaluation, Observations, observe
-from tests.identification.played import medium_robot, played
+from tests.laboratory.simulated_states import medium_robot, played
 
 
 def blocks_of(data: Observations, columns: np.ndarray, size: int) -> list[Evaluation]:

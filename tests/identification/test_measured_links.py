@@ -16,9 +16,9 @@ from stiffcal.mechanics.beam import beam_compliance
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node
 from stiffcal.model.equilibrium import solve_balance
-from tests.identification.played import joint_springs, played
-from tests.identification.rodded import bending_swing, five_rods, six_axes_with_beams, with_effect, with_rods
-from tests.independent.robots import SIX_STIFFNESS
+from tests.laboratory.robots import SIX_STIFFNESS
+from tests.laboratory.rod_states import bending_swing, five_rods, six_axes_with_beams, with_effect, with_rods
+from tests.laboratory.simulated_states import joint_springs, played
 
 SWING = {"EI2": 4e6, "EI3": 6e6, "GJ": 3e6, "EA": 1.5e9}
 NOISE = Sigma(translation=10e-6, rotation=20e-6)

@@ -7,8 +7,8 @@ import pytest
 
 from stiffcal.identification.identify import fit_problem, identify_parameters
 from stiffcal.measurements.load_states import Sigma
-from tests.identification.played import joint_springs, medium_robot, played
-from tests.independent.robots import six_axes
+from tests.laboratory.robots import six_axes
+from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
 
 def test_repeats_tell_tracker_and_wrench_noise() -> None:
@@ -28,7 +28,7 @@ def test_without_repeats_the_manifest_is_believed() -> None:
     """Single cycles leave no repeats; then the stated sigma counts, and without one nothing is said."""
     from dataclasses import replace
 
-    from tests.identification.played import cycles_of
+    from tests.laboratory.simulated_states import cycles_of
 
     noise = Sigma(20e-6, 40e-6)
     wrench = [cycles_of(np.eye(3)[:2], cycles=1) for _ in range(4)]

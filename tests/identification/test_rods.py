@@ -12,8 +12,8 @@ from stiffcal.identification.observation import evaluate, free_columns, observe
 from stiffcal.identification.rows import GAUGE, LENGTH
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.composite import CompliantRobot
-from tests.identification.played import joint_springs, played
-from tests.identification.rodded import (
+from tests.laboratory.robots import SIX_STIFFNESS
+from tests.laboratory.rod_states import (
     bending_swing,
     five_rods,
     gauge_instead,
@@ -23,7 +23,7 @@ from tests.identification.rodded import (
     with_rods,
     without_rods,
 )
-from tests.independent.robots import SIX_STIFFNESS
+from tests.laboratory.simulated_states import joint_springs, played
 
 SWING = {"EI2": 4e6, "EI3": 6e6, "GJ": 3e6, "EA": 1.5e9}
 NOISE = Sigma(translation=10e-6, rotation=20e-6)

@@ -15,8 +15,8 @@ from stiffcal.identification.document import fit_warnings
 from stiffcal.identification.identifiability import tell_apart
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.measurements.load_states import Sigma
-from tests.identification.played import joint_springs, medium_robot, played
-from tests.independent.robots import six_axes
+from tests.laboratory.robots import six_axes
+from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
 
 def test_a_fit_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,9 +16,9 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
-from tests.independent.mujoco_robot import MujocoRobot
-from tests.independent.pinocchio_robot import gravity_torques, pin
-from tests.independent.robots import SIX_AXES, SIX_STIFFNESS, force_sensor_setup, shifted, six_axes, six_axis_joints
+from tests.laboratory.mujoco_robot import MujocoRobot
+from tests.laboratory.pinocchio_robot import gravity_torques, pin
+from tests.laboratory.robots import SIX_AXES, SIX_STIFFNESS, force_sensor_setup, shifted, six_axes, six_axis_joints
 
 EXACT = 1e-12
 FLANGE = {"xyz_m": [0.01, 0.0, 0.14], "rpy_deg": [10.0, -20.0, 30.0]}

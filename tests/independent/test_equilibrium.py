@@ -18,9 +18,9 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values
 from stiffcal.model.equilibrium import Balance, solve_balance
-from tests.independent.mujoco_robot import MujocoRobot, Settled, Spring
-from tests.independent.practice import PracticeCampaign, read_practice, scatter_within_runs, small_turns
-from tests.independent.robots import (
+from tests.laboratory.hidden_arrays import PracticeCampaign, read_practice, scatter_within_runs, small_turns
+from tests.laboratory.mujoco_robot import MujocoRobot, Settled, Spring
+from tests.laboratory.robots import (
     SEVEN_STIFFNESS,
     SIX_STIFFNESS,
     force_sensor_setup,

@@ -12,9 +12,9 @@ from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.reduction.blocks import blocks_of
 from stiffcal.reduction.friction_runs import FrictionRun, reduce_friction
-from tests.experiments.strokes import LAW, stroke
-from tests.independent.mujoco_drives import Drives, driven
-from tests.independent.robots import six_axes
+from tests.laboratory.joint_strokes import LAW, stroke
+from tests.laboratory.mujoco_drives import Drives, driven
+from tests.laboratory.robots import six_axes
 
 CHAIN = six_axes()
 DRIVES = Drives(

@@ -12,8 +12,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, body_poses, jacobians
 from stiffcal.model.effect import RZ, Inputs
 from stiffcal.model.shape import chain_shape, node_wrenches
-from tests.independent.pinocchio_robot import gravity_torques, pinocchio_model, place_and_jacobian
-from tests.independent.robots import force_sensor_setup, seven_axes, shifted, six_axes, turned
+from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model, place_and_jacobian
+from tests.laboratory.robots import force_sensor_setup, seven_axes, shifted, six_axes, turned
 
 EXACT = 1e-12
 OFF = turned(turned(shifted(0.3, -0.2, 0.5), 0, 0.8), 2, -1.1)

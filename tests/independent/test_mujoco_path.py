@@ -13,11 +13,11 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place, StateOrder
 from stiffcal.model.equilibrium import solve_balance
-from tests.identification.played import cycles_of, joint_springs
-from tests.independent.mujoco_path import STOP_SOFTNESS, MujocoPath
-from tests.independent.mujoco_robot import Cable, MujocoRobot, Spring
-from tests.independent.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
 from tests.independent.test_mujoco_robot import PENDULUM
+from tests.laboratory.mujoco_path import STOP_SOFTNESS, MujocoPath
+from tests.laboratory.mujoco_robot import Cable, MujocoRobot, Spring
+from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
+from tests.laboratory.simulated_states import cycles_of, joint_springs
 
 DRIVE = 9000.0
 TIP = Attachment(2, np.eye(4))

@@ -10,8 +10,8 @@ import pytest
 from scipy.optimize import brentq
 
 from stiffcal.measurements.load_states import Attachment, Floats
-from tests.independent.mujoco_robot import MujocoRobot, Settled, Spring
-from tests.independent.robots import (
+from tests.laboratory.mujoco_robot import MujocoRobot, Settled, Spring
+from tests.laboratory.robots import (
     SIX_STIFFNESS,
     chain_from_rows,
     force_sensor_setup,

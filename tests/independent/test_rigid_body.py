@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.mechanics.rigid_body import PER_LINK, inertial_regressor, rigid_torque
-from tests.independent.pinocchio_robot import pinocchio_model
-from tests.independent.robots import six_axes
+from tests.laboratory.pinocchio_robot import pinocchio_model
+from tests.laboratory.robots import six_axes
 
 pin: Any = pytest.importorskip("pinocchio", reason="pinocchio has no wheel for this platform")
 CHAIN = six_axes()

@@ -16,8 +16,8 @@ from stiffcal.mechanics.dual_balance import (
 )
 from stiffcal.mechanics.dual_quaternions import attached_duals, displacement_of_duals, dual_chain
 from stiffcal.model.equilibrium import solve_balance
-from tests.identification.played import joint_springs
-from tests.independent.robots import SEVEN_STIFFNESS, SIX_STIFFNESS, force_sensor_setup, seven_axes, six_axes
+from tests.laboratory.robots import SEVEN_STIFFNESS, SIX_STIFFNESS, force_sensor_setup, seven_axes, six_axes
+from tests.laboratory.simulated_states import joint_springs
 
 ROBOTS = pytest.mark.parametrize(
     ("chain", "stiffness"), [(six_axes(), SIX_STIFFNESS), (seven_axes(), SEVEN_STIFFNESS)], ids=["six", "seven"]

@@ -29,7 +29,7 @@ from stiffcal.mechanics.dual_quaternions import (
 )
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector, transform
-from tests.independent.robots import seven_axes
+from tests.laboratory.robots import seven_axes
 
 # Orientations where the angles of some convention are singular: pitch ±90°, wrist stretched, half turns, the identity.
 SINGULAR = np.array(

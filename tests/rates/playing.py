@@ -19,6 +19,7 @@ from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.reduction.screening import set_bumped_aside
+from tests.laboratory.random_robots import DrawnRobot, draw_robot, draw_setup
 from tests.rates.hiding import (
     FAINT,
     INSIDE,
@@ -29,7 +30,6 @@ from tests.rates.hiding import (
     scaled,
     with_effects,
 )
-from tests.rates.robots import DrawnRobot, draw_robot, draw_setup
 
 LEVELS = np.array([0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0])
 ONE_CYCLE = np.concatenate([LEVELS, -LEVELS])

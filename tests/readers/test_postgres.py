@@ -11,7 +11,7 @@ import pytest
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import postgres as postgres_module
-from tests.readers.database import VARIABLE, VARIABLES, Database, trusting
+from tests.laboratory.database import VARIABLE, VARIABLES, Database, trusting
 
 READER = find_reader(Path("x"), "postgres")
 NO_FILE = Path("nothing")

@@ -11,7 +11,7 @@ import pytest
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader, formats
 from stiffcal.readers import rosbag2 as bag_module
-from tests.readers.bags import joint_state, pose, transforms, wrench, write_bag
+from tests.laboratory.bags import joint_state, pose, transforms, wrench, write_bag
 
 START = 1_795_248_930_000_000_000
 MOMENTS = [START + k * 2_000_000 for k in range(250)]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.reduction.clocks import SharedSignal, _refined, align_clocks, moves, offset_between
-from tests.reduction.practice import Floats, load_cycle, needs_practice, raw_runs, truth
+from tests.laboratory.hidden_campaigns import Floats, load_cycle, needs_practice, raw_runs, truth
 
 
 def tracker_of(

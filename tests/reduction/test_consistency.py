@@ -12,7 +12,7 @@ from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.reduction.consistency import check_kinematics, check_work, match_kinematics, work_of_load
 from stiffcal.reduction.plausibility import LogWatch
-from tests.reduction.practice import PRACTICE, Floats, needs_practice, reduced
+from tests.laboratory.hidden_campaigns import PRACTICE, Floats, needs_practice, reduced
 
 ALL = [f"{k:02d}" for k in range(1, 13)]
 

@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.reduction.blocks import blocks_of
 from stiffcal.reduction.holds import Holds, find_holds
-from tests.reduction.practice import Floats, load_cycle, needs_practice, raw_runs, true_holds
+from tests.laboratory.hidden_campaigns import Floats, load_cycle, needs_practice, raw_runs, true_holds
 
 
 def matches(found: Holds, true: Floats) -> Floats:

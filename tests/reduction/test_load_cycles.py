@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, repeat_groups
-from tests.identification.played import cycles_of, medium_robot, played
+from tests.laboratory.simulated_states import cycles_of, medium_robot, played
 
 
 def test_branches_of_a_cycle() -> None:

@@ -12,8 +12,8 @@ from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.tables import states_from_table, states_table
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
 from stiffcal.reduction.markers import fitted_poses
-from tests.identification.played import joint_springs, played
-from tests.independent.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.simulated_states import joint_springs, played
 
 FOUR = Markers(("a", "b", "c", "d"), np.array([[0.1, 0.3, 0.0], [0.3, 0.3, 0.0], [0.1, 0.45, 0.02], [0.25, 0.5, 0.1]]))
 POINT_NOISE = 40e-6

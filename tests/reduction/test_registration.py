@@ -11,7 +11,7 @@ from stiffcal.campaign.manifest import Frame, Manifest
 from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.registration import in_instrument_axes, register_frames
-from tests.reduction.practice import PRACTICE, needs_practice, reduced
+from tests.laboratory.hidden_campaigns import PRACTICE, needs_practice, reduced
 
 
 def estimating(manifest: Manifest, names: tuple[str, ...]) -> Manifest:

@@ -14,7 +14,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.rezeroed_tables import _springs, rezeroed_table
 from stiffcal.workflow.reducing import reduce_campaign
-from tests.campaign.folders import MANIFEST, ROBOT, changed
+from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed
 
 COMPLIANCE = 1.0 / np.array([7e5, 5e5, 4e5, 6e4, 6e4, 2e4])  # rad/(N·m)
 NOISE_M = 20e-6

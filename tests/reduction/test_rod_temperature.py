@@ -13,9 +13,9 @@ from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.rod_temperature import grown_lengths, smooth_in_time, without_growth
-from tests.identification.played import joint_springs, played
-from tests.identification.rodded import bending_swing, five_rods, six_axes_with_beams, with_effect, with_rods
-from tests.independent.robots import SIX_STIFFNESS
+from tests.laboratory.robots import SIX_STIFFNESS
+from tests.laboratory.rod_states import bending_swing, five_rods, six_axes_with_beams, with_effect, with_rods
+from tests.laboratory.simulated_states import joint_springs, played
 
 # cast iron against Invar, the sun on a swing, a thermometer that scatters
 EXPANSION, RATE, SCATTER = 9.3e-6, 20.0 / 3600.0, 0.02

@@ -10,8 +10,8 @@ import pytest
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.reduction.load_cycles import find_load_cycles
 from stiffcal.reduction.screening import bumped_readings, load_is_good, set_bumped_aside
-from tests.identification.played import LOAD_POINT, cycles_of, medium_robot, played
-from tests.reduction.practice import needs_practice, reduced
+from tests.laboratory.hidden_campaigns import needs_practice, reduced
+from tests.laboratory.simulated_states import LOAD_POINT, cycles_of, medium_robot, played
 
 OTHERS = ["01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "12", "13-table"]
 # of practice 11, found by looking: run, state (data row within the run, from 0), off by 0.3 to 1.4 mm

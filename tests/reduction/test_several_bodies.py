@@ -12,8 +12,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.reduction.excitation import joint_excitation
-from tests.identification.played import joint_springs, played
-from tests.independent.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.simulated_states import joint_springs, played
 
 BODIES = Path(__file__).parents[2] / "campaigns" / "kr125-bodies"
 

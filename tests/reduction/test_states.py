@@ -14,7 +14,7 @@ from stiffcal.measurements.tables import states_from_table, states_table
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.references import reference_states
 from stiffcal.workflow.reducing import reduce_campaign
-from tests.reduction.practice import needs_practice, reduced
+from tests.laboratory.hidden_campaigns import needs_practice, reduced
 
 ROBOT = """schema = "stiffcal/robot/1"
 convention = "modified-dh"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.reduction.steady import ONE_WAY, SHORT, JointLog, Moved, readings_of, steady_passes, turning_points
-from tests.experiments.strokes import INTERVAL, to_and_fro
+from tests.laboratory.joint_strokes import INTERVAL, to_and_fro
 
 
 @pytest.mark.parametrize("speed", [0.01, 0.1, 0.5, 2.0])

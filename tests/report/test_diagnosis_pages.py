@@ -16,7 +16,7 @@ from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.figures.evidence import draw_evidence
 from stiffcal.report.figures.ladder import ladder_rungs
 from stiffcal.report.sections import diagnosis, evidence, next_measurement, ranking
-from tests.report.made_up import made_up_content
+from tests.laboratory.report_content import made_up_content
 
 BACKLASH = {"effect": "backlash", "where": {"joints": [4]}}
 HYSTERESIS = {"effect": "friction-hysteresis", "where": {"joints": [4]}}

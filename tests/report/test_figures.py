@@ -29,7 +29,7 @@ from stiffcal.report.figures.measured_against_predicted import draw_measured_aga
 from stiffcal.report.figures.residual_against import draw_residual_against
 from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residuals_by_run
 from stiffcal.report.figures.robot_poses import arrow_scale, draw_pose_sheet, draw_robot_poses, residual_arrows
-from tests.report.made_up import made_up_content, made_up_states
+from tests.laboratory.report_content import made_up_content, made_up_states
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

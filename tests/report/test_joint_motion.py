@@ -12,7 +12,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint
 from stiffcal.report.joint_curves import JointCurve, JointPicture
 from stiffcal.report.sections import dual_quaternions, joint_motion, not_identified
-from tests.report.made_up import made_up_content
+from tests.laboratory.report_content import made_up_content
 
 COMPONENTS = ("tx", "ty", "tz", "rx", "ry", "rz")
 

@@ -11,7 +11,7 @@ from stiffcal.report.blocks import Items, LeftOut, Picture, Section, Table
 from stiffcal.report.figures.along_lines import draw_along_lines
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
 from stiffcal.report.sections import links, load_deformation
-from tests.report.made_up import made_up_content
+from tests.laboratory.report_content import made_up_content
 
 FORCE = np.concatenate([np.linspace(0, 900, 7), np.linspace(750, -900, 12), np.linspace(-750, 0, 6)])
 START = np.array([[0.05, 0.09, 0.1], [0.05, -0.09, -0.1], [0.5, 0.11, 0.0]])

@@ -15,8 +15,8 @@ from stiffcal.errors import InputError
 from stiffcal.report.blocks import Items
 from stiffcal.report.building import build_report, lay_out
 from stiffcal.report.content import LoadPath, Provenance, ReportContent, SourceFile
-from tests.report import practice
-from tests.report.made_up import made_up_content
+from tests.laboratory import report_campaigns as practice
+from tests.laboratory.report_content import made_up_content
 
 needs_shared = pytest.mark.skipif(not practice.SHARED.is_dir(), reason="the folder of measurements is not here")
 SPACES = re.compile(r"\s+")

@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.report.blocks import Section, Table
 from stiffcal.report.sections import all_sections, not_identified, residuals, stiffness, summary
-from tests.report.made_up import made_up_content
+from tests.laboratory.report_content import made_up_content
 
 
 def compliance(**changes: Any) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.export import export_campaign
 from stiffcal.workflow.steps import Means
 from stiffcal.workflow.validate import validate_campaign
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 HEAD = 'schema = "stiffcal/thresholds/1"\n'
 

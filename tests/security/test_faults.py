@@ -16,8 +16,8 @@ from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.compare import compare_campaigns
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.load_table import read_load_table
-from tests.campaign.folders import MANIFEST, ROBOT, changed, write_campaign
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed, write_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 URDF_CAMPAIGN = 'schema = "stiffcal/robot/1"\nurdf = "robot.urdf"\n'
 URDF = '<robot name="r"><link name="base"/>' + "".join(

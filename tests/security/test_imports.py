@@ -14,7 +14,7 @@ import pytest
 
 import stiffcal
 from stiffcal.module_path import child_environment, leave_out_current_folder, without_current_folder
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 ROOT = Path(__file__).parents[2]
 MARK = "POISONED"

@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
-from tests.campaign.folders import write_campaign
+from tests.laboratory.campaign_folders import write_campaign
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="links need rights of their own on Windows")
 

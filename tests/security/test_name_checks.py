@@ -18,9 +18,9 @@ from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.escapes import visible
 from stiffcal.reduction.states import Gathered, tabled_states
-from tests.campaign.folders import MANIFEST, ROBOT, write_campaign
-from tests.security import hostile_names
-from tests.security.named_campaign import quoted, write_named_campaign
+from tests.laboratory import hostile_names
+from tests.laboratory.campaign_folders import MANIFEST, ROBOT, write_campaign
+from tests.laboratory.named_campaign import quoted, write_named_campaign
 
 IN_TOML = {
     kind: name for kind, name in hostile_names.REFUSED.items() if not any(0xD800 <= ord(c) < 0xE000 for c in name)

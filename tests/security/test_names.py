@@ -35,8 +35,8 @@ from stiffcal.workflow.batch_summary import junit_text, markdown_text
 from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.export import write_table
 from stiffcal.workflow.recording_tables import recording_name
-from tests.security.named_campaign import write_named_campaign
-from tests.security.test_escapes import V1, V2, assert_printable, read_html
+from tests.escapes.test_escapes import V1, V2, assert_printable, read_html
+from tests.laboratory.named_campaign import write_named_campaign
 
 RUNS = ("=cmd()|'x'", "<script>alert(1)</script> $x$ ::error::", "-rf")
 JOINTS = ("=A1", "\"A2'", "$\\frac$", "A|4`", "#eval(5)", "ذراع 姿")

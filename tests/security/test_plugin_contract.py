@@ -15,7 +15,7 @@ from stiffcal.trust.record import open_record
 from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.ingest import ingest_campaign
-from tests.security.plugins import NAME, effect_of_the_readme, stranger, write_plugin
+from tests.laboratory.plugin_campaigns import NAME, effect_of_the_readme, stranger, write_plugin
 
 TERM = 'Term(node, RZ, "c", np.sin(2.3 * loads.angles[0]) * loads.wrench[node, RZ])'
 

@@ -16,9 +16,9 @@ from stiffcal.cli import supervision
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.trust.record import open_record
 from stiffcal.workflow.ingest import ingest_campaign
-from tests.security.plugins import NAME, ran, stiffcal, stranger, write_plugin
+from tests.laboratory.plugin_campaigns import NAME, ran, stiffcal, stranger, write_plugin
+from tests.laboratory.small_campaign import write_small_campaign
 from tests.security.test_plugins import IN_TERMS
-from tests.workflow.small_campaign import write_small_campaign
 
 posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 AGAIN = """

@@ -18,7 +18,7 @@ from stiffcal.trust.record import open_record
 from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.diagnose import diagnose_campaign
-from tests.security.plugins import MARK, NAME, list_plugins, ran, stranger, write_plugin
+from tests.laboratory.plugin_campaigns import MARK, NAME, list_plugins, ran, stranger, write_plugin
 
 
 @pytest.fixture

@@ -23,7 +23,7 @@ from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers.postgres.conninfo import conninfo_text, read_conninfo
 from stiffcal.trust.queries import needs_trust, query_digest, table_of
 from stiffcal.trust.record import open_record
-from tests.readers.database import VARIABLE, Database, trusting
+from tests.laboratory.database import VARIABLE, Database, trusting
 
 READER = find_reader(Path("x"), "postgres")
 SECRET = "AKfgeheimgeheimsecret"
@@ -289,7 +289,7 @@ class TestQueries:
         assert table_of(quoted) == (name,)
 
     def test_the_queries_of_a_manifest_are_listed_once_each(self, tmp_path: Path) -> None:
-        from tests.workflow.small_campaign import write_small_campaign
+        from tests.laboratory.small_campaign import write_small_campaign
 
         folder = write_small_campaign(tmp_path)
         manifest = load_manifest(folder)

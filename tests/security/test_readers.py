@@ -23,7 +23,7 @@ import pytest
 from stiffcal import limits
 from stiffcal.errors import InputError
 from stiffcal.readers import Options, Wanted, find_reader
-from tests.readers.bags import wrench, write_bag
+from tests.laboratory.bags import wrench, write_bag
 
 WAYS_OUT = ("link", "linked group", "soft link", "raw storage", "virtual", "raw storage in mat")
 FORCE = Wanted(numbers=("wrench.force.x",))

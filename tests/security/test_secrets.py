@@ -16,7 +16,7 @@ import stiffcal.workflow.history
 from stiffcal.cli.app import main
 from stiffcal.errors import Fault, InputError
 from stiffcal.masking import is_secret_name, mask, masked
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 SECRET = "k7 =geheim'&%öl"
 ESCAPED = r"k7 =geheim\'&%öl"

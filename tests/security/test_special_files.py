@@ -24,7 +24,7 @@ from stiffcal.store.provenance import hash_sources
 from stiffcal.workflow.init import init_campaign
 from stiffcal.workflow.judging import _read_model
 from stiffcal.workflow.load_table import read_load_table
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in the file system here")
 

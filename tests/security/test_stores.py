@@ -28,7 +28,7 @@ from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import Means, ingested
 from stiffcal.workflow.stored import stored_document
 from stiffcal.workflow.validate import validate_campaign
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 STRICT = "\n[thresholds]\nmax_rms_m = 1e-9\n"
 NOT_YOURS = "ingest first: the store was not written by you: computed again"

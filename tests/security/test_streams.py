@@ -15,7 +15,7 @@ from stiffcal.cli import streams
 from stiffcal.cli.app import main
 from stiffcal.cli.streams import guarded_streams
 from stiffcal.errors import InputError
-from tests.campaign.folders import write_campaign
+from tests.laboratory.campaign_folders import write_campaign
 
 FULL = Path("/dev/full")
 needs_full_device = pytest.mark.skipif(not FULL.exists(), reason="this system has no device that is always full")
@@ -103,7 +103,7 @@ def test_a_reader_that_has_gone_ends_the_command_with_its_own_code(
 def test_a_check_that_does_not_hold_still_ends_with_1_when_its_reader_has_gone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from tests.workflow.small_campaign import write_small_campaign
+    from tests.laboratory.small_campaign import write_small_campaign
 
     folder = write_small_campaign(tmp_path / "c", poses=1)
     table = folder / "raw" / "states.csv"

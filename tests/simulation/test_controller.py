@@ -18,7 +18,7 @@ from stiffcal.reduction.commanded import without_commands
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.reducing import reduce_campaign
-from tests.simulation.folders import FRAMES, LOGS, MODEL, SETTINGS, TABLE, write_folder
+from tests.laboratory.simulation_folders import FRAMES, LOGS, MODEL, SETTINGS, TABLE, write_folder
 
 TWICE = """
 [[runs]]

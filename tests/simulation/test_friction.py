@@ -13,8 +13,8 @@ from stiffcal.simulation.friction import play_friction, strokes_program
 from stiffcal.simulation.motion import MotionProgram
 from stiffcal.simulation.play import Act, ToolWeight
 from stiffcal.simulation.settings import FrictionMotion, Loads
-from tests.independent.pinocchio_robot import gravity_torques, pinocchio_model
-from tests.independent.robots import six_axes
+from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model
+from tests.laboratory.robots import six_axes
 
 LAW = JointFriction()
 VALUES = {"coulomb": 60.0, "stribeck": 10.0, "velocity": 0.03, "exponent": 1.3, "viscous": 90.0}

@@ -11,7 +11,7 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.simulation.scene import valued_robot
 from stiffcal.simulation.simulate import simulate_campaign
-from tests.simulation.folders import FRAMES, MODEL, POSES, SETTINGS, TABLE, write_folder
+from tests.laboratory.simulation_folders import FRAMES, MODEL, POSES, SETTINGS, TABLE, write_folder
 from tests.simulation.test_simulate import rows_of
 
 GIVES = """

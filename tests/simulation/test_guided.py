@@ -14,7 +14,7 @@ from stiffcal.simulation.guided import SETTLED, SETTLED_M, GuideError, settle_gu
 from stiffcal.simulation.play import Places
 from stiffcal.simulation.settings import Loads
 from stiffcal.simulation.simulate import play_campaign
-from tests.simulation.folders import FRAMES, MODEL, SETTINGS, TABLE, write_folder
+from tests.laboratory.simulation_folders import FRAMES, MODEL, SETTINGS, TABLE, write_folder
 from tests.simulation.test_controller import POSES, SAME, TWICE
 
 STIFFNESS = 5e4

@@ -24,7 +24,7 @@ from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.validation.validate import validate_fit
 from stiffcal.workflow.reducing import reduce_campaign
-from tests.simulation.folders import IRB4400
+from tests.laboratory.simulation_folders import IRB4400
 
 SECTION_III_C = [731.82e3, 488.31e3, 428.61e3, 59.52e3, 56.87e3, 16.55e3]
 SECTION_II_C = [386.83e3, 614.62e3, 372.29e3, 112.56e3, 97.79e3, 24.77e3]

@@ -22,7 +22,7 @@ from stiffcal.simulation.play import Act, ToolWeight, play
 from stiffcal.simulation.scene import draw_acts, tool_weight, true_frames, valued_robot
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.trust.record import open_record
-from tests.simulation.folders import FRAMES, LOGS, MODEL, POSES, RUNS, SETTINGS, TABLE, write_folder
+from tests.laboratory.simulation_folders import FRAMES, LOGS, MODEL, POSES, RUNS, SETTINGS, TABLE, write_folder
 
 RATES = """
 [sensors.ft]

@@ -22,7 +22,7 @@ import pytest
 from stiffcal.measurements.tables import states_from_table
 from stiffcal.store import Store
 from stiffcal.workflow.ingest import stored_states
-from tests.workflow.small_campaign import robot_text
+from tests.laboratory.small_campaign import robot_text
 
 KILLS = int(os.environ.get("STIFFCAL_KILLS", "6"))
 KELVIN = {"one": 293.15, "two": 303.15}

@@ -19,7 +19,7 @@ from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.store import Store
 from stiffcal.store import remote as remote_module
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 BUCKET = "lab"
 

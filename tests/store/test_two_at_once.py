@@ -14,7 +14,7 @@ from stiffcal.store import Store
 from stiffcal.workflow.identify import fit_now, identify_campaign, store_fit
 from stiffcal.workflow.steps import Means, ingested
 from stiffcal.workflow.validate import validate_campaign
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 TOLD = "is writing to it"
 """What a second writer hears when the first has not ended after twenty seconds, as on a machine that is very busy."""

@@ -27,8 +27,8 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
-from tests.independent.pinocchio_robot import pinocchio_model, place_and_jacobian
-from tests.independent.robots import shifted, six_axes, six_axis_joints
+from tests.laboratory.pinocchio_robot import pinocchio_model, place_and_jacobian
+from tests.laboratory.robots import shifted, six_axes, six_axis_joints
 
 SECTION_II_C = np.array([386.83, 614.62, 372.29, 112.56, 97.79, 24.77]) * 1e3
 SECTION_III_C = np.array([731.82, 488.31, 428.61, 59.52, 56.87, 16.55]) * 1e3

@@ -28,7 +28,7 @@ from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_processes import WorkerProcess
 from stiffcal.workflow.batch_summary import junit_text, markdown_text
 from stiffcal.workflow.batch_task import run_task
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 Document = dict[str, Any]
 PLUGIN = """

@@ -20,7 +20,7 @@ from stiffcal.trust.record import open_record
 from stiffcal.workflow.batch import Wishes, batch_campaigns
 from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_task import run_task
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 from tests.workflow.test_batch import LONGEST_S, PLUGIN, by_name, with_plugin
 
 # The worker of stiffcal is a child of the worker of Dask, which is what dies here, the first time only.

@@ -8,8 +8,8 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.check import check_campaign
+from tests.laboratory.campaigns_to_break import copied, edit, edit_table, needs_practice, one_run
 from tests.reduction.test_states import MANIFEST, folder_of
-from tests.workflow.campaigns_to_break import copied, edit, edit_table, needs_practice, one_run
 
 
 @needs_practice

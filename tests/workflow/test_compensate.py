@@ -20,7 +20,7 @@ from stiffcal.workflow.compensate import CompensateWish, compensate_campaign
 from stiffcal.workflow.compensation_path import Forces
 from stiffcal.workflow.steps import Document, Means
 from stiffcal.workflow.valued import ValuedCampaign, _cautions, valued_campaign
-from tests.workflow.small_campaign import POSES_DEG, STIFFNESS, write_small_campaign
+from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS, write_small_campaign
 
 NAMES = "A1,A2,A3,A4,A5,A6"
 # what gives on a real robot beside its drives: bearings, foundation, and a drive that is softer one way

@@ -16,7 +16,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.documents import DOCUMENTS, schema_texts
 from stiffcal.workflow.validate import validate_campaign
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 SCHEMAS = Path(__file__).parents[2] / "schemas"
 

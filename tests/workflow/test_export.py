@@ -15,7 +15,7 @@ from stiffcal.workflow.export import export_campaign
 from stiffcal.workflow.plot import plot_campaign
 from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.steps import Means, ingested
-from tests.workflow.small_campaign import POSES_DEG, STIFFNESS
+from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])

@@ -14,9 +14,9 @@ from stiffcal.errors import InputError
 from stiffcal.workflow.identify import fit_now
 from stiffcal.workflow.ingest import ingest_campaign, is_stale
 from stiffcal.workflow.steps import Means, ingested
-from tests.readers.database import VARIABLE, VARIABLES, Database, trusting
-from tests.workflow.campaign_in_formats import FORMATS, write_campaign
-from tests.workflow.small_campaign import STIFFNESS
+from tests.laboratory.campaign_in_formats import FORMATS, write_campaign
+from tests.laboratory.database import VARIABLE, VARIABLES, Database, trusting
+from tests.laboratory.small_campaign import STIFFNESS
 
 
 def stiffness_of(folder: Path) -> dict[str, float]:

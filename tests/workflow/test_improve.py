@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.workflow.improve import improve_campaign
-from tests.workflow.small_campaign import MODEL, write_small_campaign
+from tests.laboratory.small_campaign import MODEL, write_small_campaign
 
 COUPLED = """
 [[effects]]

@@ -16,7 +16,7 @@ from stiffcal.reduction.logs import read_rows
 from stiffcal.store import Store
 from stiffcal.workflow.ingest import ingest_campaign, is_stale, stored_states
 from stiffcal.workflow.watching import Watches
-from tests.workflow.campaigns_to_break import copied, edit, edit_table, needs_practice, one_run
+from tests.laboratory.campaigns_to_break import copied, edit, edit_table, needs_practice, one_run
 
 pytestmark = needs_practice
 

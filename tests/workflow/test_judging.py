@@ -13,7 +13,7 @@ from stiffcal.errors import InputError
 from stiffcal.workflow.export import export_campaign
 from stiffcal.workflow.steps import Means, open_store
 from stiffcal.workflow.validate import validate_campaign
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 
 
 def ask(campaign: Path, thresholds: str) -> None:

@@ -11,7 +11,7 @@ from stiffcal.errors import InputError
 from stiffcal.store import Store
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.ingest import ingest_campaign
-from tests.workflow.small_campaign import robot_text
+from tests.laboratory.small_campaign import robot_text
 
 FLANGE_M = (0.95619221, -0.52516348, 2.31314544)  # of the robot at these angles
 JOINTS_DEG = (-30.0, -70.0, 20.0, 15.0, 40.0, 10.0)

@@ -20,8 +20,8 @@ from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.ingest import ingest_campaign
-from tests.simulation.folders import IRB4400
-from tests.workflow.campaigns_to_break import edit
+from tests.laboratory.campaigns_to_break import edit
+from tests.laboratory.simulation_folders import IRB4400
 
 Table = NDArray[np.float64]
 FORCE, DIGITIZER = "raw/pose1_force.csv", "raw/pose1_digitizer.csv"

@@ -19,8 +19,8 @@ from stiffcal.workflow.map import MapRequest, map_campaign
 from stiffcal.workflow.predict import predict_campaign
 from stiffcal.workflow.steps import Means
 from stiffcal.workflow.valued import valued_campaign
-from tests.independent.robots import force_sensor_setup, seven_axes
-from tests.workflow.small_campaign import POSES_DEG
+from tests.laboratory.robots import force_sensor_setup, seven_axes
+from tests.laboratory.small_campaign import POSES_DEG
 from tests.workflow.test_predict import poses_file
 
 NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")

@@ -13,7 +13,7 @@ from stiffcal.workflow.load_table import read_load_table
 from stiffcal.workflow.predict import LoadPathWish, predict_campaign
 from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import Means, ingested, open_store
-from tests.workflow.small_campaign import POSES_DEG, STIFFNESS
+from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS
 
 POSE = ",".join(f"{angle:g}" for angle in POSES_DEG[0])
 NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")

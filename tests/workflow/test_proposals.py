@@ -15,7 +15,7 @@ from stiffcal.campaign.manifest import Source
 from stiffcal.readers import find_reader
 from stiffcal.reduction.logs import reader_options, wanted_columns
 from stiffcal.workflow.proposals import propose_sources
-from tests.workflow.small_campaign import CAMPAIGN, write_small_campaign
+from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
 
 PROPERTIES = (
     *(("Name", "A{k}"), ("SymbolComment", ""), ("SampleTime[ms]", "2"), ("SymbolName", "MAIN.A{k}")),

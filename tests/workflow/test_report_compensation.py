@@ -15,7 +15,7 @@ from stiffcal.report.sections.compensation import section
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.steps import Means, ingested
-from tests.simulation.folders import FRAMES, LOGS, MODEL, SETTINGS, write_folder
+from tests.laboratory.simulation_folders import FRAMES, LOGS, MODEL, SETTINGS, write_folder
 from tests.simulation.test_controller import SAME, TILT
 
 FILES = 'files = {{ ft = "raw/{0}_ft.csv", tracker = "raw/{0}_tracker.h5", controller = "raw/{0}_joints.parquet" }}\n'

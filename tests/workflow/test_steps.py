@@ -12,7 +12,7 @@ from stiffcal.errors import InputError
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import Means, ingested, key_of_table, open_store
 from stiffcal.workflow.validate import validate_campaign
-from tests.workflow.small_campaign import STIFFNESS, write_small_campaign
+from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
 
 
 def means_with(said: list[str], update: bool = True) -> Means:

@@ -16,7 +16,7 @@ from stiffcal.store import Store, values_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.ingest import ingest_campaign
 from stiffcal.workflow.table_schemas import schema_texts, table_schema
-from tests.workflow.small_campaign import write_small_campaign
+from tests.laboratory.small_campaign import write_small_campaign
 from tests.workflow.test_improve import COUPLED
 from tests.workflow.test_logged_runs import GAUGE, HEAD, campaign_of
 

@@ -1,0 +1,127 @@
+"""Simulated campaigns whose robot is MuJoCo: load states in memory, with the truth beside them.
+
+What a campaign meets: random poses inside the working range, weights of links and tool, loads that are never hit
+exactly, noise on the wrench and on the tracker, a robot whose absolute place is off by some tenths of a millimetre in
+every pose (each run's free offset), position only or full pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stiffcal.measurements.load_states import Floats, LoadStates, RunInfo, Sigma
+from stiffcal.mechanics.chain import Chain
+from tests.laboratory.mujoco_robot import MujocoRobot
+from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
+
+NOISE = Sigma(translation=16e-6, rotation=30e-6, force=0.7, moment=0.2)
+"""Per state and axis: the digitizer of Wang, Zhang, Fuhlbrigge 2009 (±0.016 mm); a 3 kN six-axis force sensor."""
+
+LEVELS = (1 / 3, 2 / 3, 1.0, 2 / 3, 1 / 3, 0.0)
+"""One cycle up and down, in parts of the direction's largest load; every run starts unloaded."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is measured.
+
+    Attributes
+    ----------
+    poses : runs of the campaign.
+    directions, cycles : per run; a cycle has the six states of `LEVELS`.
+    full_pose : True where orientation is measured too.
+    sigma_stated : True where the manifest says the instruments' noise; else it is left to repeats.
+    force, moment : N and N·m, largest loads, drawn per direction up to these.
+    """
+
+    poses: int = 12
+    directions: int = 3
+    cycles: int = 2
+    full_pose: bool = True
+    sigma_stated: bool = True
+    force: float = 500.0
+    moment: float = 40.0
+
+
+@dataclass(frozen=True)
+class SimulatedCampaign:
+    """Readings, and the truth behind them.
+
+    Attributes
+    ----------
+    chain, states : as stiffcal takes them.
+    joint_compliance : (6,) rad/(N·m), the truth.
+    """
+
+    chain: Chain
+    states: LoadStates
+    joint_compliance: Floats
+
+
+def simulate_campaign(rng: np.random.Generator, plan: Plan) -> SimulatedCampaign:
+    """Measure a robot of random stiffness, some 30 % about the published one, as planned."""
+    chain = six_axes()
+    setup = force_sensor_setup(chain, 12.0, (0.01, -0.02, 0.09))
+    stiffness = SIX_STIFFNESS * np.exp(0.3 * rng.normal(size=6))
+    run, joints, wrench = _loads(rng, plan)
+    settled = MujocoRobot(chain, stiffness, setup).settle(chain.model_angles(joints), wrench)
+    n = len(run)
+    offset = rng.normal(size=(plan.poses, 3)) * 3e-4
+    turn = rng.normal(size=(plan.poses, 3)) * 2e-4
+    tracker = np.array([NOISE.translation, NOISE.rotation], dtype=np.float64)
+    position = settled.position[:, 0] + offset[run] + tracker[0] * rng.normal(size=(n, 3))
+    rotation = np.full((n, 3, 3), np.nan)
+    if plan.full_pose:
+        rotation = turn_by(tracker[1] * rng.normal(size=(n, 3))) @ turn_by(turn[run]) @ settled.rotation[:, 0]
+    sensor = np.repeat(np.array([NOISE.force, NOISE.moment], dtype=np.float64), 3)
+    states = LoadStates(
+        runs=tuple(RunInfo(f"pose{number + 1:02d}") for number in range(plan.poses)),
+        run=run,
+        time=np.arange(0.0, 8.0 * n, 8.0),
+        hold=np.full(n, 2.0),
+        joints=joints,
+        wrench=wrench + sensor * rng.normal(size=(n, 6)),
+        position=position[:, None],
+        rotation=rotation[:, None],
+        deflection=np.full((n, 1, 6), np.nan),
+        reference=np.concatenate([[True], np.diff(run) != 0]),
+        temperature=np.zeros((n, 0)),
+        row=np.arange(1, n + 1),
+        n_readings=np.ones(n, dtype=np.int64),
+        wrench_scatter=np.full((n, 6), np.nan),
+        position_scatter=np.full((n, 1, 3), np.nan),
+        set_aside=np.full(n, "", dtype=np.str_),
+        setup=replace(setup, sigma=NOISE if plan.sigma_stated else Sigma()),
+    )
+    return SimulatedCampaign(chain, states, 1.0 / stiffness)
+
+
+def _loads(rng: np.random.Generator, plan: Plan) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], Floats, Floats]:
+    """Return run (n,), logged joints (n, 6) and true wrenches (n, 6): cycles up and down, no level ever hit exactly."""
+    per_run = 1 + plan.directions * plan.cycles * len(LEVELS)
+    run = np.repeat(np.arange(plan.poses), per_run)
+    joints = six_axis_joints(rng, plan.poses)[run]
+    wrench = np.empty((plan.poses, per_run, 6))
+    scale = np.repeat([plan.force, plan.moment], 3) / np.sqrt(3.0)
+    for pose in range(plan.poses):
+        peaks = rng.normal(size=(plan.directions, 6)) * scale
+        levels = np.tile(LEVELS, plan.cycles)
+        aimed = (peaks[:, None] * levels[None, :, None]).reshape(-1, 6)
+        wrench[pose, 0] = 0.0
+        wrench[pose, 1:] = aimed * (1.0 + 0.03 * rng.normal(size=(len(aimed), 1)))
+        # the rope never pulls quite straight, and never hangs quite slack
+        size = np.linalg.norm(aimed[:, :3], axis=1, keepdims=True)
+        wrench[pose, 1:, :3] += 0.02 * size * rng.normal(size=(len(aimed), 3))
+        wrench[pose] += rng.normal(size=(per_run, 6)) * np.repeat([0.5, 0.1], 3)
+    return run, joints, wrench.reshape(-1, 6)
+
+
+def turn_by(vector: Floats) -> Floats:
+    """Return (n, 3, 3) rotations by (n, 3) rotation vectors, by Cayley's formula (right to the third order)."""
+    half = np.zeros((len(vector), 3, 3))
+    x, y, z = vector.T / 2.0
+    half[:, 0, 1], half[:, 0, 2], half[:, 1, 2] = -z, y, -x
+    half[:, 1, 0], half[:, 2, 0], half[:, 2, 1] = z, -y, x
+    return np.asarray(np.linalg.solve(np.eye(3) - half, np.eye(3) + half), dtype=np.float64)

@@ -1,0 +1,63 @@
+"""The README's own effect, as printed there: tried by the diagnosis like the rest, and named where it is hidden."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stiffcal.diagnosis.search import search_missing
+from stiffcal.errors import InputError
+from stiffcal.measurements.load_states import Sigma
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.model.plugin_code import PluginCode, read_plugins
+from stiffcal.trust.record import open_record
+from tests.laboratory.robots import six_axes
+from tests.laboratory.simulated_states import joint_springs, medium_robot, played
+
+README = Path(__file__).parents[2] / "README.md"
+
+
+@pytest.fixture
+def plugin(tmp_path: Path) -> PluginCode:
+    """The file from the README."""
+    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+    (text,) = (block for block in blocks if "class CrossStiffness" in block)
+    (tmp_path / "cross_stiffness.py").write_text(text, encoding="utf-8")
+    return allowed(tmp_path, "cross_stiffness.py")
+
+
+def allowed(folder: Path, *names: str) -> PluginCode:
+    """Read a campaign's own code, which its user trusts."""
+    open_record().allow_folder(folder)
+    return read_plugins(folder, names)
+
+
+def test_an_own_effect_is_named(plugin: PluginCode) -> None:
+    """Hidden in joint 2, found in joint 2; without the file the same data are unexplained."""
+    catalogue = find_effects(plugin)
+    hidden = PlacedEffect(catalogue["cross-stiffness"], Place("joints", (2,)), {"c": 4e-7})
+    robot = medium_robot()
+    truth = replace(robot, placed=(*robot.placed, hidden))
+    states = played(truth, runs=10, noise=Sigma(16e-6, 30e-6), load_scatter=0.03, seed=4, full_pose=False)
+    search = search_missing(states, joint_springs(six_axes()), catalogue)
+    assert [one.candidate.name for one in search.found] == ["cross-stiffness j2"]
+    value = search.final.parameter("cross-stiffness.j2.c").value
+    assert value == pytest.approx(4e-7, rel=0.05)
+    assert search_missing(states, joint_springs(six_axes()), find_effects()).unexplained
+
+
+def test_a_broken_file_is_one_clear_line(tmp_path: Path) -> None:
+    """A plugin that does not run, or defines nothing, is the user's input and not a traceback."""
+    (tmp_path / "broken.py").write_text("1 / 0\n", encoding="utf-8")
+    (tmp_path / "empty_file.py").write_text("x = 1\n", encoding="utf-8")
+    for name, words in (
+        ("broken.py", "line 1: does not run: ZeroDivisionError"),
+        ("empty_file.py", "defines no effect"),
+    ):
+        with pytest.raises(InputError, match=words):
+            find_effects(allowed(tmp_path, name))

@@ -1,0 +1,120 @@
+"""The FANUC R-2000iC measurements: published numbers, and a plain six-compliance fit of all poses.
+
+Data: repository longton2001-pixel/breakthrough-surge-suppression-in-high-speed-robotic-drilling, MIT licence.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError, no_progress
+from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
+from stiffcal.workflow.ingest import ingest_campaign
+from stiffcal.workflow.reducing import reduce_campaign
+from tests.whole_campaigns.conftest import Command
+
+PUBLISHED = (8.6158e5, 2.8560e6, 1.8483e6, 2.7935e5, 4.1867e5, 2.7772e5)  # N·m/rad, 38 of the 43 poses
+PLAIN_FIT = (0.861e6, 2.72e6, 1.96e6, 0.271e6, 0.425e6, 0.206e6)  # all 43 poses
+PLAIN_PERCENT = (4, 16, 12, 14, 17, 48)  # standard errors
+EXCLUDE = """
+[[exclude]]
+source = "table"
+rows = [1, 2, 11, 12, 13]
+why = "left out by the authors"
+"""
+
+
+def test_all_poses(fanuc: Path, command: Command) -> None:
+    document = command("identify", fanuc)
+    found = [one["stiffness"] for one in document["parameters"]]
+    assert np.allclose(found, PLAIN_FIT, rtol=0.003)
+    percent = [100 * one["stiffness_std"] / one["stiffness"] for one in document["parameters"]]
+    assert [round(value) for value in percent] == list(PLAIN_PERCENT)
+    assert document["rms"]["translation"] == pytest.approx(0.372e-3, abs=0.5e-6)
+    assert any("j6" in warning and "poorly known" in warning for warning in document["warnings"])
+    validation = command("validate", fanuc)
+    assert validation["scheme"] == "leave-one-pose-out"
+    assert validation["rms"]["translation"] == pytest.approx(0.405e-3, abs=0.5e-6)
+    assert validation["zero_model"]["translation"] == pytest.approx(1.725e-3, abs=0.5e-6)
+
+
+def test_published_values_without_the_five_poses(fanuc: Path, command: Command) -> None:
+    manifest = fanuc / "campaign.toml"
+    manifest.write_text(manifest.read_text() + EXCLUDE)
+    document = command("identify", fanuc)
+    assert document["n_states"] == 38
+    for one, published in zip(document["parameters"], PUBLISHED, strict=True):
+        # five printed digits
+        assert float(f"{one['stiffness']:.4e}") == pytest.approx(published, rel=1e-12)
+
+
+def test_balanced_on_the_deformed_robot(fanuc: Path, command: Command) -> None:
+    first = command("identify", fanuc)
+    model = fanuc / "model.toml"
+    model.write_text(model.read_text().replace('balance = "first-order"', 'balance = "deformed"'))
+    balanced = command("identify", fanuc)
+    assert balanced["model"]["balance"] == "deformed"
+    change = [
+        b["stiffness"] / a["stiffness"] - 1 for a, b in zip(first["parameters"], balanced["parameters"], strict=True)
+    ]
+    # the load moves by millimetres on arms of metres: some tenths of a per cent, far below the uncertainty
+    assert 0 < np.abs(change).max() < 0.05
+
+
+def _scaled(file: Path, factor: float) -> None:
+    """Multiply every number of a table."""
+    header, *rows = file.read_text(encoding="utf-8-sig").splitlines()
+    scaled = [",".join(repr(factor * float(cell)) for cell in row.split(",")) for row in rows if row.strip()]
+    file.write_text("\n".join([header, *scaled]) + "\n")
+
+
+def test_a_fault_names_the_file_of_its_own_column(fanuc: Path) -> None:
+    _scaled(fanuc / "raw/deltaX.csv", 1000.0)
+    with pytest.raises(InputError, match=r"^raw/deltaX\.csv: line 2: a displacement of -0\.\d+ m in column deltax"):
+        ingest_campaign(fanuc)
+
+
+SLIPS = {
+    "metres as millimetres": ('translation = "m"', 'translation = "mm"', "3.66 µm under up to 1.17e+03 N", "m"),
+    "metres as micrometres": ('translation = "m"', 'translation = "um"', "3.19e+05 N/µm", "m"),
+    "radians as degrees": ('position = "rad"', 'position = "deg"', "43 poses lie within", "rad"),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_wrong_unit_that_passes_every_bound_is_told(slip: str, fanuc: Path) -> None:
+    old, new, words, mend = SLIPS[slip]
+    manifest = fanuc / "campaign.toml"
+    manifest.write_text(manifest.read_text().replace(old, new))
+    with pytest.raises(InputError) as raised:
+        ingest_campaign(fanuc)
+    (fault,) = raised.value.faults
+    assert fault.file == "campaign.toml"
+    assert fault.place.startswith("sources.table.")
+    assert words in fault.reason
+    assert f'= "{mend}"' in fault.mend
+
+
+def test_what_may_be_small_is_let_pass(fanuc: Path) -> None:
+    campaign = load_campaign(fanuc)
+    states = reduce_campaign(campaign, no_progress).states
+    stiff = replace(states, deflection=1e-3 * states.deflection)
+    assert check_displacement_unit(states, "m", "x") == []
+    assert len(check_displacement_unit(stiff, "m", "x")) == 1
+    # a light load, and a body nearer the base than the load
+    assert check_displacement_unit(replace(stiff, wrench=0.04 * stiff.wrench), "m", "x") == []
+    inner = replace(stiff.setup, targets=(replace(stiff.setup.targets[0], body=2),))
+    assert check_displacement_unit(replace(stiff, setup=inner), "m", "x") == []
+    # small angles: a fault only where radians explain more, a warning where that is open, nothing for one pose
+    small = replace(states, joints=np.radians(states.joints))
+    noise = np.random.default_rng(0).normal(size=states.deflection.shape)
+    faults, warnings = check_angle_unit(replace(small, deflection=noise), campaign.chain, "x")
+    assert faults == []
+    assert len(warnings) == 1
+    assert check_angle_unit(replace(small, joints=0.0 * small.joints + 0.01), campaign.chain, "x") == ([], [])
+    assert check_angle_unit(states, campaign.chain, "x") == ([], [])

@@ -1,0 +1,70 @@
+"""The friction runs of campaigns/kr125: 1 to 5 and 10 to 100 % of each joint's velocity, as paper 004 measured them."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomlkit
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.effects.joint_friction import JointFriction
+from stiffcal.simulation.settings import load_settings
+from stiffcal.simulation.simulate import simulate_campaign
+from tests.whole_campaigns.conftest import CAMPAIGNS, Command
+
+STRIBECK_ON = 2
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The friction runs alone, which make no use of the clamped ones."""
+    plan, out = tmp_path_factory.mktemp("kr125") / "plan", tmp_path_factory.mktemp("friction") / "kr125"
+    shutil.copytree(CAMPAIGNS / "kr125", plan, ignore=shutil.ignore_patterns("raw", "store"))
+    for name in ("campaign.toml", "simulate.toml"):
+        document = tomlkit.parse((plan / name).read_text(encoding="utf-8"))
+        runs = document["runs"]
+        kept = [run for run in runs if str(run["id"]).startswith("friction")]
+        document["runs"] = tomlkit.aot()
+        for run in kept:
+            document["runs"].append(run)
+        for table in ("sources", "sensors"):
+            held = document.get(table, {})
+            for source in [key for key in held if key != "drives"]:
+                held.remove(source)
+        (plan / name).write_text(tomlkit.dumps(document), encoding="utf-8")
+    simulate_campaign(load_campaign(plan, check_files=False), load_settings(plan), out)
+    return out
+
+
+def test_friction_of_six_drives(folder: Path, command: Command) -> None:
+    document = command("identify", folder)
+    true = load_campaign(CAMPAIGNS / "kr125", check_files=False).model.parameter_settings()
+    found = {p["name"]: p for p in document["parameters"] if p["effect"] == "joint-friction"}
+    assert len(found) == 30
+    for joint in range(1, 7):
+        for symbol in ("coulomb", "viscous"):
+            name = f"joint-friction.j{joint}.{symbol}"
+            assert abs(found[name]["value"] - true[name].value) < 3.5 * found[name]["std"], name
+            assert found[name]["std"] < 0.02 * true[name].value
+    seen = {one["joint"]: one["optional"]["stribeck"]["seen"] for one in document["friction"]["joints"]}
+    assert seen == {joint: joint == STRIBECK_ON for joint in range(1, 7)}
+    assert all(found[f"joint-friction.j{joint}.stribeck"]["value"] is None for joint in seen if joint != STRIBECK_ON)
+    values = {
+        symbol: true[f"joint-friction.j2.{symbol}"].value
+        for symbol in ("coulomb", "stribeck", "velocity", "exponent", "viscous")
+    }
+    curve = document["friction"]["joints"][1]["curve"]
+    speed, torque, std = (np.array(curve[key]) for key in ("velocity", "torque", "std"))
+    assert np.all(np.abs(torque - JointFriction().friction_torque(speed, values)) < 4.0 * std + 0.5)
+
+
+def test_a_drive_that_does_not_reach_what_is_stated(folder: Path, command: Command) -> None:
+    """Joint 5 is programmed up to 3.3 rad/s and reaches 3.1: its last readings stand at what was logged."""
+    document = command("identify", folder)
+    fifth = document["friction"]["joints"][4]
+    assert fifth["highest_speed"] == pytest.approx(3.1, rel=0.005)
+    assert document["friction"]["joints"][3]["highest_speed"] == pytest.approx(3.7, rel=0.005)
+    assert [round(one["lowest_speed"], 3) for one in document["friction"]["joints"][:3]] == [0.015] * 3
