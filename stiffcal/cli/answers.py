@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from stiffcal.cli.progress import ProgressBar
 from stiffcal.cli.supervision import current
@@ -18,8 +18,10 @@ from stiffcal.masking import mask, masked
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from stiffcal.documents import CommandResult
+
 Document: TypeAlias = dict[str, Any]
-Show: TypeAlias = Callable[["Console", Document], None]
+Shown = TypeVar("Shown", bound="CommandResult | dict[str, Any]")
 
 
 class Answer:
@@ -35,24 +37,27 @@ class Answer:
         sys.stderr.write(escaped(mask(text)) + "\n")
         sys.stderr.flush()
 
-    def give(self, document: Document, show: Show, then: str = "") -> None:
+    def give(self, result: Shown, show: Callable[[Console, Shown], None], then: str = "") -> None:
         """Print the answer.
 
         Parameters
         ----------
-        document : the command's JSON document.
+        result : what the command answers; its JSON document, or the result that has one.
         show : draws it for people.
         then : the next sensible step, a line to copy.
         """
         self.progress.stop()
         supervision = current()
         with supervision.answering() if supervision is not None else nullcontext():
-            self._give(document, show, then)
+            self._give(result, show, then)
 
-    def _give(self, document: Document, show: Show, then: str) -> None:
-        if document.get("warnings"):
-            document = document | {"warnings": masked(document["warnings"])}
+    def _give(self, result: Shown, show: Callable[[Console, Shown], None], then: str) -> None:
         if self.as_json:
+            from stiffcal.documents import document_of
+
+            document = result if isinstance(result, dict) else document_of(result)
+            if document.get("warnings"):
+                document = document | {"warnings": masked(document["warnings"])}
             sys.stdout.write(document_text(document) + "\n")
             return
         from rich.console import Console
@@ -60,10 +65,14 @@ class Answer:
         # Without a terminal there is no width to keep to: a file or a pipe takes whole lines.
         width = None if sys.stdout.isatty() else 120
         console = Console(highlight=False, emoji=False, markup=False, width=width)
-        if document.get("origin") == "foreign":
+        if isinstance(result, dict):
+            warnings, origin = result.get("warnings", ()), result.get("origin")
+        else:
+            warnings, origin = result.warnings, getattr(result, "origin", None)
+        if origin == "foreign":
             console.print("not computed by you: the logs are missing, and the results came with the folder")
-        show(console, escaped_document(document))
-        for warning in document.get("warnings", ()):
+        show(console, escaped_document(result))
+        for warning in masked(warnings):
             self.say(f"warning: {warning}")
         if then:
             console.print(f"\nnext: {mask(then)}", soft_wrap=True)

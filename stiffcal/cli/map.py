@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 from stiffcal.cli.tables import plain_table
@@ -15,6 +15,8 @@ from stiffcal.cli.wording import angle, length, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.compensation.map_result import MapResult
 
 
 def map(  # noqa: A001  (the command's name)
@@ -66,29 +68,28 @@ def map(  # noqa: A001  (the command's name)
 
         means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
         request = MapRequest(load, mass, stiffness, plane, at, slices, points, pose, target)
-        document = map_campaign(folder, request, means, picture=output, table=table)
-        answer.give(document, show_map, command_line("compensate", folder, "--path", "path.csv", store=store))
+        result = map_campaign(folder, request, means, picture=output, table=table)
+        answer.give(result, show_map, command_line("compensate", folder, "--path", "path.csv", store=store))
     return OK
 
 
-def show_map(console: Console, document: Document) -> None:
+def show_map(console: Console, result: MapResult) -> None:
     """Name how much was reached, and the ranges of what was mapped."""
-    total = len(document["points"])
-    levels = ", ".join(f"{level:.3g}" for level in document["levels"])
+    levels = ", ".join(f"{level:.3g}" for level in result.levels)
     console.print(
-        f"{document['target']} in the {document['plane']} plane at {levels} m: {document['reached']} of {total} points "
-        f"reached, {document['beyond_limits']} only beyond joint limits; values from {document['values_from']}"
+        f"{result.target} in the {result.plane} plane at {levels} m: {result.reached} of {len(result.points)} points "
+        f"reached, {result.beyond_limits} only beyond joint limits; values from {result.values_from}"
     )
     rows = (
-        ("position error", document["position_error"], length),
-        ("orientation error", document["orientation_error"], angle),
-        ("stiffness", document["stiffness"], lambda value: f"{significant(1e-3 * value)} N/mm"),
+        ("position error", result.position_error, length),
+        ("orientation error", result.orientation_error, angle),
+        ("stiffness", result.stiffness, lambda value: f"{significant(1e-3 * value)} N/mm"),
     )
     table = plain_table("", "smallest>", "largest>")
     for name, ends, words in rows:
-        if ends and ends[1] > 0.0:
+        if ends is not None and ends[1] > 0.0:
             table.add_row(name, words(ends[0]), words(ends[1]))
     console.print(table)
-    for key in ("file", "picture"):
-        if document.get(key):
-            console.print(f"wrote {document[key]}", soft_wrap=True)
+    for file in (result.file, result.picture):
+        if file is not None:
+            console.print(f"wrote {file}", soft_wrap=True)

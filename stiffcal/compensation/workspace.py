@@ -72,6 +72,16 @@ class WorkspaceMap:
     margin: Floats
     smallest_singular: Floats
 
+    @property
+    def position_error(self) -> Floats:
+        """(n,) m, length of the deflection."""
+        return np.asarray(np.linalg.norm(self.deflection[:, :3], axis=1))
+
+    @property
+    def orientation_error(self) -> Floats:
+        """(n,) rad, angle of the deflection."""
+        return np.asarray(np.linalg.norm(self.deflection[:, 3:], axis=1))
+
 
 def map_workspace(
     robot: CompliantRobot,

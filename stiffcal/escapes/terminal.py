@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from stiffcal.escapes import visible
@@ -25,7 +26,11 @@ def escaped_lines(text: str) -> str:
 
 
 def escaped_document(value: Any) -> Any:
-    r"""Return a document of dicts, lists and values with all texts in it as `escaped` has them, keys included.
+    r"""Return a document or a result with all texts in it as `escaped` has them, keys included.
+
+    Parameters
+    ----------
+    value : dicts, lists, dataclasses and values in any depth.
 
     Examples
     --------
@@ -37,5 +42,7 @@ def escaped_document(value: Any) -> Any:
     if isinstance(value, dict):
         return {escaped(key) if isinstance(key, str) else key: escaped_document(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [escaped_document(item) for item in value]
+        return type(value)(escaped_document(item) for item in value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{field.name: escaped_document(getattr(value, field.name)) for field in fields(value)})
     return value

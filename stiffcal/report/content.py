@@ -326,33 +326,6 @@ class PathError:
 
 
 @dataclass(frozen=True)
-class WorkspacePicture:
-    """Quantities over parallel planes of the workspace (003, Fig. 4, 5).
-
-    Attributes
-    ----------
-    across, up : (c,), (r,) m, the planes' coordinates.
-    axes : letters of the axes across, up and through the planes.
-    levels : (s,) m, where the planes lie.
-    status : (s, r, c) 0 out of reach, 1 only beyond joint limits, 2 reached.
-    margin : (s, r, c) degrees to the nearest joint limit.
-    quantities : (name, unit, (s, r, c) values, NaN where not reached).
-    stick : (K, 2) m, the arm in the pose that solutions are near to, in the planes' axes.
-    title : load and orientation, in words.
-    """
-
-    across: Floats
-    up: Floats
-    axes: tuple[str, str, str]
-    levels: Floats
-    status: Integers
-    margin: Floats
-    quantities: tuple[tuple[str, str, Floats], ...]
-    stick: Floats
-    title: str
-
-
-@dataclass(frozen=True)
 class ReportContent:
     """All that a report shows.
 

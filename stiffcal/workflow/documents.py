@@ -11,9 +11,10 @@ import sys
 from pathlib import Path
 from typing import Any, Literal, NotRequired
 
-from pydantic import TypeAdapter
 from typing_extensions import TypedDict
 
+from stiffcal.compensation.map_result import MapResult
+from stiffcal.documents import schema_of
 from stiffcal.workflow.batch_documents import Batch
 from stiffcal.workflow.body_documents import CartesianStiffness, JointByItself
 from stiffcal.workflow.clamped_types import Clamped, ClampedJudged
@@ -212,39 +213,6 @@ class Predict(TypedDict):
     states: list[PredictedState]
 
 
-class MapPoint(TypedDict):
-    """A point of a map: deflection (m, rad), ``std`` of its position and rotation, stiffness N/m; null: not reached."""
-
-    position: list[float]
-    status: Literal["out of reach", "only beyond joint limits", "reached"]
-    joints: list[float] | None
-    deflection: list[float] | None
-    std: list[float] | None
-    stiffness: Number
-    limit_margin: Number
-
-
-class Map(TypedDict):
-    """Answer of ``map``: points plane after plane, row after row; smallest and largest of what is mapped."""
-
-    schema: Literal["stiffcal/map/1"]
-    warnings: list[str]
-    values_from: str
-    target: str
-    wrench: list[float]
-    plane: Literal["xy", "xz", "yz"]
-    levels: list[float]
-    shape: list[int]
-    reached: int
-    beyond_limits: int
-    position_error: list[float] | None
-    orientation_error: list[float] | None
-    stiffness: list[float] | None
-    points: list[MapPoint]
-    file: NotRequired[str]
-    picture: NotRequired[str]
-
-
 class CorrectedPose(TypedDict):
     """One pose of a path: joints (rad), wrench, deflection and pose errors (m, rad, base axes).
 
@@ -336,7 +304,7 @@ DOCUMENTS: dict[str, Any] = {
     "validate": Validate,
     "history": History,
     "predict": Predict,
-    "map": Map,
+    "map": MapResult,
     "compensate": Compensate,
     "ingest": Ingest,
     "diagnose": Diagnose,
@@ -355,7 +323,6 @@ DOCUMENTS: dict[str, Any] = {
     "simulate": Simulate,
     "error": Error,
 }
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def schema_texts() -> dict[str, str]:
@@ -368,8 +335,7 @@ def schema_texts() -> dict[str, str]:
     """
     texts = {}
     for name, kind in DOCUMENTS.items():
-        schema = {"$schema": DIALECT, **TypeAdapter(kind).json_schema()}
-        texts[f"{name}.document.schema.json"] = json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+        texts[f"{name}.document.schema.json"] = json.dumps(schema_of(kind), indent=2, ensure_ascii=False) + "\n"
     return texts
 
 

@@ -30,28 +30,31 @@ POSE = ",".join(str(angle) for angle in POSES_DEG[0])
 def test_every_point_holds_what_predict_says_there(campaign: Path) -> None:
     table = campaign / "map.csv"
     request = MapRequest("0,50,-200", stiffness="z", plane="xz", at=-0.3, points=6, pose=POSE)
-    document = map_campaign(campaign, request, table=table)
-    slices, rows, columns = document["shape"]
+    result = map_campaign(campaign, request, table=table)
+    slices, rows, columns = result.shape
     assert (slices, max(rows, columns)) == (1, 6)
-    reached = [point for point in document["points"] if point["status"] == "reached"]
-    assert len(reached) == document["reached"] > 5
+    reached = [point for point in result.points if point.status == "reached"]
+    assert len(reached) == result.reached > 5
     robot = valued_campaign(load_campaign(campaign, check_files=False), Means())
     chain, target = robot.campaign.chain, robot.setup.targets[0]
     kept = attached_poses(chain, chain.model_angles(np.radians([POSES_DEG[0]])), target)[1][0]
-    joints = np.array([point["joints"] for point in reached])
+    joints = np.array([point.joints for point in reached])
     place, turned = attached_poses(chain, chain.model_angles(joints), target)
-    assert np.allclose(place, [point["position"] for point in reached], atol=1e-6)
+    assert np.allclose(place, [point.position for point in reached], atol=1e-6)
     assert np.allclose(turned, kept, atol=1e-6)
     some = [",".join(f"{angle:.12g}" for angle in np.degrees(one)) + ",0,50,-200,0,0,0" for one in joints[:3]]
     said = predict_campaign(campaign, poses=poses_file(campaign, some))["states"]
     for state, point in zip(said, reached, strict=False):
-        assert np.allclose(state["deflection"], point["deflection"], atol=1e-9)
-        assert 1.0 / state["cartesian_compliance"][2][2] == pytest.approx(point["stiffness"], rel=1e-6)
-        assert np.sqrt(np.trace(np.array(state["covariance"])[:3, :3])) == pytest.approx(point["std"][0], rel=1e-3)
+        assert point.deflection is not None
+        assert point.std is not None
+        assert np.allclose(state["deflection"], point.deflection, atol=1e-9)
+        assert 1.0 / state["cartesian_compliance"][2][2] == pytest.approx(point.stiffness, rel=1e-6)
+        assert np.sqrt(np.trace(np.array(state["covariance"])[:3, :3])) == pytest.approx(point.std[0], rel=1e-3)
     with table.open() as file:
         lines = list(csv.DictReader(file))
-    assert len(lines) == len(document["points"])
-    assert document["position_error"][1] == pytest.approx(
+    assert len(lines) == len(result.points)
+    assert result.position_error is not None
+    assert result.position_error[1] == pytest.approx(
         1e-3 * max(float(line["position error [mm]"]) for line in lines if line["status"] == "reached")
     )
 
@@ -63,17 +66,18 @@ def test_reach_and_limits(campaign: Path) -> None:
     for name, ends in limits.items():
         text = text.replace(f'name = "{name}"\n', f'name = "{name}"\nlimits_deg = {ends}\n')
     robot.write_text(text)
-    document = map_campaign(campaign, MapRequest("0,0,-200", plane="xy", at=0.9, points=7), Means())
+    result = map_campaign(campaign, MapRequest("0,0,-200", plane="xy", at=0.9, points=7), Means())
     inside = valued_campaign(load_campaign(campaign, check_files=False), Means())
     chain, target = inside.campaign.chain, inside.setup.targets[0]
-    assert document["beyond_limits"] > 0
-    for point in document["points"]:
-        if point["status"] == "reached":
-            joints = np.array(point["joints"])
+    assert result.beyond_limits > 0
+    for point in result.points:
+        if point.status == "reached":
+            joints = np.array(point.joints)
             assert np.all((joints >= chain.limits[:, 0]) & (joints <= chain.limits[:, 1]))
-            assert point["limit_margin"] >= 0.0
-        if np.linalg.norm(np.array(point["position"]) - [0.0, 0.0, 0.68]) > longest_reach(chain, target):
-            assert point["status"] == "out of reach"
+            assert point.limit_margin is not None
+            assert point.limit_margin >= 0.0
+        if np.linalg.norm(np.array(point.position) - [0.0, 0.0, 0.68]) > longest_reach(chain, target):
+            assert point.status == "out of reach"
 
 
 @pytest.mark.parametrize(
@@ -82,16 +86,16 @@ def test_reach_and_limits(campaign: Path) -> None:
 )
 def test_pictures_of_a_plane_and_of_a_volume(campaign: Path, request_: MapRequest, panels: int) -> None:
     picture = campaign / "map.svg"
-    document = map_campaign(campaign, request_, picture=picture)
+    result = map_campaign(campaign, request_, picture=picture)
     assert picture.stat().st_size > 5000
-    assert len(document["levels"]) == request_.slices
+    assert len(result.levels) == request_.slices
     # a label under each colour bar
     assert picture.read_text().count("<image") >= panels
 
 
 def test_a_hung_mass_pulls_along_gravity(campaign: Path) -> None:
-    document = map_campaign(campaign, MapRequest(mass=0.153, points=3))
-    assert document["wrench"] == pytest.approx([0.0, 0.0, -0.153 * 9.81, 0.0, 0.0, 0.0])
+    result = map_campaign(campaign, MapRequest(mass=0.153, points=3))
+    assert result.wrench == pytest.approx([0.0, 0.0, -0.153 * 9.81, 0.0, 0.0, 0.0])
 
 
 @pytest.mark.parametrize(

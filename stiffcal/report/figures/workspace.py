@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.report.content import Floats, WorkspacePicture
+from stiffcal.report.content import Floats
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from stiffcal.compensation.map_result import MapResult
 
 # Readable in grey and to the colour-blind: dark to light in one even run.
 _MAP = "viridis"
@@ -21,8 +24,47 @@ _MOST_ACROSS = 3
 _MOST_LETTERS = 30  # of a label below a panel
 
 
+@dataclass(frozen=True)
+class _Quantity:
+    """What a panel shows."""
+
+    name: str
+    unit: str
+    values: Floats
+    """(S, R, C), NaN where not reached."""
+
+
+def _quantities(result: MapResult) -> list[_Quantity]:
+    found, wish, shape = result.found, result.wish, result.grid.shape
+    quantities = []
+    if wish.wrench.any():
+        for name, size, units in (
+            ("position error", found.position_error, ("µm", "mm")),
+            ("orientation error", found.orientation_error, ("µrad", "mrad")),
+        ):
+            small = bool(np.nanmax(size, initial=0.0) < 1e-4)
+            values = (1e6 if small else 1e3) * size.reshape(shape)
+            quantities.append(_Quantity(name, units[0] if small else units[1], values))
+    if wish.direction is not None:
+        words = ", ".join(f"{value:.3g}" for value in wish.direction)
+        quantities.append(_Quantity(f"stiffness along ({words})", "N/mm", 1e-3 * found.stiffness.reshape(shape)))
+    return quantities
+
+
+def _title(result: MapResult) -> str:
+    wrench = result.wish.wrench
+    load = "no load"
+    if wrench.any():
+        force, moment = (", ".join(f"{value:.4g}" for value in part + 0.0) for part in (wrench[:3], wrench[3:]))
+        load = f"load ({force}) N" + (f", ({moment}) N·m" if wrench[3:].any() else "")
+    kept = "orientation as in the pose drawn"
+    if result.wish.rotation is None:
+        kept = "orientation free, arm near the pose drawn"
+    return f"{result.grid.campaign}: {load}; {kept}"
+
+
 @canvas.styled
-def draw_workspace(picture: WorkspacePicture) -> Figure:
+def draw_workspace(result: MapResult) -> Figure:
     """Draw each quantity over a plane; of several planes one row each, every quantity on one scale.
 
     Returns
@@ -32,19 +74,20 @@ def draw_workspace(picture: WorkspacePicture) -> Figure:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    count = len(picture.quantities)
-    panels = [(level, number) for level in range(len(picture.levels)) for number in range(count)]
+    grid, quantities = result.grid, _quantities(result)
+    count = len(quantities)
+    panels = [(level, quantity) for level in range(len(grid.levels)) for quantity in quantities]
     columns = min(len(panels) if count == 1 else count, _MOST_ACROSS)
     rows = -(-len(panels) // columns)
-    ratio = float(np.ptp(picture.up) / np.ptp(picture.across))
+    ratio = float(np.ptp(grid.up) / np.ptp(grid.across))
     width = canvas.PAGE_WIDTH_MM / columns
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, rows * (0.84 * width * min(max(ratio, 0.5), 1.6) + 24) + 15)
     drawn = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, (level, number) in zip(drawn, panels, strict=False):
-        _draw_panel(figure, axes, picture, level, number)
+    for axes, (level, quantity) in zip(drawn, panels, strict=False):
+        _draw_panel(figure, axes, result, level, quantity)
     for axes in drawn[len(panels) :]:
         axes.set_axis_off()
-    figure.suptitle(picture.title, fontsize=7.0, x=0.01, ha="left")
+    figure.suptitle(_title(result), fontsize=7.0, x=0.01, ha="left")
     handles = [
         Line2D(
             [], [], color=canvas.INK, linewidth=1.2, marker="o", markersize=2.4, markerfacecolor="white", label="arm"
@@ -52,50 +95,50 @@ def draw_workspace(picture: WorkspacePicture) -> Figure:
         Patch(facecolor=canvas.PALE, label="out of reach"),
         Patch(facecolor="#f4f4f4", edgecolor=canvas.QUIET, hatch="xxxx", label="only beyond joint limits"),
     ]
-    if (picture.margin < _LIMIT_DEG).any():
+    if (np.degrees(result.found.margin) < _LIMIT_DEG).any():
         label = f"{_LIMIT_DEG:g}° from a joint limit"
         handles.append(Line2D([], [], color=canvas.ACCENT, linestyle="--", linewidth=0.9, label=label))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     return figure
 
 
-def _draw_panel(figure: Figure, axes: Axes, picture: WorkspacePicture, level: int, number: int) -> None:
+def _draw_panel(figure: Figure, axes: Axes, result: MapResult, level: int, quantity: _Quantity) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    name, unit, values = picture.quantities[number]
-    status = picture.status[level]
+    grid, values = result.grid, quantity.values
+    status = result.found.status.reshape(grid.shape)[level]
     axes.grid(visible=False)
     axes.set_facecolor(canvas.PALE)
     limits = np.where(status == 1, 1.0, np.nan)
     if np.isfinite(limits).any():
         axes.contourf(
-            picture.across, picture.up, np.where(status == 1, 1.0, 0.0), levels=[0.5, 1.5], colors=["#f4f4f4"],
+            grid.across, grid.up, np.where(status == 1, 1.0, 0.0), levels=[0.5, 1.5], colors=["#f4f4f4"],
             hatches=["xxxx"], zorder=1,
         )  # fmt: skip
     low, high = _scale(values)
     mesh = axes.pcolormesh(
-        picture.across, picture.up, np.ma.masked_invalid(values[level]), cmap=_MAP, shading="nearest",
+        grid.across, grid.up, np.ma.masked_invalid(values[level]), cmap=_MAP, shading="nearest",
         vmin=low, vmax=high, rasterized=True, zorder=2,
     )  # fmt: skip
-    margin = picture.margin[level]
+    margin = np.degrees(result.found.margin).reshape(grid.shape)[level]
     if (margin < _LIMIT_DEG).any() and (margin > _LIMIT_DEG).any():
         axes.contour(
-            picture.across, picture.up, np.ma.masked_invalid(margin), levels=[_LIMIT_DEG], colors=[canvas.ACCENT],
+            grid.across, grid.up, np.ma.masked_invalid(margin), levels=[_LIMIT_DEG], colors=[canvas.ACCENT],
             linewidths=0.9, linestyles="--", zorder=3,
         )  # fmt: skip
     axes.plot(
-        picture.stick[:, 0], picture.stick[:, 1], color=canvas.INK, linewidth=1.2, marker="o", markersize=2.4,
+        grid.arm[:, 0], grid.arm[:, 1], color=canvas.INK, linewidth=1.2, marker="o", markersize=2.4,
         markerfacecolor="white", zorder=4,
     )  # fmt: skip
     axes.set_aspect("equal")
-    axes.set_xlim(picture.across[0], picture.across[-1])
-    axes.set_ylim(picture.up[0], picture.up[-1])
-    across, up, through = picture.axes
+    axes.set_xlim(grid.across[0], grid.across[-1])
+    axes.set_ylim(grid.up[0], grid.up[-1])
+    across, up, through = ("xyz"[axis] for axis in grid.axes)
     axes.set_xlabel(f"{across} [m]")
     axes.set_ylabel(f"{up} [m]")
-    axes.set_title(f"{through} = {round(picture.levels[level], 3):g} m")
+    axes.set_title(f"{through} = {round(grid.levels[level], 3):g} m")
     bar = figure.colorbar(mesh, ax=axes, location="bottom", shrink=0.9, aspect=28, extend=_beyond(values, low, high))
-    bar.set_label(fill(f"{name} [{unit}]", _MOST_LETTERS))
+    bar.set_label(fill(f"{quantity.name} [{quantity.unit}]", _MOST_LETTERS))
     bar.locator = MaxNLocator(5)
     bar.update_ticks()
     bar.outline.set_linewidth(0.4)

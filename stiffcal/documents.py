@@ -1,0 +1,246 @@
+"""Results as JSON documents: written out, described by a schema, and read back.
+
+A result is a frozen dataclass that the room which computes it returns. Its fields are the keys of its document, in
+their order; nested results are objects, arrays are lists, NaN is null. Marks in a field's annotation say more:
+`OrAbsent` (no key where None), `KeyIf` (a key where a property of the result says so), `NOT_IN_DOCUMENT`.
+
+Why not pydantic's own dumping: keys that are absent where nothing is known need a newer pydantic than is required
+here, and a command that only writes would wait for an adapter to be built. Schemas and reading are pydantic's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from enum import Enum
+from functools import cache
+from pathlib import PurePath
+from types import NoneType
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, Union, get_args, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler, TypeAdapter
+    from pydantic_core import CoreSchema
+
+Document: TypeAlias = dict[str, Any]
+"""A JSON object: where it enters or leaves the program, never between rooms."""
+
+Result = TypeVar("Result")
+Known = TypeVar("Known")
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+@dataclass(frozen=True, slots=True)
+class KeyIf:
+    """The mark of a field whose key stands in the document only where a property of the result is true."""
+
+    condition: str
+    """The property's name; "" where the key stands unless the field is None."""
+    null: bool = True
+    """Whether the key may hold null where it stands."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Take null out of what a document may hold, where it may not."""
+        if self.null:
+            return handler(source)
+        return handler(Union[tuple(kind for kind in get_args(source) if kind is not NoneType)])  # noqa: UP007
+
+
+@dataclass(frozen=True, slots=True)
+class NotInDocument:
+    """The mark of a field that is for Python alone; it needs a default where the result is read back from documents."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Accept no value for it."""
+        from pydantic_core.core_schema import none_schema
+
+        return none_schema()
+
+
+@dataclass(frozen=True, slots=True)
+class ListsOf:
+    """The mark of an array that is nested lists of numbers in the document."""
+
+    dimensions: int
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Read lists of numbers as an array."""
+        from pydantic_core.core_schema import no_info_after_validator_function
+
+        kind: Any = float
+        for _ in range(self.dimensions):
+            kind = list[kind]
+        return no_info_after_validator_function(_array, handler(kind))
+
+
+def _array(rows: Any) -> NDArray[np.float64]:
+    return np.array(rows, dtype=np.float64)
+
+
+NOT_IN_DOCUMENT = NotInDocument()
+OrAbsent: TypeAlias = Annotated[Known | None, KeyIf("", null=False)]
+Number: TypeAlias = float | None
+"""A number, null where it is not known."""
+Vector: TypeAlias = Annotated[NDArray[np.float64], ListsOf(1)]
+Matrix: TypeAlias = Annotated[NDArray[np.float64], ListsOf(2)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CommandResult:
+    """What every command answers."""
+
+    schema: str
+    """The document's kind and version, "stiffcal/NAME/1"."""
+    warnings: list[str]
+    """What a reader of the result must know, a line each."""
+
+
+def document_of(result: Any) -> Document:
+    """Return a result as a JSON document.
+
+    Parameters
+    ----------
+    result : a dataclass.
+
+    Returns
+    -------
+    dict
+        Keys in the order of the fields; finite numbers, texts, true, false, null, lists and objects alone.
+
+    Raises
+    ------
+    TypeError : the result holds a value that JSON has no form for.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Point:
+    ...     position: Vector
+    ...     stiffness: Number
+    ...     picture: OrAbsent[str] = None
+    >>> document_of(Point(np.array([0.0, 1.0]), float("nan")))
+    {'position': [0.0, 1.0], 'stiffness': None}
+    """
+    document: Document = {}
+    kind: Any = type(result)
+    for name, mark in _written(kind):
+        value = getattr(result, name)
+        if mark is not None and not (getattr(result, mark.condition) if mark.condition else value is not None):
+            continue
+        document[name] = value if type(value) in _PLAIN else json_value(value)
+    return document
+
+
+_PLAIN = (str, int, bool, NoneType)
+
+
+def json_value(value: Any) -> Any:
+    """Return a value as JSON has it; a number that is not finite is null.
+
+    Raises
+    ------
+    TypeError : JSON has no form for it.
+    """
+    kind = type(value)
+    if kind is float:
+        return value if math.isfinite(value) else None
+    if kind in _PLAIN:
+        return value
+    if isinstance(value, np.ndarray):
+        known = value.dtype.kind in "biuUS" or bool(np.isfinite(value).all())
+        return value.tolist() if known else json_value(value.tolist())
+    if isinstance(value, list | tuple):
+        return [json_value(item) for item in value]
+    if isinstance(value, Mapping):
+        return {str(key): json_value(item) for key, item in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return document_of(value)
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, np.generic):
+        return json_value(value.item())
+    if isinstance(value, PurePath):
+        return str(value)
+    if isinstance(value, float | int | str):  # of a type of its own
+        return json_value(float(value)) if isinstance(value, float) else value
+    raise TypeError(f"JSON has no form for {kind.__name__}")
+
+
+@cache
+def _written(kind: Any) -> tuple[tuple[str, KeyIf | None], ...]:
+    """Return the fields that stand in the document, with what the presence of the key hangs on."""
+    written: list[tuple[str, KeyIf | None]] = []
+    for name, marks in _marks(kind).items():
+        if NOT_IN_DOCUMENT not in marks:
+            written.append((name, next((mark for mark in marks if isinstance(mark, KeyIf)), None)))
+    return tuple(written)
+
+
+@cache
+def _marks(kind: Any) -> dict[str, tuple[Any, ...]]:
+    hints = get_type_hints(kind, include_extras=True)
+    return {field.name: getattr(hints[field.name], "__metadata__", ()) for field in fields(kind)}
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(kind)
+
+
+def result_of(kind: type[Result], text: str | bytes) -> Result:
+    """Return a result that was written as a document.
+
+    Parameters
+    ----------
+    kind : of the result. text : the document's JSON; it may hold more keys than the result has fields.
+
+    Raises
+    ------
+    pydantic.ValidationError : a key is missing, or holds something else than the field's type.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Point:
+    ...     position: Vector
+    >>> result_of(Point, '{"position": [0, 1.5], "by": "hand"}').position.tolist()
+    [0.0, 1.5]
+    """
+    hashable: Any = kind
+    result: Result = _adapter(hashable).validate_json(text, strict=True)
+    return result
+
+
+def schema_of(kind: Any) -> Document:
+    """Return the JSON Schema of the documents of a result type.
+
+    Required are the keys that stand in every document, whether or not the field has a default.
+    """
+    from pydantic import TypeAdapter
+    from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+    from pydantic_core import core_schema
+
+    class DocumentSchema(GenerateJsonSchema):
+        """Schemas of what is written, which pydantic takes for what may be given to a constructor."""
+
+        def dataclass_schema(self, schema: core_schema.DataclassSchema) -> JsonSchemaValue:
+            made = super().dataclass_schema(schema)
+            kind: Any = schema["cls"]
+            written = _written(kind)
+            made["properties"] = {name: made["properties"][name] for name, _ in written}
+            made["required"] = [name for name, mark in written if mark is None]
+            if not made["required"]:
+                del made["required"]
+            return made
+
+        def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+            return self.generate_inner(schema["schema"])
+
+    return {"$schema": DIALECT, **TypeAdapter(kind).json_schema(schema_generator=DocumentSchema)}
