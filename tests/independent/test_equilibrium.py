@@ -18,7 +18,7 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values
 from stiffcal.model.equilibrium import Balance, solve_balance
-from tests.laboratory.hidden_arrays import PracticeCampaign, read_practice, scatter_within_runs, small_turns
+from tests.laboratory.hidden_arrays import HiddenCampaign, read_arrays, scatter_within_runs, small_turns
 from tests.laboratory.mujoco_robot import MujocoRobot, Settled, Spring
 from tests.laboratory.robots import (
     SEVEN_STIFFNESS,
@@ -229,19 +229,19 @@ class TestPractice:
 
     def test_remainder_shows_a_stiffness_that_is_off(self, name: str) -> None:
         """The same remainder grows when one stiffness in six is 5 % off: the test above can fail."""
-        data = read_practice(name)
+        data = read_arrays(name)
         wrong = data.joint_stiffness * np.array([1.0, 1.05, *np.ones(data.chain.n_joints - 2)])
         ours = solve_balance(robot_with(data.chain, wrong), data.joints, data.wrench, data.setup)
         left = scatter_within_runs(data.position - ours.target_position[:, 0], data.run)
         assert left / data.noise["translation_m"] > 1.06
 
 
-_kept: dict[str, tuple[PracticeCampaign, Balance, Settled, Settled]] = {}
+_kept: dict[str, tuple[HiddenCampaign, Balance, Settled, Settled]] = {}
 
 
-def _practice_both_ways(name: str) -> tuple[PracticeCampaign, Balance, Settled, Settled]:
+def _practice_both_ways(name: str) -> tuple[HiddenCampaign, Balance, Settled, Settled]:
     if name not in _kept:
-        data = read_practice(name)
+        data = read_arrays(name)
         setup: MeasurementSetup = data.setup
         ours = solve_balance(robot_with(data.chain, data.joint_stiffness), data.joints, data.wrench, setup)
         outside = MujocoRobot(data.chain, data.joint_stiffness, setup)

@@ -1,4 +1,4 @@
-"""Practice campaigns with their truth: the true effect, truly valued, must leave nothing but the instruments' noise.
+"""Campaigns with their truth: the true effect with its true values must leave nothing but the instruments' noise.
 
 The campaigns come from a simulator that shares nothing with stiffcal, so that this judges signs, axes, orders and units
 of the laws: a residual that is a few per cent above the noise means a convention missed. What the noise does not hold
@@ -7,26 +7,20 @@ is that of the wrench, which enters through the model (up to a quarter of the tr
 
 from __future__ import annotations
 
-import json
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.errors import no_progress
 from stiffcal.identification.observation import Observations, observe
 from stiffcal.identification.weighing import predict_observations
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.workflow.reducing import reduce_campaign
-
-PRACTICE = Path(__file__).resolve().parents[3] / "shared" / "practice"
-pytestmark = pytest.mark.skipif(not PRACTICE.is_dir(), reason=f"no practice campaigns on this machine ({PRACTICE})")
+from tests.laboratory.hidden_campaigns import folder_of, reduced, truth
 
 # Campaigns whose hidden effects the catalogue holds; 09's is outside it.
 INSIDE = ("01", "02", "03", "04", "05", "06", "07", "08", "10", "11", "12", "13-table")
@@ -35,17 +29,10 @@ AT_MOST, AT_LEAST = 1.07, 0.95
 
 
 @cache
-def truth() -> dict[str, dict[str, Any]]:
-    """Return what was hidden, by folder."""
-    entries = json.loads((PRACTICE / "truth.json").read_text("utf-8"))
-    return {folder: entry for entry in entries for folder in entry["folder"].split(" and ")}
-
-
-@cache
 def measured(folder: str) -> tuple[Chain, Observations]:
     """Return a campaign's robot and observations, read by the tool itself."""
-    campaign = load_campaign(PRACTICE / folder)
-    return campaign.chain, observe(reduce_campaign(campaign, no_progress).states, campaign.chain)
+    chain = load_campaign(folder_of(folder)).chain
+    return chain, observe(reduced(folder).states, chain)
 
 
 def place_of(where: dict[str, Any]) -> Place:

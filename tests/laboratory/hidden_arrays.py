@@ -1,30 +1,27 @@
-"""Practice campaigns, read with the standard library and none of stiffcal's readers.
+"""The campaigns of `campaigns/hidden`, read with the standard library and none of stiffcal's readers.
 
-Made by a simulator that shares nothing with stiffcal; only on machines that have the folder, skipped elsewhere.
+Made by a simulator that shares nothing with stiffcal.
 """
 
 from __future__ import annotations
 
 import csv
-import json
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
+from tests.laboratory.hidden_campaigns import folder_of, truth
 from tests.laboratory.robots import chain_from_rows
-
-PRACTICE = Path(__file__).resolve().parents[3] / "shared" / "practice"
 
 
 @dataclass(frozen=True)
-class PracticeCampaign:
-    """A practice campaign as arrays.
+class HiddenCampaign:
+    """A campaign as arrays.
 
     Attributes
     ----------
@@ -49,11 +46,9 @@ class PracticeCampaign:
     noise: dict[str, float]
 
 
-def read_practice(name: str) -> PracticeCampaign:
-    """Read one of the tables, or skip the test where the folder is missing."""
-    folder = PRACTICE / name
-    if not folder.is_dir():
-        pytest.skip(f"practice campaign {name} is not on this machine ({folder})")
+def read_arrays(name: str) -> HiddenCampaign:
+    """Read one of the tables."""
+    folder = folder_of(name)
     robot, frames = _toml(folder / "robot.toml"), _toml(folder / "campaign.toml")["frames"]
     chain = chain_from_rows(
         robot["name"],
@@ -76,21 +71,21 @@ def read_practice(name: str) -> PracticeCampaign:
     )
     with (folder / "raw" / "states.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    truth = next(one for one in json.loads((PRACTICE / "truth.json").read_text("utf-8")) if one["folder"] == name)
+    known = truth()[name]
     turn = base_from_tracker[:3, :3]
     measured = None
     if "q0" in rows[0]:
         measured = np.stack([turn @ _matrix(one) for one in _columns(rows, ["q0", "qx", "qy", "qz"])])
-    return PracticeCampaign(
+    return HiddenCampaign(
         chain=chain,
         setup=setup,
-        joint_stiffness=np.array(truth["joint_stiffness"]),
+        joint_stiffness=np.array(known["joint_stiffness"]),
         joints=chain.model_angles(np.radians(_columns(rows, [f"A{k + 1}" for k in range(chain.n_joints)]))),
         wrench=_columns(rows, ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"]),
         position=_columns(rows, ["X", "Y", "Z"]) / 1e3 @ turn.T + base_from_tracker[:3, 3],
         rotation=measured,
         run=np.unique([row["run"] for row in rows], return_inverse=True)[1].astype(np.float64),
-        noise=truth["noise"],
+        noise=known["noise"],
     )
 
 

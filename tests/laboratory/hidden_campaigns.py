@@ -1,15 +1,23 @@
-"""The practice campaigns beside the project, and made-up logs."""
+"""Campaigns with a known truth, from a simulator that shares nothing with stiffcal; copies of them to break.
+
+``01`` to ``12`` are those of ``campaigns/hidden``, tables of load states. ``13-raw`` holds raw logs of three poses with
+the effect of ``02``, each device's clock from its own zero in every run; they lie compressed in ``data/practice-13``
+and are written out where they are needed. ``13-table`` holds what a perfect reduction of these logs finds.
+"""
 
 from __future__ import annotations
 
 import csv
 import json
+import lzma
+import shutil
+import tempfile
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import load_campaign
@@ -20,62 +28,91 @@ from stiffcal.workflow.watching import Watches
 
 Floats = NDArray[np.float64]
 
-PRACTICE = Path(__file__).resolve().parents[3] / "shared" / "practice"
-needs_practice = pytest.mark.skipif(not PRACTICE.is_dir(), reason="the folder of practice campaigns is not here")
+HIDDEN = Path(__file__).resolve().parents[2] / "campaigns" / "hidden"
+PRACTICE_13 = Path(__file__).parent / "data" / "practice-13"
+NAMES = tuple(f"{number:02d}" for number in range(1, 13))
+
+
+def copied(name: str, to: Path) -> Path:
+    """Write a campaign to the folder ``to / name``, where a test may change it."""
+    folder = to / name
+    source = HIDDEN / name if name in NAMES else PRACTICE_13 / name
+    for file in sorted(path for path in source.rglob("*") if path.is_file() and "store" not in path.parts):
+        target = folder / file.relative_to(source)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if file.suffix == ".xz":
+            target.with_suffix("").write_bytes(lzma.decompress(file.read_bytes()))
+        else:
+            shutil.copyfile(file, target)
+    return folder
+
+
+@cache
+def _written_out() -> tempfile.TemporaryDirectory[str]:
+    """Return a folder with 13-raw; it goes when the process ends."""
+    place = tempfile.TemporaryDirectory(prefix="practice-", ignore_cleanup_errors=True)
+    copied("13-raw", Path(place.name))
+    return place
+
+
+def folder_of(name: str) -> Path:
+    """Return a campaign's folder, for reading only."""
+    if name == "13-raw":
+        return Path(_written_out().name) / name
+    return HIDDEN / name if name in NAMES else PRACTICE_13 / name
+
+
+@cache
+def truth() -> dict[str, dict[str, Any]]:
+    """Return what was hidden, by folder; both folders of 13 have the same entry."""
+    files = (HIDDEN / "truth.json", PRACTICE_13 / "truth.json")
+    entries = [entry for file in files for entry in json.loads(file.read_text("utf-8"))]
+    return {name: entry for entry in entries for name in entry["folder"].split(" and ")}
 
 
 @cache
 def reduced(name: str) -> ReducedCampaign:
-    """Return a practice campaign, reduced."""
-    return reduce_campaign(load_campaign(PRACTICE / name), no_progress)
+    """Return a campaign, reduced."""
+    return reduce_campaign(load_campaign(folder_of(name)), no_progress)
 
 
 @cache
 def raw_runs() -> tuple[ReducedRun, ...]:
     """Return the reduced runs of 13-raw."""
-    campaign = load_campaign(PRACTICE / "13-raw")
+    campaign = load_campaign(folder_of("13-raw"))
     _, runs = gather(campaign, no_progress, Reading(), Watches(campaign))
     return tuple(runs)
 
 
-@cache
-def truth() -> dict[str, Any]:
-    """Return truth.json by folder."""
-    return {entry["folder"]: entry for entry in json.loads((PRACTICE / "truth.json").read_text())}
-
-
 def true_holds(run: str) -> Floats:
     """Return (h, 2) start and end of the holds of 13-raw, s on the force log's clock."""
-    with (PRACTICE / "13-table" / "raw" / "states.csv").open() as file:
+    with (folder_of("13-table") / "raw" / "states.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["run"] == run]
     return np.array([[float(row["start"]), float(row["end"])] for row in rows])
 
 
-def load_cycle(
-    generator: np.random.Generator, rate: float = 100.0, hold: float = 2.0, ramp: float = 0.8, noise: float = 1.5,
-    peak: float = 300.0, settle: float = 0.0, breaks: bool = False, lead: float = 3.0,
-) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-    """Return time (m,), wrench (m, 6) and the true holds (h, 2) of a made-up load cycle in three directions."""
-    levels = [np.zeros(3)]
-    for _ in range(3):
-        direction = generator.normal(size=3)
-        direction /= np.linalg.norm(direction)
-        for sign in (1.0, -1.0):
-            levels += [sign * peak * k / 4.0 * direction for k in (1, 2, 3, 4, 3, 2, 1, 0)]
-    knots, values, holds, now = [0.0, lead], [levels[0], levels[0]], [(0.0, lead)], lead
-    for k, level in enumerate(levels[1:]):
-        length = hold * (15.0 if breaks and k % 11 == 5 else 1.0)
-        knots += [now + ramp, now + ramp + length]
-        values += [level, level]
-        holds.append((now + ramp, now + ramp + length))
-        now += ramp + length
-    time = np.arange(0.0, now + 1.0, 1.0 / rate)
-    force = np.stack([np.interp(time, knots, [value[c] for value in values]) for c in range(3)], axis=1)
-    if settle > 0.0:
-        share = 1.0 - np.exp(-1.0 / rate / settle)
-        for k in range(1, len(force)):
-            force[k] = force[k - 1] + share * (force[k] - force[k - 1])
-    arm = np.array([[0.0, -0.2, 0.1], [0.2, 0.0, -0.05], [-0.1, 0.05, 0.0]])
-    wrench = np.concatenate([force, force @ arm.T], axis=1)
-    wrench += noise * generator.normal(size=wrench.shape) * np.array([1.0, 1.0, 1.0, 0.3, 0.3, 0.3])
-    return time, wrench, np.array(holds)
+def first_run_alone(to: Path) -> Path:
+    """Write 13-raw with its first run alone."""
+    folder = copied("13-raw", to)
+    text = (folder / "campaign.toml").read_text()
+    second = text.index("[[runs]]", text.index("[[runs]]") + 1)
+    (folder / "campaign.toml").write_text(text[:second])
+    return folder
+
+
+def edit(path: Path, *changes: tuple[str, str]) -> None:
+    """Replace pieces of a file, each of which has to be there."""
+    text = path.read_text(encoding="latin-1")
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    path.write_text(text, encoding="latin-1")
+
+
+def edit_table(folder: Path, change: Callable[[list[str], list[list[str]]], None]) -> None:
+    """Change header and rows of the table of states."""
+    path = folder / "raw" / "states.csv"
+    lines = [line.split(",") for line in path.read_text().splitlines()]
+    header, rows = lines[0], lines[1:]
+    change(header, rows)
+    path.write_text("\n".join(",".join(line) for line in [header, *rows]) + "\n")

@@ -26,9 +26,10 @@ from stiffcal.report.content import (
     SetAside,
     SourceFile,
 )
+from tests.laboratory.hidden_campaigns import folder_of
 from tests.laboratory.report_documents import documents
 
-SHARED = Path(__file__).resolve().parents[3] / "shared"
+FANUC = Path(__file__).resolve().parents[3] / "shared" / "data" / "fanuc-r2000ic"
 
 
 def rotation_z(angle: Floats) -> Floats:
@@ -189,7 +190,7 @@ def report_states(run: Integers, force: Floats, measured: Floats, predicted: Flo
 
 def practice_content(folder: str = "01", max_runs: int | None = None) -> ReportContent:
     """Content from a practice campaign's table of states."""
-    root = SHARED / "practice" / folder
+    root = folder_of(folder)
     manifest = tomllib.loads((root / "campaign.toml").read_text())
     robot = tomllib.loads((root / "robot.toml").read_text())
     table = root / "raw" / "states.csv"
@@ -250,7 +251,7 @@ def practice_content(folder: str = "01", max_runs: int | None = None) -> ReportC
 
 def fanuc_content() -> ReportContent:
     """Content from the FANUC measurements: 43 poses with one state each, noise unknown."""
-    root = SHARED / "data" / "fanuc-r2000ic"
+    root = FANUC
     logged, force, measured = (
         np.loadtxt(root / name, delimiter=",", skiprows=1) for name in ("joint_angles.csv", "forces.csv", "deltaX.csv")
     )

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stiffcal.reduction.clocks import SharedSignal, _refined, align_clocks, moves, offset_between
-from tests.laboratory.hidden_campaigns import Floats, load_cycle, needs_practice, raw_runs, truth
+from tests.laboratory.hidden_campaigns import raw_runs, truth
+from tests.laboratory.made_up_logs import Floats, load_cycle
 
 
 def tracker_of(
@@ -19,9 +20,8 @@ def tracker_of(
     return SharedSignal("tracker", at + ahead, force @ compliance.T + 1e-5 * generator.normal(size=(at.size, 3)), False)
 
 
-@needs_practice
 def test_clocks_of_the_raw_logs() -> None:
-    true = truth()["13-raw and 13-table"]["clock_ahead_s_of_each_run"]
+    true = truth()["13-raw"]["clock_ahead_s_of_each_run"]
     pulls = []
     for run in raw_runs():
         assert run.clocks["ft"].value == 0.0

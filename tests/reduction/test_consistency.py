@@ -12,24 +12,20 @@ from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.reduction.consistency import check_kinematics, check_work, match_kinematics, work_of_load
 from stiffcal.reduction.plausibility import LogWatch
-from tests.laboratory.hidden_campaigns import PRACTICE, Floats, needs_practice, reduced
-
-ALL = [f"{k:02d}" for k in range(1, 13)]
+from tests.laboratory.hidden_campaigns import NAMES, Floats, folder_of, reduced
 
 
-@needs_practice
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", NAMES)
 def test_sound_campaigns_pass(name: str) -> None:
-    states, chain = reduced(name).states, load_campaign(PRACTICE / name).chain
+    states, chain = reduced(name).states, load_campaign(folder_of(name)).chain
     assert check_work(states, chain) == []
     assert check_kinematics(states, chain, estimated=False) == []
     assert (work_of_load(states, chain).work > 0.0).all()
     assert match_kinematics(states, chain).median_m < 0.006
 
 
-@needs_practice
 def test_a_sensor_upside_down_is_told_from_acts_on() -> None:
-    states, chain = reduced("04").states, load_campaign(PRACTICE / "04").chain
+    states, chain = reduced("04").states, load_campaign(folder_of("04")).chain
     (fault,) = check_work(replace(states, wrench=-states.wrench), chain)
     assert fault.mend == 'acts_on is the wrong way round: write acts_on = "environment"'
     (fault,) = check_work(replace(states, wrench=-states.wrench), chain, acts_on="environment")
@@ -40,11 +36,10 @@ def test_a_sensor_upside_down_is_told_from_acts_on() -> None:
         assert f"about {axis}" in fault.mend
 
 
-@needs_practice
 @pytest.mark.parametrize("name", ["04", "07", "11"])
 @pytest.mark.parametrize("order", [(0, 2, 1), (1, 0, 2), (2, 0, 1), (2, 1, 0)])
 def test_the_order_of_the_force_columns_is_named(name: str, order: tuple[int, ...]) -> None:
-    states, chain = reduced(name).states, load_campaign(PRACTICE / name).chain
+    states, chain = reduced(name).states, load_campaign(folder_of(name)).chain
     read = replace(states, wrench=states.wrench[:, [*order, 3, 4, 5]])
     columns = [*("abc"[k] for k in order), "d", "e", "f"]  # a holds Fx, b Fy
     (fault,) = check_work(read, chain, columns=tuple(columns))
@@ -57,10 +52,9 @@ def test_the_order_of_the_force_columns_is_named(name: str, order: tuple[int, ..
     assert '"d", "e", "f"]' in fault.mend or "see whether the moments are swapped too" in fault.mend
 
 
-@needs_practice
 @pytest.mark.parametrize("estimated", [False, True])
 def test_the_one_change_that_fits_is_named(estimated: bool) -> None:
-    states, chain = reduced("01").states, load_campaign(PRACTICE / "01").chain
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
 
     def told(joints: Floats) -> str:
         (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated)
@@ -75,9 +69,8 @@ def test_the_one_change_that_fits_is_named(estimated: bool) -> None:
     assert "at joint A2" in told(states.joints + np.where(np.arange(6) == 1, np.pi / 2, 0.0))
 
 
-@needs_practice
 def test_tracker_axes_units_and_quaternion_order() -> None:
-    states, chain = reduced("01").states, load_campaign(PRACTICE / "01").chain
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
     there = states.setup.base_from_tracker
     own = (states.position[:, 0] - there[:3, 3]) @ there[:3, :3]
 
@@ -95,9 +88,8 @@ def test_tracker_axes_units_and_quaternion_order() -> None:
     assert "w first" in fault.mend
 
 
-@needs_practice
 def test_a_target_mounted_turned_is_no_fault() -> None:
-    states, chain = reduced("01").states, load_campaign(PRACTICE / "01").chain
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
     mounting = rotation_from_quaternion(np.array([0.6, 0.0, 0.8, 0.0]))
     assert check_kinematics(replace(states, rotation=states.rotation @ mounting), chain, estimated=False) == []
 

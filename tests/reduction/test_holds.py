@@ -9,7 +9,8 @@ import pytest
 
 from stiffcal.reduction.blocks import blocks_of
 from stiffcal.reduction.holds import Holds, find_holds
-from tests.laboratory.hidden_campaigns import Floats, load_cycle, needs_practice, raw_runs, true_holds
+from tests.laboratory.hidden_campaigns import raw_runs, true_holds
+from tests.laboratory.made_up_logs import Floats, load_cycle
 
 
 def matches(found: Holds, true: Floats) -> Floats:
@@ -20,7 +21,6 @@ def matches(found: Holds, true: Floats) -> Floats:
     return np.asarray(np.diag(shared) / (true[:, 1] - true[:, 0]))
 
 
-@needs_practice
 def test_raw_logs_give_the_holds_of_the_table() -> None:
     for run in raw_runs():
         true = true_holds(run.states.run[0])

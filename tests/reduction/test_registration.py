@@ -11,7 +11,7 @@ from stiffcal.campaign.manifest import Frame, Manifest
 from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.registration import in_instrument_axes, register_frames
-from tests.laboratory.hidden_campaigns import PRACTICE, needs_practice, reduced
+from tests.laboratory.hidden_campaigns import folder_of, reduced
 
 
 def estimating(manifest: Manifest, names: tuple[str, ...]) -> Manifest:
@@ -20,13 +20,12 @@ def estimating(manifest: Manifest, names: tuple[str, ...]) -> Manifest:
     return manifest.model_copy(update={"frames": frames})
 
 
-@needs_practice
 @pytest.mark.parametrize(
     ("folder", "names"),
     [("01", ("tracker",)), ("01", ("target",)), ("07", ("tracker", "target")), ("08", ("tracker", "target"))],
 )
 def test_frames_are_found(folder: str, names: tuple[str, ...]) -> None:
-    campaign, states = load_campaign(PRACTICE / folder), reduced(folder).states
+    campaign, states = load_campaign(folder_of(folder)), reduced(folder).states
     true = resolve_frames(campaign.manifest, campaign.chain)
     manifest = estimating(campaign.manifest, names)
     found = register_frames(in_instrument_axes(states), manifest, campaign.chain, names)
@@ -42,18 +41,16 @@ def test_frames_are_found(folder: str, names: tuple[str, ...]) -> None:
         assert np.isnan(found.uncertainty["target"][3:]).all()
 
 
-@needs_practice
 def test_too_few_poses_are_refused() -> None:
-    campaign, states = load_campaign(PRACTICE / "08"), reduced("08").states
+    campaign, states = load_campaign(folder_of("08")), reduced("08").states
     few = states.reference & (states.run < 3)
     manifest = estimating(campaign.manifest, ("tracker", "target"))
     with pytest.raises(InputError, match="3 different unloaded poses are too few"):
         register_frames(in_instrument_axes(states), manifest, campaign.chain, ("tracker", "target"), few)
 
 
-@needs_practice
 def test_other_frames_are_refused() -> None:
-    campaign, states = load_campaign(PRACTICE / "01"), reduced("01").states
+    campaign, states = load_campaign(folder_of("01")), reduced("01").states
     manifest = estimating(campaign.manifest, ("ft_sensor",))
     with pytest.raises(InputError, match="unloaded poses tell nothing of this frame"):
         register_frames(in_instrument_axes(states), manifest, campaign.chain, ("ft_sensor",))

@@ -10,15 +10,14 @@ import pytest
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.reduction.load_cycles import find_load_cycles
 from stiffcal.reduction.screening import bumped_readings, load_is_good, set_bumped_aside
-from tests.laboratory.hidden_campaigns import needs_practice, reduced
+from tests.laboratory.hidden_campaigns import reduced
 from tests.laboratory.simulated_states import LOAD_POINT, cycles_of, medium_robot, played
 
 OTHERS = ["01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "12", "13-table"]
-# of practice 11, found by looking: run, state (data row within the run, from 0), off by 0.3 to 1.4 mm
+# of campaign 11, found by looking: run, state (data row within the run, from 0), off by 0.3 to 1.4 mm
 BUMPED = {("pose01", 1), ("pose01", 18), ("pose01", 42), ("pose03", 72), ("pose06", 87), ("pose07", 11)}
 
 
-@needs_practice
 def test_practice_11_holds_six_bumped_readings() -> None:
     states = reduced("11").states
     aside = np.flatnonzero(~states.used)
@@ -27,13 +26,11 @@ def test_practice_11_holds_six_bumped_readings() -> None:
     assert all(reason.startswith("bumped: off by") and "mm" in reason for reason in states.set_aside[aside])
 
 
-@needs_practice
 @pytest.mark.parametrize("name", OTHERS)
 def test_no_false_alarm(name: str) -> None:
     assert reduced(name).states.used.all()
 
 
-@needs_practice
 @pytest.mark.parametrize("name", ["01", "03", "08"])
 def test_bumps_put_in_are_found(name: str) -> None:
     states, generator = reduced(name).states, np.random.default_rng(3)
@@ -46,7 +43,6 @@ def test_bumps_put_in_are_found(name: str) -> None:
     assert len(found - set(chosen.tolist())) <= 1
 
 
-@needs_practice
 @pytest.mark.parametrize("name", ["01", "04"])
 def test_slips_are_no_bumps(name: str) -> None:
     states, generator = reduced(name).states, np.random.default_rng(4)
@@ -57,7 +53,6 @@ def test_slips_are_no_bumps(name: str) -> None:
     assert not bumped_readings(replace(states, position=position))
 
 
-@needs_practice
 def test_a_jump_within_the_loads_is_no_bump() -> None:
     states = reduced("01").states
     cycles = find_load_cycles(states)
@@ -70,14 +65,12 @@ def test_a_jump_within_the_loads_is_no_bump() -> None:
     assert len(bumped_readings(replace(states, position=position))) <= 1
 
 
-@needs_practice
 def test_states_set_aside_keep_their_reasons() -> None:
     states = reduced("11").states
     again = set_bumped_aside(states)
     assert (again.set_aside == states.set_aside).all()
 
 
-@needs_practice
 def test_the_load_of_a_bumped_reading_is_good_that_of_an_excluded_row_in_doubt() -> None:
     states = reduced("11").states
     assert load_is_good(states).all()

@@ -14,7 +14,7 @@ from stiffcal.measurements.tables import states_from_table, states_table
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.references import reference_states
 from stiffcal.workflow.reducing import reduce_campaign
-from tests.laboratory.hidden_campaigns import needs_practice, reduced
+from tests.laboratory.hidden_campaigns import reduced
 
 ROBOT = """schema = "stiffcal/robot/1"
 convention = "modified-dh"
@@ -128,7 +128,6 @@ def test_references_are_the_first_unless_told() -> None:
         reference_states(run, ["a", "b"], {"b": 3}, usable)
 
 
-@needs_practice
 def test_practice_meets_kinematics_in_base_axes() -> None:
     states = reduced("01").states
     assert len(states) == 1164
@@ -136,7 +135,6 @@ def test_practice_meets_kinematics_in_base_axes() -> None:
     assert np.abs(np.linalg.det(states.rotation[:, 0]) - 1.0).max() < 1e-9
 
 
-@needs_practice
 def test_raw_logs_and_table_give_the_same_states() -> None:
     raw, table = reduced("13-raw").states, reduced("13-table").states
     assert raw.run.tolist() == table.run.tolist()
@@ -151,7 +149,6 @@ def test_raw_logs_and_table_give_the_same_states() -> None:
     assert raw.hold[5] == pytest.approx(1.0 + 0.5 * 0.8, abs=0.1)
 
 
-@needs_practice
 @pytest.mark.parametrize("name", ["03", "11", "13-raw"])
 def test_states_survive_the_table(name: str) -> None:
     states = reduced(name).states

@@ -18,7 +18,7 @@ from stiffcal.report.content import LoadPath, Provenance, ReportContent, SourceF
 from tests.laboratory import report_campaigns as practice
 from tests.laboratory.report_content import made_up_content
 
-needs_shared = pytest.mark.skipif(not practice.SHARED.is_dir(), reason="the folder of measurements is not here")
+needs_fanuc = pytest.mark.skipif(not practice.FANUC.is_dir(), reason="the FANUC measurements are not here")
 SPACES = re.compile(r"\s+")
 
 
@@ -197,7 +197,7 @@ def test_progress_runs_from_nought_to_one(tmp_path: Path) -> None:
     assert told[-1] == 1.0
 
 
-@needs_shared
+@needs_fanuc
 def test_fanuc_43_single_states(tmp_path: Path) -> None:
     path = tmp_path / "fanuc.pdf"
     build_report(practice.fanuc_content(), path)
@@ -208,7 +208,6 @@ def test_fanuc_43_single_states(tmp_path: Path) -> None:
     assert len(PdfReader(path).pages) <= 12
 
 
-@needs_shared
 @pytest.mark.parametrize("folder", ["01", "08"])
 def test_practice_campaigns_lay_out(folder: str) -> None:
     content = practice.practice_content(folder, max_runs=5)

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 
 from stiffcal.cli.app import main
+from tests.laboratory import hidden_campaigns
+from tests.laboratory.hidden_campaigns import copied
 
 SHARED = Path(__file__).parents[3] / "shared"
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
@@ -18,31 +20,14 @@ Command = Callable[..., dict[str, Any]]
 
 @pytest.fixture
 def practice(tmp_path: Path) -> Callable[[str], Path]:
-    """Copy a practice campaign to where it may be written."""
-
-    def copied(name: str) -> Path:
-        source = SHARED / "practice" / name
-        if not source.is_dir():
-            pytest.skip("the practice campaigns (../shared/practice) are not here")
-        target = tmp_path / name
-        target.mkdir()
-        for file in source.rglob("*"):
-            if file.is_file():
-                copy = target / file.relative_to(source)
-                copy.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(file, copy)
-        return target
-
-    return copied
+    """Copy a campaign whose truth is known to where it may be written."""
+    return lambda name: copied(name, tmp_path)
 
 
 @pytest.fixture
 def truth() -> dict[str, dict[str, Any]]:
-    """What was hidden in the practice campaigns, by folder."""
-    file = SHARED / "practice" / "truth.json"
-    if not file.is_file():
-        pytest.skip("the practice campaigns (../shared/practice) are not here")
-    return {name: entry for entry in json.loads(file.read_text()) for name in entry["folder"].split(" and ")}
+    """What was hidden in these campaigns, by folder."""
+    return hidden_campaigns.truth()
 
 
 @pytest.fixture

@@ -16,15 +16,13 @@ from stiffcal.reduction.logs import read_rows
 from stiffcal.store import Store
 from stiffcal.workflow.ingest import ingest_campaign, is_stale, stored_states
 from stiffcal.workflow.watching import Watches
-from tests.laboratory.campaigns_to_break import copied, edit, edit_table, needs_practice, one_run
-
-pytestmark = needs_practice
+from tests.laboratory.hidden_campaigns import copied, edit, edit_table, first_run_alone
 
 
 @pytest.fixture(scope="module")
 def ingested(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return one raw run, ingested."""
-    folder = one_run(tmp_path_factory.mktemp("raw"))
+    folder = first_run_alone(tmp_path_factory.mktemp("raw"))
     ingest_campaign(folder)
     return folder
 
@@ -95,7 +93,7 @@ def test_frames_to_be_estimated_are_found(tmp_path: Path) -> None:
 
 
 def test_holds_may_be_given(tmp_path: Path) -> None:
-    folder = one_run(tmp_path)
+    folder = first_run_alone(tmp_path)
     edit(folder / "campaign.toml", ('id = "pose01"', 'id = "pose01"\nstates = "raw/holds.csv"'))
     (folder / "raw" / "holds.csv").write_text("start,end\n1.945,3.945\n4.745,6.745\n7.545,9.545\n")
     assert ingest_campaign(folder)["runs"][0]["n_states"] == 3
@@ -103,7 +101,7 @@ def test_holds_may_be_given(tmp_path: Path) -> None:
 
 
 def test_given_clocks_are_respected(tmp_path: Path) -> None:
-    folder = one_run(tmp_path)
+    folder = first_run_alone(tmp_path)
     edit(folder / "campaign.toml", ('id = "pose01"', 'id = "pose01"\nclock_ahead_s = { tracker = 1.35 }'))
     (run,) = ingest_campaign(folder)["runs"]
     assert run["clock_ahead_s"]["tracker"]["value"] == 1.35
@@ -165,7 +163,7 @@ def _five_joints(folder: Path) -> None:
 
 
 FAULTS: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
-    "cut-off file": (_cut_off, ("raw/states.csv", "line 295")),
+    "cut-off file": (_cut_off, ("raw/states.csv", "line 148")),
     "missing column": (_missing_column, ("raw/states.csv", "'Fy'", "Fyy")),
     "millimetres as metres": (_manifest('position = "mm"', 'position = "m"'), ("metre", "mm")),
     "not a number": (_column("Fz", lambda _: "NaN", slice(6, 7)), ("raw/states.csv", "line 8", "Fz")),
@@ -239,7 +237,7 @@ LOG_FAULTS: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
 
 @pytest.mark.parametrize("fault", LOG_FAULTS)
 def test_each_fault_of_a_log_is_one_clear_line(fault: str, tmp_path: Path) -> None:
-    folder = one_run(tmp_path)
+    folder = first_run_alone(tmp_path)
     spoil, words = LOG_FAULTS[fault]
     spoil(folder)
     with pytest.raises(InputError) as raised:
@@ -251,7 +249,7 @@ def test_each_fault_of_a_log_is_one_clear_line(fault: str, tmp_path: Path) -> No
 
 
 def test_a_log_is_watched_from_batch_to_batch(tmp_path: Path) -> None:
-    campaign = load_campaign(one_run(tmp_path))
+    campaign = load_campaign(first_run_alone(tmp_path))
     watches = Watches(campaign)
     rows = next(read_rows(campaign.folder, "ft", campaign.manifest.sources["ft"], {"": "raw/pose01_ft.csv"}))
     watches.see("ft", "raw/pose01_ft.csv", rows)

@@ -20,7 +20,7 @@ from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.ingest import ingest_campaign
-from tests.laboratory.campaigns_to_break import edit
+from tests.laboratory.hidden_campaigns import edit
 from tests.laboratory.simulation_folders import IRB4400
 
 Table = NDArray[np.float64]
