@@ -7,14 +7,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, significant
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rich.console import Console
+
+    from stiffcal.compensation.predict_result import PredictedState, PredictResult
+    from stiffcal.documents import Matrix, Vector
 
 
 def predict(
@@ -61,15 +66,15 @@ def predict(
 
         means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
         path = LoadPathWish(load_path, at, points, note) if load_path is not None else None
-        document = predict_campaign(folder, means, poses=poses, load_path=path, output=output)
-        answer.give(document, show_prediction, command_line("export", folder, "-o", "model.json", store=store))
+        result = predict_campaign(folder, means, poses=poses, load_path=path, output=output)
+        answer.give(result, show_prediction, command_line("export", folder, "-o", "model.json", store=store))
     return OK
 
 
-def show_prediction(console: Console, document: Document, most: int = 24) -> None:
+def show_prediction(console: Console, result: PredictResult, most: int = 24) -> None:
     """Draw deflection ± 95 % and the force it takes per millimetre, state by state."""
-    console.print(f"deflection of {document['target']}, base axes; values from {document['values_from']}")
-    shown = list(enumerate(document["states"][:most], start=1))
+    console.print(f"deflection of {result.target}, base axes; values from {result.values_from}")
+    shown = list(enumerate(result.states[:most], start=1))
     table = plain_table("state>", "dx [mm]>", "dy [mm]>", "dz [mm]>")
     for number, state in shown:
         table.add_row(str(number), *(_translation(state, k) for k in range(3)))
@@ -77,46 +82,46 @@ def show_prediction(console: Console, document: Document, most: int = 24) -> Non
     console.print("\nstiffness [N/mm], with complementary stiffness and without")
     table = plain_table("state>", "x>", "y>", "z>", "x without>", "y without>", "z without>")
     for number, state in shown:
-        ways = [words for key in ("cartesian_compliance", "linear_compliance") for words in _stiffness(state[key])]
-        table.add_row(str(number), *ways)
+        table.add_row(str(number), *_stiffness(state.cartesian_compliance), *_stiffness(state.linear_compliance))
     console.print(table)
-    _show_links(console, document["states"][:most])
-    if len(document["states"]) > most:
-        console.print(f"{len(document['states']) - most} more in --json or -o FILE")
-    if document.get("file"):
-        console.print(f"wrote {document['file']}", soft_wrap=True)
+    _show_links(console, result.states[:most])
+    if len(result.states) > most:
+        console.print(f"{len(result.states) - most} more in --json or -o FILE")
+    if result.file is not None:
+        console.print(f"wrote {result.file}", soft_wrap=True)
 
 
-def _show_links(console: Console, states: list[Document]) -> None:
+def _show_links(console: Console, states: Sequence[PredictedState]) -> None:
     """Draw the deflection with and without each link's own part, side by side (000, Fig. 7)."""
-    for number, link in enumerate(states[0]["links"] if states else []):
-        name, modelled, measured = link["link"], link["at_target"] is not None, link["end_by_compliance"] is not None
+    for number, link in enumerate(states[0].links if states else []):
+        name, modelled, measured = link.link, link.at_target is not None, link.at_target_by_compliance is not None
         heads = ["whole [mm]>"] + [f"{name} rigid [mm]>", f"part of {name} [mm]>"] * modelled
         table = plain_table("state>", *heads, *[f"part of {name} by its 6×6 [mm]>"] * measured)
         for place, state in enumerate(states, start=1):
-            whole, part = state["deflection"], state["links"][number]
-            cells = [_vector(whole)]
-            if modelled:
-                rigid = [a - b for a, b in zip(whole, part["at_target"], strict=True)]
-                cells += [_vector(rigid), _vector(part["at_target"])]
-            table.add_row(str(place), *cells, *[_vector(part["at_target_by_compliance"])] * measured)
+            part = state.links[number]
+            cells = [_vector(state.deflection)]
+            if part.at_target is not None:
+                cells += [_vector(state.deflection - part.at_target), _vector(part.at_target)]
+            if part.at_target_by_compliance is not None:
+                cells.append(_vector(part.at_target_by_compliance))
+            table.add_row(str(place), *cells)
         console.print(table)
 
 
-def _vector(values: list[float]) -> str:
-    return ", ".join(significant(1e3 * value, 3) if abs(value) > 1e-9 else "0" for value in values[:3])
+def _vector(values: Vector) -> str:
+    return ", ".join(significant(1e3 * value, 3) if abs(value) > 1e-9 else "0" for value in values[:3].tolist())
 
 
-def _translation(state: Document, axis: int) -> str:
-    value = 1e3 * state["deflection"][axis]
+def _translation(state: PredictedState, axis: int) -> str:
+    value = 1e3 * float(state.deflection[axis])
     # A picometre is the solver's rounding.
     if abs(value) < 1e-6:
         return "0"
-    half = 1.96e3 * state["covariance"][axis][axis] ** 0.5
+    half = 1.96e3 * float(state.covariance[axis, axis]) ** 0.5
     return f"{significant(value)} ± {significant(half, 2)}" if half else significant(value)
 
 
-def _stiffness(compliance: list[list[float]]) -> list[str]:
+def _stiffness(compliance: Matrix) -> list[str]:
     """Return force over deflection along each axis, the other directions free to give."""
-    gives = [compliance[k][k] for k in range(3)]
+    gives = [float(compliance[k, k]) for k in range(3)]
     return [significant(1e-3 / give) if give > 0.0 else NOT_KNOWN for give in gives]

@@ -12,6 +12,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.compensation.predict_result import LoadPath
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Strings = NDArray[np.str_]
@@ -278,26 +280,6 @@ class EffectEvidence:
     alternatives: tuple[Document, ...] = ()
     parameters: tuple[Document, ...] = ()
     picture: EffectPicture | None = None
-
-
-@dataclass(frozen=True)
-class LoadPath:
-    """Deflection predicted along a path of loads at one pose (002, Fig. 2).
-
-    Attributes
-    ----------
-    name : how the path is called.
-    pose : the pose in words, e.g. "A1 … A6 = −45.8°, 4.6°, …", and how it was found.
-    force : (m, 3) N, base axes, along the path.
-    deflection : (m, 3) m, base axes.
-    corners : indices into the path of the loads that were named.
-    """
-
-    name: str
-    pose: str
-    force: Floats
-    deflection: Floats
-    corners: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

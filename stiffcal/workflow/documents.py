@@ -14,13 +14,14 @@ from typing import Any, Literal, NotRequired
 from typing_extensions import TypedDict
 
 from stiffcal.compensation.map_result import MapResult
+from stiffcal.compensation.predict_result import PredictResult
 from stiffcal.documents import schema_of
 from stiffcal.workflow.batch_documents import Batch
 from stiffcal.workflow.body_documents import CartesianStiffness, JointByItself
 from stiffcal.workflow.clamped_types import Clamped, ClampedJudged
 from stiffcal.workflow.command_documents import Check, Edit, Effects, Init, Plot, Report, Run, Simulate, StatesExport
 from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
-from stiffcal.workflow.document_types import Fault, Matrix, Model, Number, Origin, Rms, Threshold, Where
+from stiffcal.workflow.document_types import Fault, Model, Number, Origin, Rms, Threshold, Where
 from stiffcal.workflow.friction_types import Friction, FrictionJudged
 from stiffcal.workflow.link_documents import Coupling, MeasuredLink
 from stiffcal.workflow.trust_documents import Trust
@@ -175,44 +176,6 @@ class History(TypedDict):
     not_fitted_yet: NotRequired[Model]
 
 
-class PredictedLink(TypedDict):
-    """A link's part: ``carried`` at its outboard end and how far that moves it (beam axes), and the target (base axes).
-
-    By the model; ``…_by_compliance`` by the 6×6 that its rods gave. Null where the one or the other is not there.
-    """
-
-    link: str
-    carried: list[float]
-    end: list[float] | None
-    at_target: list[float] | None
-    end_by_compliance: list[float] | None
-    at_target_by_compliance: list[float] | None
-
-
-class PredictedState(TypedDict):
-    """Deflection (m, rad) and stiffness at the target, base axes; ``linear_…`` without complementary stiffness."""
-
-    joints: list[float]
-    wrench: list[float]
-    deflection: list[float]
-    covariance: Matrix
-    cartesian_compliance: Matrix
-    cartesian_stiffness: Matrix | None
-    linear_compliance: Matrix
-    linear_stiffness: Matrix | None
-    links: list[PredictedLink]
-
-
-class Predict(TypedDict):
-    """Answer of ``predict``."""
-
-    schema: Literal["stiffcal/predict/1"]
-    warnings: list[str]
-    values_from: str
-    target: str
-    states: list[PredictedState]
-
-
 class CorrectedPose(TypedDict):
     """One pose of a path: joints (rad), wrench, deflection and pose errors (m, rad, base axes).
 
@@ -303,7 +266,7 @@ DOCUMENTS: dict[str, Any] = {
     "identify": Identify,
     "validate": Validate,
     "history": History,
-    "predict": Predict,
+    "predict": PredictResult,
     "map": MapResult,
     "compensate": Compensate,
     "ingest": Ingest,

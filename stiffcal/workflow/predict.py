@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,20 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import Campaign, load_campaign
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.files import is_given
 from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
 from stiffcal.workflow.load_table import AXES, LoadTable, read_load_table
-from stiffcal.workflow.steps import (
-    LOAD_PATHS,
-    Document,
-    Means,
-    open_store,
-)
+from stiffcal.workflow.steps import LOAD_PATHS, Means, open_store
 from stiffcal.workflow.valued import ValuedCampaign, valued_campaign
 
 if TYPE_CHECKING:
     from stiffcal.compensation.link_parts import LinkPart
+    from stiffcal.compensation.predict_result import LoadPath, PredictedLink, PredictedState, PredictResult
     from stiffcal.compensation.prediction import Prediction
     from stiffcal.store.reading import Documents, Stored
 
@@ -54,7 +52,7 @@ def predict_campaign(
     poses: Path | None = None,
     load_path: LoadPathWish | None = None,
     output: Path | None = None,
-) -> Document:
+) -> PredictResult:
     """Predict deflection and Cartesian stiffness at the first measured frame.
 
     Parameters
@@ -68,14 +66,15 @@ def predict_campaign(
 
     Returns
     -------
-    dict
-        The `predict` document (interface, section 4).
+    PredictResult
+        Every state, and the path of loads where one was asked for.
 
     Raises
     ------
     InputError : the input is wrong, or a load is more than the robot holds.
     """
     from stiffcal.compensation.link_parts import link_parts
+    from stiffcal.compensation.predict_result import PredictResult
     from stiffcal.compensation.prediction import at_load_point, one_run, predict_states
     from stiffcal.model.equilibrium import NoBalanceError
 
@@ -99,16 +98,23 @@ def predict_campaign(
     order = one_run(valued.robot, len(loads.joints)) if load_path is not None else None
     angles, setup = valued.robot.chain.model_angles(loads.joints), at_load_point(valued.setup)
     parts = link_parts(valued.robot, angles, loads.wrench, setup, order, valued.link_compliances)
-    document = _document(loads, found, valued, parts)
-    if load_path is not None:
-        document["load_path"] = _load_path_document(campaign, load_path, loads, found, corners)
-        _keep(campaign, means, document["load_path"])
+    path = None if load_path is None else _load_path(campaign, load_path, loads, found, corners)
+    result = PredictResult(
+        warnings=[*valued.warnings, *_unknown_twists(valued, parts)],
+        values_from=valued.source,
+        target=valued.setup.target_names[0],
+        states=_states(loads, found, parts),
+        load_path=path,
+        file=None if output is None else str(output),
+        joint_names=campaign.chain.joint_names,
+    )
+    if path is not None:
+        _keep(campaign, means, path)
     if output is not None:
         from stiffcal.workflow.export import write_table
 
-        write_table(_table(campaign, loads, found, parts), output)
-        document["file"] = str(output)
-    return document
+        write_table(_table(result), output)
+    return result
 
 
 def _wanted(campaign: Campaign, poses: Path | None, wish: LoadPathWish | None) -> tuple[LoadTable, tuple[int, ...]]:
@@ -147,89 +153,91 @@ def _corners(text: str) -> Floats:
     return np.array(rows)
 
 
-def _document(loads: LoadTable, found: Prediction, valued: ValuedCampaign, parts: tuple[LinkPart, ...]) -> Document:
-    states = []
-    for place in range(len(loads.joints)):
-        stiffness, linear = found.cartesian_stiffness[place], found.linear_stiffness[place]
-        states.append(
-            {
-                "joints": loads.joints[place].tolist(),
-                "wrench": loads.wrench[place].tolist(),
-                "deflection": found.deflection[place].tolist(),
-                "covariance": found.covariance[place].tolist(),
-                "cartesian_compliance": found.cartesian_compliance[place].tolist(),
-                "cartesian_stiffness": None if stiffness is None else stiffness.tolist(),
-                "linear_compliance": found.linear_compliance[place].tolist(),
-                "linear_stiffness": None if linear is None else linear.tolist(),
-                "links": [_link_document(one, place) for one in parts],
-            }
+def _states(loads: LoadTable, found: Prediction, parts: tuple[LinkPart, ...]) -> list[PredictedState]:
+    from stiffcal.compensation.predict_result import PredictedState
+
+    return [
+        PredictedState(
+            joints=loads.joints[place],
+            wrench=loads.wrench[place],
+            deflection=found.deflection[place],
+            covariance=found.covariance[place],
+            cartesian_compliance=found.cartesian_compliance[place],
+            cartesian_stiffness=found.cartesian_stiffness[place],
+            linear_compliance=found.linear_compliance[place],
+            linear_stiffness=found.linear_stiffness[place],
+            links=[_predicted_link(part, place) for part in parts],
         )
-    twists = []
+        for place in range(len(loads.joints))
+    ]
+
+
+def _predicted_link(part: LinkPart, place: int) -> PredictedLink:
+    from stiffcal.compensation.predict_result import PredictedLink
+
+    def there(values: Floats | None) -> Floats | None:
+        return None if values is None else np.asarray(values[place])
+
+    return PredictedLink(
+        link=part.link,
+        carried=part.carried[place],
+        end=there(part.end),
+        at_target=there(part.at_target),
+        end_by_compliance=there(part.end_by_compliance),
+        at_target_by_compliance=there(part.at_target_by_compliance),
+    )
+
+
+def _unknown_twists(valued: ValuedCampaign, parts: tuple[LinkPart, ...]) -> Iterator[str]:
     for part in parts:
         if part.link in valued.link_compliances and not np.isfinite(valued.link_compliances[part.link][3, 3]):
             has = "without it" if part.end is None else "with the fit's"
-            twists.append(f"the rods on {part.link} do not tell its twist: its part by the rods' 6×6 is {has}")
-    return {
-        "schema": "stiffcal/predict/1",
-        "warnings": [*valued.warnings, *twists],
-        "values_from": valued.source,
-        "target": valued.setup.target_names[0],
-        "states": states,
-    }
+            yield f"the rods on {part.link} do not tell its twist: its part by the rods' 6×6 is {has}"
 
 
-def _link_document(part: LinkPart, place: int) -> Document:
-    def of(values: Floats | None) -> list[float] | None:
-        return None if values is None else [float(value) for value in values[place]]
-
-    return {
-        "link": part.link,
-        "carried": of(part.carried),
-        "end": of(part.end),
-        "at_target": of(part.at_target),
-        "end_by_compliance": of(part.end_by_compliance),
-        "at_target_by_compliance": of(part.at_target_by_compliance),
-    }
-
-
-def _load_path_document(
+def _load_path(
     campaign: Campaign, wish: LoadPathWish, loads: LoadTable, found: Prediction, corners: tuple[int, ...]
-) -> Document:
+) -> LoadPath:
+    from stiffcal.compensation.predict_result import LoadPath
+
     angles = ", ".join(f"{angle:.4g}°" for angle in np.degrees(loads.joints[0]))
     names = campaign.chain.joint_names
     pose = f"{names[0]} … {names[-1]} = {angles}" + (f"; {wish.note}" if wish.note else "")
-    return {
-        "name": campaign.name,
-        "pose": pose,
-        "force": loads.wrench[:, :3].tolist(),
-        "deflection": found.deflection[:, :3].tolist(),
-        "corners": list(corners),
-    }
+    return LoadPath(campaign.name, pose, loads.wrench[:, :3], found.deflection[:, :3], corners)
 
 
-def _keep(campaign: Campaign, means: Means, path: Document) -> None:
+def _keep(campaign: Campaign, means: Means, path: LoadPath) -> None:
     """Keep the path in the store, where the report finds it; one of each name and pose."""
 
     def with_path(stored: Stored) -> Documents:
         kept = stored(LOAD_PATHS) or {"schema": "stiffcal/load-paths/1", "paths": []}
-        named = (path["name"], path["pose"])
-        others = [entry for entry in kept["paths"] if (entry.get("name"), entry.get("pose")) != named]
-        return {LOAD_PATHS: kept | {"paths": [*others, path]}}
+        others = [entry for entry in kept["paths"] if (entry.get("name"), entry.get("pose")) != (path.name, path.pose)]
+        return {LOAD_PATHS: kept | {"paths": [*others, document_of(path)]}}
 
     open_store(campaign.folder, means).commit(documents=with_path, command="predict")
 
 
-def _table(campaign: Campaign, loads: LoadTable, found: Prediction, parts: tuple[LinkPart, ...]) -> dict[str, Floats]:
+def _table(result: PredictResult) -> dict[str, Floats]:
     """Return the prediction as columns: degrees, N, N·m, mm, mrad, each with its unit."""
-    columns = {f"{name} [deg]": np.degrees(loads.joints[:, k]) for k, name in enumerate(campaign.chain.joint_names)}
-    columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": loads.wrench[:, k] for k, axis in enumerate(AXES)}
-    std = np.sqrt(np.einsum("nii->ni", found.covariance))
+    states = result.states
+    angles, wrench = np.degrees([state.joints for state in states]), np.array([state.wrench for state in states])
+    columns = {f"{name} [deg]": angles[:, k] for k, name in enumerate(result.joint_names)}
+    columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": wrench[:, k] for k, axis in enumerate(AXES)}
+    deflection = 1e3 * np.array([state.deflection for state in states])
+    std = 1e3 * np.sqrt([np.diagonal(state.covariance) for state in states])
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
         unit = "mm" if k < 3 else "mrad"
-        columns[f"{name} [{unit}]"] = 1e3 * found.deflection[:, k]
-        columns[f"{name} standard uncertainty [{unit}]"] = 1e3 * std[:, k]
-    for part in parts:
-        for values, by in ((part.at_target, ""), (part.at_target_by_compliance, " by its 6x6")):
-            if values is not None:
-                columns |= {f"d{axis} of {part.link}{by} [mm]": 1e3 * values[:, k] for k, axis in enumerate("xyz")}
+        columns[f"{name} [{unit}]"] = deflection[:, k]
+        columns[f"{name} standard uncertainty [{unit}]"] = std[:, k]
+    for number, link in enumerate(states[0].links):
+        parts = [state.links[number] for state in states]
+        for ways, by in (
+            ([part.at_target for part in parts], ""),
+            ([part.at_target_by_compliance for part in parts], " by its 6x6"),
+        ):
+            moved = [way for way in ways if way is not None]
+            if moved:
+                columns |= {
+                    f"d{axis} of {link.link}{by} [mm]": 1e3 * np.array(moved)[:, k] for k, axis in enumerate("xyz")
+                }
     return columns

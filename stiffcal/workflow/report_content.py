@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections import defaultdict
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +15,8 @@ from numpy.typing import NDArray
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import Joints, Wrench
+from stiffcal.compensation.predict_result import LoadPath
+from stiffcal.documents import result_of
 from stiffcal.files import read_regular
 from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
@@ -21,7 +25,6 @@ from stiffcal.reduction.motion import gauge_directions
 from stiffcal.report.content import (
     Driver,
     Instrument,
-    LoadPath,
     Provenance,
     ReportContent,
     ReportRun,
@@ -364,7 +367,6 @@ def telling_drivers(data: Ingested, identified: Document, shown: ReportStates) -
     ]
 
 
-def _load_path(path: Document) -> LoadPath:
-    force, deflection = np.array(path["force"]), np.array(path["deflection"])
-    pose = path["pose"] + ("; not computed by you" if path.get("origin") == FOREIGN else "")
-    return LoadPath(path["name"], pose, force, deflection, tuple(path["corners"]))
+def _load_path(entry: Document) -> LoadPath:
+    path = result_of(LoadPath, json.dumps(entry))
+    return replace(path, pose=path.pose + ("; not computed by you" if path.origin == FOREIGN else ""))

@@ -6,15 +6,15 @@ key by key. Of a document that grows entry by entry, an entry of the wrong shape
 
 from __future__ import annotations
 
+import json
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from stiffcal.documents import result_of
 from stiffcal.store.index import OWN, check_version
 from stiffcal.store.origin import ENTRY_LISTS, damaged
 
 if TYPE_CHECKING:
-    from pydantic import TypeAdapter
-
     from stiffcal.store import Snapshot, Store
 
 Document = dict[str, Any]
@@ -44,10 +44,10 @@ def checked(snapshot: Snapshot, name: str) -> Document:
     if name in ENTRY_LISTS:
         return _checked_entries(snapshot, name, document)
     if snapshot.origin_of(name) != OWN:
-        adapter, schema = _document_types().get(name, (None, ""))
+        kind, schema = _document_types().get(name, (None, ""))
         check_version(document.get("schema"), schema, snapshot.shown, name)
-        if adapter is not None:
-            _check(adapter, document, snapshot.shown, name)
+        if kind is not None:
+            _check(kind, document, snapshot.shown, name)
     return document
 
 
@@ -64,7 +64,7 @@ def _has_shape(name: str, row: Document) -> bool:
     from pydantic import ValidationError
 
     try:
-        _entry_types()[name].validate_python(row, strict=True)
+        result_of(_entry_types()[name], json.dumps(row))
     except ValidationError:
         return False
     from stiffcal.workflow.identify import FIT_ID
@@ -72,11 +72,11 @@ def _has_shape(name: str, row: Document) -> bool:
     return name != "history" or FIT_ID.fullmatch(row["id"]) is not None
 
 
-def _check(adapter: TypeAdapter[Any], document: Document, shown: str, name: str) -> None:
+def _check(kind: Any, document: Document, shown: str, name: str) -> None:
     from pydantic import ValidationError
 
     try:
-        adapter.validate_python(document, strict=True)
+        result_of(kind, json.dumps(document))
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         place = ".".join(str(part) for part in first["loc"])
@@ -87,30 +87,23 @@ _SCHEMAS = {"history": "stiffcal/history/1", "load_paths": "stiffcal/load-paths/
 
 
 @cache
-def _document_types() -> dict[str, tuple[TypeAdapter[Any], str]]:
+def _document_types() -> dict[str, tuple[Any, str]]:
     """Return the type and the schema of each document by name; imported only where somebody else's are read."""
-    from pydantic import TypeAdapter
-
     from stiffcal.workflow import stored_types as types
 
     return {
-        "identify": (TypeAdapter(types.StoredIdentify), "stiffcal/identify/1"),
-        "validate": (TypeAdapter(types.StoredValidate), "stiffcal/validate/1"),
-        "diagnose": (TypeAdapter(types.StoredDiagnose), "stiffcal/diagnose/1"),
-        "ingest": (TypeAdapter(types.Ingest), "stiffcal/ingest/1"),
-        "provenance": (TypeAdapter(types.StoredProvenance), "stiffcal/provenance/1"),
-        "report": (TypeAdapter(types.ReportMade), "stiffcal/report-made/1"),
+        "identify": (types.StoredIdentify, "stiffcal/identify/1"),
+        "validate": (types.StoredValidate, "stiffcal/validate/1"),
+        "diagnose": (types.StoredDiagnose, "stiffcal/diagnose/1"),
+        "ingest": (types.Ingest, "stiffcal/ingest/1"),
+        "provenance": (types.StoredProvenance, "stiffcal/provenance/1"),
+        "report": (types.ReportMade, "stiffcal/report-made/1"),
     }
 
 
 @cache
-def _entry_types() -> dict[str, TypeAdapter[Any]]:
-    from pydantic import TypeAdapter
-
+def _entry_types() -> dict[str, Any]:
+    from stiffcal.compensation.predict_result import LoadPath
     from stiffcal.workflow import stored_types as types
 
-    return {
-        "history": TypeAdapter(types.StoredFit),
-        "load_paths": TypeAdapter(types.StoredLoadPath),
-        "diagnoses": TypeAdapter(types.EarlierDiagnosis),
-    }
+    return {"history": types.StoredFit, "load_paths": LoadPath, "diagnoses": types.EarlierDiagnosis}

@@ -79,16 +79,6 @@ class StoredFit(TypedDict):
     model_text: str
 
 
-class StoredLoadPath(TypedDict):
-    """A predicted path of loads."""
-
-    name: str
-    pose: str
-    force: list[list[float]]
-    deflection: list[list[float]]
-    corners: list[int]
-
-
 class EarlierDiagnosis(TypedDict):
     """What is kept of a diagnosis that a later one has replaced."""
 

@@ -77,13 +77,12 @@ def test_predict_shows_the_tool_with_and_without_the_swing(tmp_path: Path) -> No
     shutil.copytree(MAX100, folder)
     wish = LoadPathWish("0,0,0;0,-1500,0", "-21,33,40,22,-73,-96", points=1)
     output = tmp_path / "predicted.csv"
-    state = predict_campaign(folder, load_path=wish, output=output)["states"][1]
-    (swing,) = state["links"]
-    assert swing["link"] == "swing"
+    state = predict_campaign(folder, load_path=wish, output=output).states[1]
+    (swing,) = state.links
+    assert swing.link == "swing"
     # 000's pose 1 presses across the swing: a good tenth of what the tool does
-    share = np.dot(swing["at_target"][:3], state["deflection"][:3]) / np.dot(
-        state["deflection"][:3], state["deflection"][:3]
-    )
+    assert swing.at_target is not None
+    share = np.dot(swing.at_target[:3], state.deflection[:3]) / np.dot(state.deflection[:3], state.deflection[:3])
     assert 0.10 < share < 0.20
-    assert swing["at_target_by_compliance"] is None
+    assert swing.at_target_by_compliance is None
     assert "dy of swing [mm]" in output.read_text().splitlines()[0]

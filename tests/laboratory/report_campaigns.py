@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.report.content import (
     Driver,
     Floats,
     Instrument,
     Integers,
-    LoadPath,
     Provenance,
     ReportContent,
     ReportRun,

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from stiffcal.report.content import Driver, LoadPath
+from stiffcal.compensation.predict_result import LoadPath
+from stiffcal.report.content import Driver
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.ladder import draw_ladder
 from stiffcal.report.figures.load_deformation import (

@@ -11,10 +11,11 @@ import pytest
 from pypdf import PageObject, PdfReader
 from pypdf.generic import ArrayObject, DictionaryObject
 
+from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.errors import InputError
 from stiffcal.report.blocks import Items
 from stiffcal.report.building import build_report, lay_out
-from stiffcal.report.content import LoadPath, Provenance, ReportContent, SourceFile
+from stiffcal.report.content import Provenance, ReportContent, SourceFile
 from tests.laboratory import report_campaigns as practice
 from tests.laboratory.report_content import made_up_content
 

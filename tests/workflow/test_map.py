@@ -43,13 +43,13 @@ def test_every_point_holds_what_predict_says_there(campaign: Path) -> None:
     assert np.allclose(place, [point.position for point in reached], atol=1e-6)
     assert np.allclose(turned, kept, atol=1e-6)
     some = [",".join(f"{angle:.12g}" for angle in np.degrees(one)) + ",0,50,-200,0,0,0" for one in joints[:3]]
-    said = predict_campaign(campaign, poses=poses_file(campaign, some))["states"]
+    said = predict_campaign(campaign, poses=poses_file(campaign, some)).states
     for state, point in zip(said, reached, strict=False):
         assert point.deflection is not None
         assert point.std is not None
-        assert np.allclose(state["deflection"], point.deflection, atol=1e-9)
-        assert 1.0 / state["cartesian_compliance"][2][2] == pytest.approx(point.stiffness, rel=1e-6)
-        assert np.sqrt(np.trace(np.array(state["covariance"])[:3, :3])) == pytest.approx(point.std[0], rel=1e-3)
+        assert np.allclose(state.deflection, point.deflection, atol=1e-9)
+        assert 1.0 / state.cartesian_compliance[2][2] == pytest.approx(point.stiffness, rel=1e-6)
+        assert np.sqrt(np.trace(np.array(state.covariance)[:3, :3])) == pytest.approx(point.std[0], rel=1e-3)
     with table.open() as file:
         lines = list(csv.DictReader(file))
     assert len(lines) == len(result.points)

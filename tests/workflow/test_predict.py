@@ -27,28 +27,28 @@ def poses_file(folder: Path, rows: list[str], header: str = "A1,A2,A3,A4,A5,A6,F
 
 def test_cartesian_compliance_is_the_papers_at_small_load(campaign: Path) -> None:
     """Wang, Zhang and Fuhlbrigge 2009, eq. 7: C = J K⁻¹ Jᵀ without load."""
-    (state,) = predict_campaign(campaign, poses=poses_file(campaign, [POSE + ",0,0,0,0,0,0"]))["states"]
+    (state,) = predict_campaign(campaign, poses=poses_file(campaign, [POSE + ",0,0,0,0,0,0"])).states
     data = ingested(campaign, Means())
     chain = data.campaign.chain
     jacobian = jacobians(chain, chain.model_angles(np.radians([POSES_DEG[0]])), data.states.setup.targets[0])[0]
     expected = jacobian @ np.diag(1.0 / np.array(STIFFNESS)) @ jacobian.T
-    found = np.array(state["cartesian_compliance"])
+    found = np.array(state.cartesian_compliance)
     # the fit is off the truth by its uncertainty, and the robot sags by some tenths of a millimetre
     size = np.sqrt(np.diag(expected))
     assert np.all(np.abs(found - expected) < 0.03 * np.outer(size, size))
-    assert np.allclose(np.array(state["cartesian_stiffness"]) @ found, np.eye(6), atol=1e-6)
-    assert np.allclose(state["deflection"], 0.0, atol=1e-11)
+    assert np.allclose(np.array(state.cartesian_stiffness) @ found, np.eye(6), atol=1e-6)
+    assert np.allclose(state.deflection, 0.0, atol=1e-11)
 
 
 def test_deflection_follows_the_compliance(campaign: Path) -> None:
     rows = [POSE + f",{100 + step},0,-200,0,0,0" for step in (0, 1)]
-    first, second = predict_campaign(campaign, poses=poses_file(campaign, rows))["states"]
-    difference = np.array(second["deflection"]) - np.array(first["deflection"])
+    first, second = predict_campaign(campaign, poses=poses_file(campaign, rows)).states
+    difference = np.array(second.deflection) - np.array(first.deflection)
     data = ingested(campaign, Means())
     lever = np.array(data.states.setup.targets[0].transform[:3, 3] - data.states.setup.wrench_point.transform[:3, 3])
     assert np.linalg.norm(lever) > 0.05  # so that load point and target differ indeed
     # a force at the load point is one at the target and a moment: the compliance knows both
-    compliance = np.array(first["cartesian_compliance"])
+    compliance = np.array(first.cartesian_compliance)
     from stiffcal.mechanics.kinematics import attached_poses
 
     chain = data.campaign.chain
@@ -60,24 +60,25 @@ def test_deflection_follows_the_compliance(campaign: Path) -> None:
 
 
 def test_uncertainty_is_that_of_the_parameters(campaign: Path) -> None:
-    (state,) = predict_campaign(campaign, poses=poses_file(campaign, [POSE + ",0,0,-300,0,0,0"]))["states"]
-    covariance = np.array(state["covariance"])
+    (state,) = predict_campaign(campaign, poses=poses_file(campaign, [POSE + ",0,0,-300,0,0,0"])).states
+    covariance = np.array(state.covariance)
     assert np.allclose(covariance, covariance.T)
     assert np.linalg.eigvalsh(covariance).min() > -1e-20
     # three parameters of one per cent make some micrometres of a millimetre
     assert 1e-7 < np.sqrt(covariance[2, 2]) < 2e-5
     # twice the load, twice the uncertainty
-    (more,) = predict_campaign(campaign, poses=poses_file(campaign, [POSE + ",0,0,-600,0,0,0"]))["states"]
-    assert np.sqrt(np.array(more["covariance"])[2, 2] / covariance[2, 2]) == pytest.approx(2.0, rel=0.02)
+    (more,) = predict_campaign(campaign, poses=poses_file(campaign, [POSE + ",0,0,-600,0,0,0"])).states
+    assert np.sqrt(np.array(more.covariance)[2, 2] / covariance[2, 2]) == pytest.approx(2.0, rel=0.02)
 
 
 def test_load_path_passes_its_corners_and_reaches_the_report(campaign: Path) -> None:
     wish = LoadPathWish("-100,200,-300;0,0,0;100,-200,100", POSE, points=4, note="the pose of the test")
-    document = predict_campaign(campaign, load_path=wish)
-    path = document["load_path"]
-    assert path["corners"] == [0, 4, 8]
-    assert path["force"][8] == [100.0, -200.0, 100.0]
-    assert np.allclose(path["deflection"][4], 0.0, atol=1e-11)
+    result = predict_campaign(campaign, load_path=wish)
+    path = result.load_path
+    assert path is not None
+    assert path.corners == (0, 4, 8)
+    assert path.force[8].tolist() == [100.0, -200.0, 100.0]
+    assert np.allclose(path.deflection[4], 0.0, atol=1e-11)
     predict_campaign(campaign, load_path=wish)
     stored = open_store(campaign, Means()).read_document("load_paths")["paths"]
     assert len(stored) == 1
@@ -91,8 +92,8 @@ def test_load_path_passes_its_corners_and_reaches_the_report(campaign: Path) -> 
 
 def test_a_load_path_may_be_a_file(campaign: Path) -> None:
     file = poses_file(campaign, ["0,0,0", "0,0,-100"], header="Fx,Fy,Fz")
-    states = predict_campaign(campaign, load_path=LoadPathWish(str(file), POSE, points=2))["states"]
-    assert [state["wrench"][2] for state in states] == [0.0, -50.0, -100.0]
+    states = predict_campaign(campaign, load_path=LoadPathWish(str(file), POSE, points=2)).states
+    assert [state.wrench[2] for state in states] == [0.0, -50.0, -100.0]
 
 
 def test_values_of_the_model_file_serve_where_nothing_was_measured(campaign: Path, tmp_path: Path) -> None:
@@ -104,10 +105,10 @@ def test_values_of_the_model_file_serve_where_nothing_was_measured(campaign: Pat
     values = "\n".join(f'"joint-compliance.j{k + 1}.c" = {{ value = {1 / c} }}' for k, c in enumerate(STIFFNESS))
     model = campaign / "model.toml"
     model.write_text(model.read_text() + "[effects.parameters]\n" + values + "\n")
-    document = predict_campaign(campaign, elsewhere, load_path=wish)
-    assert document["values_from"] == "model.toml"
-    assert np.all(np.array(document["states"][1]["covariance"]) == 0.0)
-    assert document["warnings"]
+    result = predict_campaign(campaign, elsewhere, load_path=wish)
+    assert result.values_from == "model.toml"
+    assert np.all(np.array(result.states[1].covariance) == 0.0)
+    assert result.warnings
 
 
 def test_output_is_a_table_with_units(campaign: Path) -> None:

@@ -6,9 +6,10 @@ from functools import partial
 
 import numpy as np
 
+from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.report import wording
 from stiffcal.report.blocks import LeftOut, Picture, Section
-from stiffcal.report.content import LoadPath, ReportContent
+from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.canvas import AXES_NAMES
 from stiffcal.report.figures.load_path import apparent_negative, draw_load_path
 
