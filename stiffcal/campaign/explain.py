@@ -181,3 +181,18 @@ def _bare(annotation: Any) -> Any:
         parts = [part for part in get_args(annotation) if part is not type(None)]
         return _bare(parts[0])
     return annotation
+
+
+def plain_type(annotation: Any) -> type:
+    """Return the Python type of a field's values, without `None`, bounds and choices.
+
+    Examples
+    --------
+    >>> plain_type(list[str] | None), plain_type(typing.Literal[".", ","] | None)
+    (<class 'list'>, <class 'str'>)
+    """
+    bare = _bare(annotation)
+    if get_origin(bare) is typing.Literal:
+        return type(get_args(bare)[0])
+    plain = get_origin(bare) or bare
+    return plain if isinstance(plain, type) else object

@@ -1,140 +1,123 @@
-"""The formats of log files: which a file's ending stands for, and what a manifest may say of each."""
+"""The formats of log files: found by walking the folder of the readers, never by import of one.
+
+Why by walking: the manifest lies below the readers, yet names a format, and holds its table of options. A format is
+asked for by name and imported only then, so that a campaign of text logs imports no library of another format.
+"""
 
 from __future__ import annotations
 
+import importlib
+import importlib.metadata
+import pkgutil
+import sys
+from collections.abc import Iterator
+from functools import cache
+from importlib.util import find_spec
 from pathlib import PurePosixPath
-from typing import Annotated, ClassVar, Literal, TypeAlias
+from typing import Protocol, cast
 
-from pydantic import Field
+from stiffcal.campaign.typed import Table
+from stiffcal.errors import InputError
 
-from stiffcal.campaign.typed import Name, Table
-
-Format: TypeAlias = Literal["csv", "hdf5", "parquet", "tdms", "mat", "mcap", "rosbag2", "postgres"]
-_ENDINGS: dict[str, Format] = {
-    ".csv": "csv",
-    ".txt": "csv",
-    ".tsv": "csv",
-    ".dat": "csv",
-    ".asc": "csv",
-    ".h5": "hdf5",
-    ".hdf5": "hdf5",
-    ".hdf": "hdf5",
-    ".parquet": "parquet",
-    ".pq": "parquet",
-    ".tdms": "tdms",
-    ".mat": "mat",
-    ".mcap": "mcap",
-    ".db3": "rosbag2",
-}
-_PACKED = (".gz", ".bz2", ".xz", ".zst")
+READERS = "stiffcal.readers"
+"""The package whose modules are the formats, and the entry point group of those in other packages."""
 
 
-def format_of(file: str) -> Format | None:
+class LogFormat(Protocol):
+    """What the manifest has to know of a log format; the readers' `Reader` has it all.
+
+    Attributes
+    ----------
+    name : as in ``format = "csv"``, and of its table of options.
+    endings : what a file's name may end with, each with its dot, in small letters.
+    packed_endings : endings of packers behind one of `endings` that are unpacked as well.
+    options : the table of options, ``csv = {…}`` of a source.
+    in_files : False where the logs are no files: `file` of a source is then a table or a query.
+    """
+
+    name: str
+    endings: tuple[str, ...]
+    packed_endings: tuple[str, ...]
+    options: type[Table]
+    in_files: bool
+
+
+def format_names() -> tuple[str, ...]:
+    """Return the names of all log formats, sorted; nothing is imported for them.
+
+    Examples
+    --------
+    >>> "csv" in format_names()
+    True
+    """
+    return tuple(sorted({*_module_names(), *(point.name for point in _outside())}))
+
+
+def log_format(name: str) -> LogFormat | None:
+    """Return the log format of a name, None where there is none.
+
+    Raises
+    ------
+    InputError
+        A format of another package that cannot be imported.
+
+    Examples
+    --------
+    >>> log_format("csv").endings[0], log_format("cvs")
+    ('.csv', None)
+    """
+    if name in _module_names():
+        return cast(LogFormat, importlib.import_module(f"{READERS}.{name}").READER)
+    for point in _outside():
+        if point.name == name:
+            return _from_outside(point)
+    return None
+
+
+def log_formats(first: tuple[str, ...] = ()) -> Iterator[LogFormat]:
+    """Yield all log formats, each imported when its turn comes: those named in `first`, the package's, others."""
+    names = _module_names()
+    for name in sorted(names, key=lambda name: (name not in first, first.index(name) if name in first else 0, name)):
+        yield cast(LogFormat, importlib.import_module(f"{READERS}.{name}").READER)
+    for point in _outside():
+        if point.name not in names:
+            yield _from_outside(point)
+
+
+def format_of(file: str) -> str | None:
     """Return the format that a file's ending stands for, None where it says nothing.
 
     Examples
     --------
-    >>> format_of("raw/table.CSV"), format_of("raw/pose01.csv.gz")
-    ('csv', 'csv')
+    >>> format_of("raw/table.CSV"), format_of("raw/pose01.csv.gz"), format_of("raw/pose01.h5.gz")
+    ('csv', 'csv', None)
     """
     path = PurePosixPath(file)
-    if path.suffix.lower() in _PACKED:  # text alone is read packed: a table or a tree of columns is not
-        inner = _ENDINGS.get(PurePosixPath(path.stem).suffix.lower())
-        return inner if inner == "csv" else None
-    return _ENDINGS.get(path.suffix.lower())
+    ending, inner = path.suffix.lower(), PurePosixPath(path.stem).suffix.lower()
+    if not ending:
+        return None
+    for known in log_formats((ending.removeprefix("."), inner.removeprefix("."))):
+        if ending in known.endings or (ending in known.packed_endings and inner in known.endings):
+            return known.name
+    return None
 
 
-class CsvOptions(Table):
-    """How a text file is written.
-
-    Attributes
-    ----------
-    delimiter : a single character or "tab"; recognised where left out. decimal : "." where left out.
-    encoding : Python's name of it; UTF-8 where left out. skip_rows : lines before the header.
-    unit_row : True where the line after the header holds units; recognised where left out.
-    """
-
-    delimiter: Name | None = None
-    decimal: Literal[".", ","] | None = None
-    encoding: Name | None = None
-    skip_rows: Annotated[int, Field(ge=0)] | None = None
-    unit_row: bool | None = None
-
-    look_alikes: ClassVar[dict[str, str]] = {
-        "sep": "delimiter", "separator": "delimiter", "skiprows": "skip_rows", "header": "skip_rows",
-        "header_lines": "skip_rows", "units_row": "unit_row",
-    }  # fmt: skip
+def _module_names() -> tuple[str, ...]:
+    package = sys.modules.get(READERS)
+    spec = find_spec(READERS) if package is None else None
+    folders = package.__path__ if package is not None else (spec.submodule_search_locations if spec is not None else [])
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(folders)))
 
 
-class Hdf5Options(Table):
-    """Where in an HDF5 file the columns lie.
-
-    Attributes
-    ----------
-    group : the group that holds them. dataset : one dataset in it that holds all columns; recognised where left out.
-    """
-
-    group: Name = "/"
-    dataset: Name | None = None
+@cache
+def _outside() -> tuple[importlib.metadata.EntryPoint, ...]:
+    return tuple(importlib.metadata.entry_points(group=READERS))
 
 
-class ParquetOptions(Table):
-    """Nothing to say yet: a Parquet file carries names and types itself."""
-
-
-class TdmsOptions(Table):
-    """Where in a TDMS file the channels lie: the group; may be left out where only one group has any."""
-
-    group: Name | None = None
-
-
-class MatOptions(Table):
-    """Where in a MAT file the columns lie.
-
-    Attributes
-    ----------
-    variable : the struct whose fields they are, or the matrix that holds them (``log.ft``); absent: the file itself.
-    columns : the names of a matrix's columns.
-    """
-
-    variable: Name | None = None
-    columns: Annotated[list[Name] | None, Field(min_length=1)] = None
-
-
-class RosOptions(Table):
-    """Which messages of a ROS 2 bag or MCAP file are read; its columns are fields: ``wrench.force.x``, ``position.A1``.
-
-    Attributes
-    ----------
-    topic : may be left out where the bag has only one. child_frame : of transforms, the frame that was tracked.
-    types : the ROS release (``ros2_humble``) whose messages they are, where the bag does not define them itself.
-    """
-
-    topic: Name | None = None
-    child_frame: Name | None = None
-    types: Name | None = None
-
-
-class PostgresOptions(Table):
-    """How a PostgreSQL database is reached; which table or query is read, `file` says. No password stands here.
-
-    The user allows databases by environment, ``STIFFCAL_POSTGRES_ENV`` and ``STIFFCAL_POSTGRES``, and trusts queries.
-
-    Attributes
-    ----------
-    uri_env : the environment variable that holds the address (``postgresql://…``), its password included if need be.
-    host, port, database, user : instead of it; the password comes from PGPASSWORD or from ~/.pgpass.
-    order_by : the column, or columns, that put a table's rows into order.
-    """
-
-    uri_env: Name | None = None
-    host: Name | None = None
-    port: Annotated[int, Field(gt=0, lt=65536)] | None = None
-    database: Name | None = None
-    user: Name | None = None
-    order_by: Name | None = None
-
-    look_alikes: ClassVar[dict[str, str]] = {
-        "db": "database", "dbname": "database", "uri": "uri_env", "url": "uri_env", "dsn": "uri_env",
-        "password": "uri_env", "username": "user", "order": "order_by",
-    }  # fmt: skip
+def _from_outside(point: importlib.metadata.EntryPoint) -> LogFormat:
+    try:
+        return cast(LogFormat, point.load())
+    except Exception as error:  # whatever another package's code raises
+        package = point.dist.name if point.dist is not None else point.value
+        reason = f"the reader {point.name!r} of the package {package} cannot be imported ({type(error).__name__})"
+        raise InputError.at("", package, reason, "install it again, or remove it") from error

@@ -10,17 +10,8 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
-from stiffcal.campaign.file_formats import (
-    CsvOptions,
-    Format,
-    Hdf5Options,
-    MatOptions,
-    ParquetOptions,
-    PostgresOptions,
-    RosOptions,
-    TdmsOptions,
-    format_of,
-)
+from stiffcal.campaign.file_formats import format_names, format_of, log_format
+from stiffcal.campaign.registered import OneOf
 from stiffcal.campaign.row_filter import ExcludedRows, check_excluded, count_of_rows
 from stiffcal.campaign.signals import (
     DeadWeight,
@@ -135,7 +126,21 @@ class RunOfRows(Table):
         return self
 
 
-class Source(Table):
+class SourceFiles(Table):
+    """Where the files of a logging device are, and how they are read; see `Source`.
+
+    `stiffcal.campaign.manifest_type` adds the tables of options that log formats have.
+    """
+
+    format: Annotated[str, OneOf(format_names)] | None = None
+    sampling: Literal["time", "states"] | None = None
+    file: Name | None = None
+    files: dict[str, Name] = Field(default_factory=dict)
+    run: RunOfRows | None = None
+    time: TimeAxis | None = None
+
+
+class Source(SourceFiles):
     """One logging device: where its files are, how they are read, and the signals they hold.
 
     Attributes
@@ -147,20 +152,6 @@ class Source(Table):
     run : which run each row belongs to. time : optional for states.
     """
 
-    format: Format | None = None
-    sampling: Literal["time", "states"] | None = None
-    file: Name | None = None
-    files: dict[str, Name] = Field(default_factory=dict)
-    run: RunOfRows | None = None
-    time: TimeAxis | None = None
-    csv: CsvOptions | None = None
-    hdf5: Hdf5Options | None = None
-    parquet: ParquetOptions | None = None
-    tdms: TdmsOptions | None = None
-    mat: MatOptions | None = None
-    mcap: RosOptions | None = None
-    rosbag2: RosOptions | None = None
-    postgres: PostgresOptions | None = None
     joints: Joints | None = None
     wrench: Wrench | None = None
     dead_weight: DeadWeight | None = None
@@ -201,11 +192,17 @@ class Source(Table):
     @property
     def in_files(self) -> bool:
         """False where `file` names a database's table or query."""
-        return self.format != "postgres"
+        known = log_format(self.format) if self.format is not None else None
+        return known is None or known.in_files
 
-    def format_for(self, file: str) -> Format | None:
+    def format_for(self, file: str) -> str | None:
         """Return the format to read `file` with: as written, else by its ending."""
         return self.format or format_of(file)
+
+    def options_of(self, log_format: str) -> dict[str, object]:
+        """Return the options that are written for a log format, empty where none are."""
+        table = getattr(self, log_format, None) if log_format in type(self).model_fields else None
+        return dict(table.model_dump(exclude_unset=True)) if isinstance(table, Table) else {}
 
     def columns(self) -> tuple[str, ...]:
         """Return every column that is read, each once: run, time, then the signals'."""

@@ -8,22 +8,24 @@ from __future__ import annotations
 import json
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
-from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.model_file import ModelFile
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.thresholds import ThresholdsFile
 
-SCHEMAS: dict[str, type[BaseModel]] = {
-    "campaign.schema.json": Manifest,
-    "robot.schema.json": RobotFile,
-    "model.schema.json": ModelFile,
-    "thresholds.schema.json": ThresholdsFile,
+SCHEMAS: dict[str, Callable[[], type[BaseModel]]] = {
+    "campaign.schema.json": manifest_type,
+    "robot.schema.json": lambda: RobotFile,
+    "model.schema.json": lambda: ModelFile,
+    "thresholds.schema.json": lambda: ThresholdsFile,
 }
+"""File to what returns its type: the manifest's depends on the log formats that are found."""
 
 _ATTRIBUTE = re.compile(r"((?:\w+, )*\w+) : ")
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -76,9 +78,9 @@ def write_schemas(folder: Path) -> list[Path]:
     """Write all schemas of this room into a folder and return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for name, model in SCHEMAS.items():
+    for name, model_type in SCHEMAS.items():
         path = folder / name
-        path.write_text(schema_text(model), encoding="utf-8", newline="\n")
+        path.write_text(schema_text(model_type()), encoding="utf-8", newline="\n")
         written.append(path)
     return written
 

@@ -1,8 +1,9 @@
 """The interface of a log format, and how formats are found.
 
-A format is one module in this folder, named like the format, with one class that meets `Reader` and one instance of
-it called ``READER``. Nothing else has to be edited: `find_reader` walks the folder. A package outside stiffcal adds a
-format through the entry point group ``stiffcal.readers`` (name: the format, value: the instance).
+A format is one module in this folder, named like the format, with one class derived from `Reader` and one instance of
+it called ``READER``. Nothing else has to be edited: the folder is walked, the class says by which endings files are of
+the format, which options a manifest may hold for it, and what the tests of hostile input start from. A package outside
+stiffcal adds a format through the entry point group ``stiffcal.readers`` (name: the format, value: the instance).
 
 Why batches: a log can be larger than memory, so every reader yields pieces of bounded size and every stage behind it
 takes them one by one. Why no repair: a reader yields the numbers that stand in the file or raises `InputError`; what
@@ -12,19 +13,20 @@ may be left out is the caller's decision, never the reader's.
 from __future__ import annotations
 
 import difflib
-import importlib
-import importlib.metadata
-import pkgutil
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias, cast
+from typing import Any, ClassVar, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.campaign.explain import plain_type
+from stiffcal.campaign.file_formats import format_names, log_format, log_formats
+from stiffcal.campaign.typed import Table
 from stiffcal.errors import Fault, InputError
 from stiffcal.files import check_regular
 from stiffcal.measurements.moments import seconds_of_moments, seconds_of_times
@@ -32,12 +34,6 @@ from stiffcal.measurements.moments import seconds_of_moments, seconds_of_times
 Floats: TypeAlias = NDArray[np.float64]
 Options: TypeAlias = Mapping[str, object]
 """What the manifest says of a format: the table ``csv = {…}``, ``hdf5 = {…}`` of a source."""
-
-ENTRY_POINTS = "stiffcal.readers"
-ALSO = {"mcap": "rosbag2"}
-"""Formats that another format's module reads as well: it lists them in its own ``ALSO``."""
-EXTRAS = {"mcap": "ros", "rosbag2": "ros"}
-"""Formats whose extra has another name than they."""
 
 
 @dataclass(frozen=True)
@@ -104,49 +100,77 @@ class Header:
     options: dict[str, object] = field(default_factory=dict)
 
 
-class Reader(Protocol):
-    """A log format. `shown` is the file as the user named it, for messages; default: the path itself."""
+class NoOptions(Table):
+    """Nothing to say: files of the format describe themselves."""
 
-    name: str
 
+@dataclass(frozen=True)
+class FuzzInput:
+    """A small valid log of a format, which tests read back, and spoil to see that it is refused in one line.
+
+    Attributes
+    ----------
+    ending : what its file's name ends with; a format whose logs are folders names a file that it reads as well.
+    write : writes it.
+    numbers, texts : columns that it holds, of numbers and of words.
+    options : the format's options with which it is read.
+    """
+
+    ending: str
+    write: Callable[[Path], None]
+    numbers: tuple[str, ...]
+    texts: tuple[str, ...] = ()
+    options: Mapping[str, object] = field(default_factory=dict)
+
+
+class Reader(ABC):
+    """A log format. `shown` is the file as the user named it, for messages; default: the path itself.
+
+    Attributes
+    ----------
+    name : the module's.
+    endings : what a file's name may end with, each with its dot, in small letters.
+    packed_endings : endings of packers behind one of `endings` that are unpacked as well.
+    options : the table of options of a source, ``csv = {…}``; its fields are what `read_batches` is given.
+    in_files : False where the logs are no files: `file` of a source is then a table or a query; see `NotAFile`.
+    fuzz_inputs : what tests of hostile input start from; none only where the logs are no files.
+    """
+
+    name: ClassVar[str]
+    endings: ClassVar[tuple[str, ...]] = ()
+    packed_endings: ClassVar[tuple[str, ...]] = ()
+    options: ClassVar[type[Table]] = NoOptions
+    in_files: ClassVar[bool] = True
+    fuzz_inputs: ClassVar[tuple[FuzzInput, ...]] = ()
+
+    @abstractmethod
     def recognises(self, path: Path) -> bool:
-        """True where the file's ending or first bytes are of this format."""
-        ...
+        """Return True where the file's ending or first bytes are of this format."""
 
+    @abstractmethod
     def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
         """Return the columns; with `wanted`, check that these are there."""
-        ...
 
+    @abstractmethod
     def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
         """Yield the rows in order, streamed. Raises `InputError` at the first fault, with its place."""
-        ...
 
+    @abstractmethod
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return where data row `row` (from 1) stands in the file, e.g. ``line 12``."""
-        ...
 
 
-class NotAFile(Reader, Protocol):
+class NotAFile(Reader):
     """A format whose logs are no files: `file` of the manifest reaches it as the option ``from``."""
 
+    in_files = False
+
+    @abstractmethod
     def fingerprint(self, options: Options) -> tuple[int, str]:
         """Return the number of rows and a text that changes with what is read."""
-        ...
 
 
-def formats() -> tuple[str, ...]:
-    """Return the names of the formats that lie in this folder.
-
-    Examples
-    --------
-    >>> "csv" in formats()
-    True
-    """
-    folder = str(Path(__file__).parent)
-    return tuple(sorted([*(entry.name for entry in pkgutil.iter_modules([folder])), *ALSO]))
-
-
-def find_reader(path: Path, log_format: str | None = None, shown: str = "") -> Reader:
+def find_reader(path: Path, log_format_name: str | None = None, shown: str = "") -> Reader:
     """Return the reader for a file: by the format's name, else by the file's ending, else by its first bytes.
 
     Raises
@@ -154,52 +178,29 @@ def find_reader(path: Path, log_format: str | None = None, shown: str = "") -> R
     InputError
         If no format of this name is known, or none recognises the file.
     """
-    known = formats()
-    if log_format is not None:
-        reader = _load(log_format, known)
-        if reader is None:
-            raise InputError.at(
-                shown or str(path), "format", f"no reader for format {log_format!r}", _suggest_format(log_format, known)
-            )
-        return reader
+    if log_format_name is not None:
+        named = log_format(log_format_name)
+        if named is None:
+            reason, known = f"no reader for format {log_format_name!r}", format_names()
+            raise InputError.at(shown or str(path), "format", reason, _suggest_format(log_format_name, known))
+        return cast(Reader, named)
     with suppress(OSError):  # what is not there at all has no format
         check_regular(path, shown)
-    endings = [suffix.lstrip(".").lower() for suffix in reversed(path.suffixes)]
     # The module named like the ending first, so that a .csv does not import h5py.
-    ordered = [name for name in endings if name in known] + [name for name in known if name not in endings]
-    for name in ordered:
-        reader = _load(name, known)
-        if reader is not None and reader.recognises(path):
-            return reader
-    for entry in _outside():
-        reader = cast(Reader, entry.load())
+    for known_format in log_formats(tuple(suffix.lstrip(".").lower() for suffix in reversed(path.suffixes))):
+        reader = cast(Reader, known_format)
         if reader.recognises(path):
             return reader
     raise InputError.at(
         shown or str(path),
         "",
         "the format cannot be told from the file",
-        f"say format = one of {', '.join(known)} in its source",
+        f"say format = one of {', '.join(format_names())} in its source",
     )
 
 
-def _load(name: str, known: Sequence[str]) -> Reader | None:
-    if name in ALSO:
-        return cast(Reader, importlib.import_module(f"{__name__}.{ALSO[name]}").ALSO[name])
-    if name in known:
-        return cast(Reader, importlib.import_module(f"{__name__}.{name}").READER)
-    for entry in _outside():
-        if entry.name == name:
-            return cast(Reader, entry.load())
-    return None
-
-
-def _outside() -> list[importlib.metadata.EntryPoint]:
-    return list(importlib.metadata.entry_points(group=ENTRY_POINTS))
-
-
-def _suggest_format(log_format: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(log_format.lower(), known, n=1, cutoff=0.6)
+def _suggest_format(name: str, known: Sequence[str]) -> str:
+    near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.6)
     return f"did you mean {near[0]!r}?" if near else f"formats: {', '.join(known)}"
 
 
@@ -251,15 +252,25 @@ def nearest_name(name: str, columns: Sequence[str]) -> str:
     return f"the file has {there}" if columns else "the file has no columns"
 
 
-def check_options(options: Options, known: Mapping[str, type], table: str, shown: str) -> None:
-    """Raise `InputError` for an option that the format does not know or that is of the wrong type."""
+_KINDS = {str: "text", int: "a whole number", float: "a number", bool: "true or false", list: "a list"}
+
+
+def check_options(
+    options: Options, table: type[Table], name: str, shown: str, further: Mapping[str, type] | None = None
+) -> None:
+    """Raise `InputError` for an option that the format does not know or that is of the wrong type.
+
+    `further`: option to type of what is no option of the manifest's table, such as ``from``.
+    """
+    known = {key: plain_type(option.annotation) for key, option in table.model_fields.items()} | dict(further or {})
     faults = []
     for key, value in options.items():
+        place = f"{name}.{key}"
         if key not in known:
-            faults.append(Fault(shown, f"{table}.{key}", "no such option", nearest_option(key, list(known), table)))
+            faults.append(Fault(shown, place, "no such option", nearest_option(key, list(known), name)))
         elif value is not None and (not isinstance(value, known[key]) or type(value) is bool is not known[key]):
-            kind = {str: "text", int: "a whole number", bool: "true or false", list: "a list"}[known[key]]
-            faults.append(Fault(shown, f"{table}.{key}", f"{value!r} is not {kind}", "correct the manifest"))
+            kind = _KINDS.get(known[key], "of the right kind")
+            faults.append(Fault(shown, place, f"{value!r} is not {kind}", "correct the manifest"))
     if faults:
         raise InputError(*faults)
 
@@ -292,10 +303,10 @@ def first_not_finite(numbers: Mapping[str, Floats], wanted: Wanted, first_row: i
 # ---- what readers of whole columns share ----------------------------------------------------------------------------
 
 
-def missing_library(log_format: str, shown: str) -> InputError:
-    """Return what to install where the library behind a format is not there; extras are named like their format."""
-    reason = f"the library that reads {log_format} files is not installed"
-    return InputError.at(shown, "", reason, f'pip install "stiffcal[{EXTRAS.get(log_format, log_format)}]"')
+def missing_library(log_format_name: str, shown: str, extra: str = "") -> InputError:
+    """Return what to install where the library behind a format is missing; `extra`: where not named like the format."""
+    reason = f"the library that reads {log_format_name} files is not installed"
+    return InputError.at(shown, "", reason, f'pip install "stiffcal[{extra or log_format_name}]"')
 
 
 def check_there(path: Path, shown: str) -> None:

@@ -26,6 +26,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
 from stiffcal.limits import COLUMNS
 from stiffcal.measurements.hdf5_heaps import attribute_of, bounded_memory, check_words
@@ -33,8 +34,10 @@ from stiffcal.measurements.hdf5_links import LeadsOutsideError, groups_inside, i
 from stiffcal.measurements.hdf5_sizes import Read, by_chunk, check_sizes
 from stiffcal.readers import (
     Batch,
+    FuzzInput,
     Header,
     Options,
+    Reader,
     Wanted,
     batch_of_columns,
     check_columns,
@@ -52,7 +55,17 @@ UNIT_ATTRIBUTES = ("unit", "units")
 # Conventions by which stored numbers are not the physical ones.
 SCALING_ATTRIBUTES = ("scale_factor", "add_offset", "scale", "offset", "gain")
 
-KNOWN_OPTIONS: dict[str, type] = {"group": str, "dataset": str}
+
+class Hdf5Options(Table):
+    """Where in an HDF5 file the columns lie.
+
+    Attributes
+    ----------
+    group : the group that holds them. dataset : one dataset in it that holds all columns; recognised where left out.
+    """
+
+    group: Name = "/"
+    dataset: Name | None = None
 
 
 @dataclass(frozen=True)
@@ -71,14 +84,24 @@ class Columns:
     groups: tuple[str, ...] = ()
 
 
-class Hdf5Reader:
+def _write_fuzz_input(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        for name, values in (("t", np.linspace(0.0, 0.6, 60)), ("Fx", np.arange(-30.5, 29.0))):
+            file.create_dataset(name, data=values)
+        file.create_dataset("run", data=[f"pose{k // 20}" for k in range(60)])
+
+
+class Hdf5Reader(Reader):
     """Reads HDF5 files in batches of rows."""
 
     name = "hdf5"
+    endings = (".h5", ".hdf5", ".hdf")
+    options = Hdf5Options
+    fuzz_inputs = (FuzzInput(".h5", _write_fuzz_input, ("t", "Fx"), ("run",)),)
 
     def recognises(self, path: Path) -> bool:
         """Return True for a file that begins like HDF5, or is named so."""
-        return path.suffix.lower() in (".h5", ".hdf5", ".hdf", ".he5") or bool(path.is_file() and h5py.is_hdf5(path))
+        return path.suffix.lower() in (*self.endings, ".he5") or bool(path.is_file() and h5py.is_hdf5(path))
 
     def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
         """Return the columns of the group."""
@@ -116,7 +139,7 @@ READER = Hdf5Reader()
 
 @contextmanager
 def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, str]]:
-    check_options(options, KNOWN_OPTIONS, "hdf5", shown)
+    check_options(options, Hdf5Options, "hdf5", shown)
     check_there(path, shown)
     group_name = str(options.get("group") or "/")
     mend = "close the program that writes it, copy it again, or log again"

@@ -20,12 +20,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
+from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS, ROWS
@@ -35,8 +37,10 @@ from stiffcal.measurements.hdf5_sizes import by_chunk, check_sizes
 from stiffcal.measurements.mat5_elements import check_elements
 from stiffcal.readers import (
     Batch,
+    FuzzInput,
     Header,
     Options,
+    Reader,
     Wanted,
     batch_of_columns,
     check_columns,
@@ -49,7 +53,6 @@ from stiffcal.readers import (
 
 BATCH_ROWS = 1 << 16
 MOST_LETTERS = 1 << 16  # of a word in a cell
-KNOWN_OPTIONS: dict[str, type] = {"variable": str, "columns": list}
 PLAIN_CLASSES = (
     "double",
     "single",
@@ -73,14 +76,47 @@ class Vector:
     dataset: Any = None
 
 
-class MatReader:
+class MatOptions(Table):
+    """Where in a MAT file the columns lie.
+
+    Attributes
+    ----------
+    variable : the struct whose fields they are, or the matrix that holds them (``log.ft``); absent: the file itself.
+    columns : the names of a matrix's columns.
+    """
+
+    variable: Name | None = None
+    columns: Annotated[list[Name] | None, Field(min_length=1)] = None
+
+
+def _write_fuzz_input(path: Path) -> None:
+    from scipy.io import savemat
+
+    savemat(path, {"t": np.linspace(0.0, 0.6, 60), "Fx": np.arange(-30.5, 29.0)}, oned_as="column")
+
+
+def _write_fuzz_input_73(path: Path) -> None:
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in (("t", np.linspace(0.0, 0.6, 60)), ("Fx", np.arange(-30.5, 29.0))):
+            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_("double")
+    with path.open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM")
+
+
+class MatReader(Reader):
     """Reads MAT files in batches of rows."""
 
     name = "mat"
+    endings = (".mat",)
+    options = MatOptions
+    fuzz_inputs = (
+        FuzzInput(".mat", _write_fuzz_input, ("t", "Fx")),
+        FuzzInput(".mat", _write_fuzz_input_73, ("t", "Fx")),
+    )
 
     def recognises(self, path: Path) -> bool:
         """Return True for a file that is named so or begins like one."""
-        if path.suffix.lower() == ".mat":
+        if path.suffix.lower() in self.endings:
             return True
         try:
             with open_regular(path) as file:
@@ -131,7 +167,7 @@ READER = MatReader()
 
 @contextmanager
 def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[dict[str, Vector], str]]:
-    check_options(options, KNOWN_OPTIONS, "mat", shown)
+    check_options(options, MatOptions, "mat", shown)
     check_there(path, shown)
     variable = str(options.get("variable") or "")
     place = f"variable {variable}" if variable else ""

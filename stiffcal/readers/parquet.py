@@ -13,6 +13,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as parquet
 
+from stiffcal.campaign.typed import Table
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS, ROWS, check_unpacked
@@ -21,8 +22,10 @@ from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.readers import (
     Batch,
     Floats,
+    FuzzInput,
     Header,
     Options,
+    Reader,
     Wanted,
     check_columns,
     check_options,
@@ -34,14 +37,27 @@ BATCH_ROWS = 1 << 16
 NANOSECONDS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
 
 
-class ParquetReader:
+class ParquetOptions(Table):
+    """Nothing to say yet: a Parquet file carries names and types itself."""
+
+
+def _write_fuzz_input(path: Path) -> None:
+    rows = range(60)
+    columns = {"t": [k / 100 for k in rows], "Fx": [k - 30.5 for k in rows], "run": [f"pose{k // 20}" for k in rows]}
+    parquet.write_table(pa.table(columns), path, row_group_size=20)
+
+
+class ParquetReader(Reader):
     """Reads Parquet files in batches of rows."""
 
     name = "parquet"
+    endings = (".parquet", ".pq")
+    options = ParquetOptions
+    fuzz_inputs = (FuzzInput(".parquet", _write_fuzz_input, ("t", "Fx"), ("run",)),)
 
     def recognises(self, path: Path) -> bool:
         """Return True for a file that begins like Parquet, or is named so."""
-        if path.suffix.lower() in (".parquet", ".pq"):
+        if path.suffix.lower() in self.endings:
             return True
         try:
             with open_regular(path) as file:
@@ -98,7 +114,7 @@ READER = ParquetReader()
 @contextmanager
 def _open(path: Path, options: Options, shown: str, words: Sequence[str] = ()) -> Iterator[parquet.ParquetFile]:
     # Words are read as the numbers of entries in a dictionary: one word of 100 MB can stand in each of a billion rows.
-    check_options(options, {}, "parquet", shown)
+    check_options(options, ParquetOptions, "parquet", shown)
     try:
         check_there(path, shown)
         with open_regular(path, shown) as opened:  # as a path pyarrow takes no name that is not UTF-8

@@ -22,13 +22,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS, ROWS
 from stiffcal.readers import (
     Batch,
+    FuzzInput,
     Header,
     Options,
+    Reader,
     Wanted,
     batch_of_columns,
     check_columns,
@@ -41,20 +44,36 @@ from stiffcal.readers import (
 )
 
 BATCH_ROWS = 1 << 16
-KNOWN_OPTIONS: dict[str, type] = {"group": str}
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 WAVEFORM_TIME = "time"
 FEW_SCALINGS = 100  # of a channel, or values in the table of one
 
 
-class TdmsReader:
+class TdmsOptions(Table):
+    """Where in a TDMS file the channels lie: the group; may be left out where only one group has any."""
+
+    group: Name | None = None
+
+
+def _write_fuzz_input(path: Path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    columns = {"t": np.linspace(0.0, 0.6, 60), "Fx": np.arange(-30.5, 29.0)}
+    with TdmsWriter(path) as writer:
+        writer.write_segment([ChannelObject("ft", name, values) for name, values in columns.items()])
+
+
+class TdmsReader(Reader):
     """Reads TDMS files in batches of rows."""
 
     name = "tdms"
+    endings = (".tdms",)
+    options = TdmsOptions
+    fuzz_inputs = (FuzzInput(".tdms", _write_fuzz_input, ("t", "Fx")),)
 
     def recognises(self, path: Path) -> bool:
         """Return True for a file that begins like TDMS, or is named so."""
-        if path.suffix.lower() == ".tdms":
+        if path.suffix.lower() in self.endings:
             return True
         try:
             with open_regular(path) as file:
@@ -120,7 +139,7 @@ class _Waveform:
 
 @contextmanager
 def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Mapping[str, Any], str]]:
-    check_options(options, KNOWN_OPTIONS, "tdms", shown)
+    check_options(options, TdmsOptions, "tdms", shown)
     check_there(path, shown)
     try:
         from nptdms import TdmsFile

@@ -276,9 +276,8 @@ def _conditions(source: Source) -> list[RowCondition]:
 
 def reader_options(source: Source, log_format: str, file: str = "") -> dict[str, object]:
     """Return what the manifest says of a format, as the reader wants it; with the table or query that is no file."""
-    table = getattr(source, log_format, None)
-    said = {} if table is None else dict(table.model_dump(exclude_unset=True))
-    return said if source.in_files else said | {"from": file}
+    options = source.options_of(log_format)
+    return options if source.in_files else options | {"from": file}
 
 
 def _batches(folder: Path, source: Source, files: Mapping[str, str]) -> Iterator[Batch]:

@@ -59,23 +59,20 @@ def dialect_of(
     InputError
         the preamble has another number of lines than the manifest skips.
     """
-    options = source.csv
-    if options is None:
-        if preamble:
-            raise _wrong_preamble(place, len(preamble), 0)
-        return Dialect(decimals=decimals)
-    skipped = options.skip_rows or 0
+    options = source.options_of("csv")
+    skipped = options.get("skip_rows") or 0
+    assert isinstance(skipped, int)
     lines = tuple(preamble) or tuple("simulated" for _ in range(skipped))
     if len(lines) != skipped:
         raise _wrong_preamble(place, len(lines), skipped)
-    decimal = options.decimal or "."
-    delimiter = options.delimiter or (";" if decimal == "," else ",")
+    decimal = str(options.get("decimal") or ".")
+    delimiter = str(options.get("delimiter") or (";" if decimal == "," else ","))
     return Dialect(
         delimiter="\t" if delimiter == "tab" else delimiter,
         decimal=decimal,
-        encoding=options.encoding or "utf-8",
+        encoding=str(options.get("encoding") or "utf-8"),
         preamble=lines,
-        units=units if options.unit_row else None,
+        units=units if options.get("unit_row") else None,
         decimals=decimals,
     )
 

@@ -212,7 +212,7 @@ def _write_file(path: Path, file: str, source: Source, device: Device, parts: Se
         else:
             columns[name] = [word for piece in pieces for word in piece]
     dialect = dialect_of(source, device.sensor.preamble, parts[0].decimals, parts[0].units, f"sensors.{device.name}")
-    group = source.hdf5.group if source.hdf5 is not None else "/"
+    group = str(source.options_of("hdf5").get("group") or "/")
     write_log(path, source.format_for(file) or "csv", columns, dialect, group)
 
 

@@ -30,30 +30,41 @@ from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.readers import (
     Batch,
     Floats,
+    FuzzInput,
     Header,
     Options,
+    Reader,
     Wanted,
     first_not_finite,
 )
 from stiffcal.readers.csv.faults import GAP_WORDS, check_last_line, find_fault
-from stiffcal.readers.csv.layout import Layout, open_log
+from stiffcal.readers.csv.layout import CsvOptions, Layout, open_log
 from stiffcal.readers.csv.lines import LogText
 
 # Large enough that the parser's cost per block vanishes, small enough for flat memory.
 BLOCK = 1 << 22
-ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".log", ".asc")
-PACKED = (".gz", ".bz2", ".xz", ".zst")
+# What is called a log need not be a table: a manifest has to say so.
+FURTHER_ENDINGS = (".log",)
 
 
-class CsvReader:
+def _write_fuzz_input(path: Path) -> None:
+    rows = (f"{0.01 * k:.2f},{k - 30.5},pose{k // 20}" for k in range(60))
+    path.write_text("\n".join(("t,Fx,run", *rows)) + "\n", encoding="utf-8")
+
+
+class CsvReader(Reader):
     """Reads logs of text lines with one delimiter."""
 
     name = "csv"
+    endings = (".csv", ".txt", ".tsv", ".dat", ".asc")
+    packed_endings = (".gz", ".bz2", ".xz", ".zst")
+    options = CsvOptions
+    fuzz_inputs = (FuzzInput(".csv", _write_fuzz_input, ("t", "Fx"), ("run",)),)
 
     def recognises(self, path: Path) -> bool:
         """Return True for the usual endings, also packed by gzip, bzip2, xz or zstd."""
-        endings = [suffix.lower() for suffix in path.suffixes if suffix.lower() not in PACKED]
-        return bool(endings) and endings[-1] in ENDINGS
+        endings = [suffix.lower() for suffix in path.suffixes if suffix.lower() not in self.packed_endings]
+        return bool(endings) and endings[-1] in (*self.endings, *FURTHER_ENDINGS)
 
     def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
         """Return the columns and what was detected of the file.

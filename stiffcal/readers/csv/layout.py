@@ -8,7 +8,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated, ClassVar, Literal
 
+from pydantic import Field
+
+from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.limits import COLUMNS
@@ -16,9 +20,6 @@ from stiffcal.measurements.scope_export import NAME, PROPERTIES, is_scope_header
 from stiffcal.readers import Options, Wanted, check_columns, check_options
 from stiffcal.readers.csv.lines import LogText, find_codec
 
-KNOWN_OPTIONS: dict[str, type] = {
-    "delimiter": str, "decimal": str, "encoding": str, "skip_rows": int, "unit_row": bool,
-}  # fmt: skip
 DELIMITERS = ",;\t|"
 # In how many lines from the start the column names are looked for, to say what skip_rows should be.
 HEADER_SEARCH = 60
@@ -28,6 +29,28 @@ UNIT_WORDS = (
     " mv degc °c c k kg g hz khz rpm pa bar lbf - % iso8601"
 )
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
+
+class CsvOptions(Table):
+    """How a text file is written.
+
+    Attributes
+    ----------
+    delimiter : a single character or "tab"; recognised where left out. decimal : "." where left out.
+    encoding : Python's name of it; UTF-8 where left out. skip_rows : lines before the header.
+    unit_row : True where the line after the header holds units; recognised where left out.
+    """
+
+    delimiter: Name | None = None
+    decimal: Literal[".", ","] | None = None
+    encoding: Name | None = None
+    skip_rows: Annotated[int, Field(ge=0)] | None = None
+    unit_row: bool | None = None
+
+    look_alikes: ClassVar[dict[str, str]] = {
+        "sep": "delimiter", "separator": "delimiter", "skiprows": "skip_rows", "header": "skip_rows",
+        "header_lines": "skip_rows", "units_row": "unit_row",
+    }  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -95,7 +118,7 @@ def open_log(path: Path, options: Options, shown: str, wanted: Wanted) -> Iterat
     InputError
         For an unknown option, an unreadable or empty file, a wrong encoding, a missing or repeated wanted column.
     """
-    check_options(options, KNOWN_OPTIONS, "csv", shown)
+    check_options(options, CsvOptions, "csv", shown)
     encoding = str(options.get("encoding") or "utf-8")
     find_codec(encoding, shown)
     # Only words need decoding; for numbers the bytes are enough, where the encoding agrees with ASCII.

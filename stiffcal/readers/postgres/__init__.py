@@ -21,17 +21,20 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
+from pydantic import Field
 
+from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
 from stiffcal.measurements.columns import values_of
 from stiffcal.readers import (
     Batch,
     Header,
+    NotAFile,
     Options,
     Wanted,
     batch_of_columns,
@@ -48,17 +51,40 @@ BATCH_BYTES = 4 << 20
 BATCH_ROWS = 1 << 16
 STATEMENT_S, LONGEST_S = "STIFFCAL_POSTGRES_STATEMENT_S", 1800
 """The variable that says how long a statement may take, s, and what holds without it."""
+_FILE = {"from": str}  # the option as which the manifest's `file` comes here
 _CANCELLED, _NO_TABLE = "57014", "42P01"  # SQLSTATE query_canceled and undefined_table
-# `from` is the manifest's `file`.
-KNOWN_OPTIONS: dict[str, type] = {
-    "uri_env": str, "host": str, "port": int, "database": str, "user": str, "order_by": str, "from": str,
-}  # fmt: skip
 
 
-class PostgresReader:
+class PostgresOptions(Table):
+    """How a PostgreSQL database is reached; which table or query is read, `file` says. No password stands here.
+
+    The user allows databases by environment, ``STIFFCAL_POSTGRES_ENV`` and ``STIFFCAL_POSTGRES``, and trusts queries.
+
+    Attributes
+    ----------
+    uri_env : the environment variable that holds the address (``postgresql://…``), its password included if need be.
+    host, port, database, user : instead of it; the password comes from PGPASSWORD or from ~/.pgpass.
+    order_by : the column, or columns, that put a table's rows into order.
+    """
+
+    uri_env: Name | None = None
+    host: Name | None = None
+    port: Annotated[int, Field(gt=0, lt=65536)] | None = None
+    database: Name | None = None
+    user: Name | None = None
+    order_by: Name | None = None
+
+    look_alikes: ClassVar[dict[str, str]] = {
+        "db": "database", "dbname": "database", "uri": "uri_env", "url": "uri_env", "dsn": "uri_env",
+        "password": "uri_env", "username": "user", "order": "order_by",
+    }  # fmt: skip
+
+
+class PostgresReader(NotAFile):
     """Reads a table or query of a PostgreSQL database in batches of rows; the paths it is given mean nothing."""
 
     name = "postgres"
+    options = PostgresOptions
 
     def recognises(self, path: Path) -> bool:
         """Return False: a database is no file."""
@@ -159,7 +185,7 @@ def _quoted(name: str) -> str:
 def _connected(options: Options) -> Iterator[tuple[Any, _What]]:
     """Open a read-only transaction; what the server refuses becomes one line without the password."""
     what = _What(options)
-    check_options(options, KNOWN_OPTIONS, "postgres", what.shown)
+    check_options(options, PostgresOptions, "postgres", what.shown, _FILE)
     try:
         from adbc_driver_postgresql import StatementOptions, dbapi
     except ImportError:

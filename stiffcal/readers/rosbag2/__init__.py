@@ -23,13 +23,14 @@ from typing import Any
 
 import numpy as np
 
+from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
-from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS, ROWS
 from stiffcal.readers import (
     Batch,
     Header,
     Options,
+    Reader,
     Wanted,
     batch_of_columns,
     check_columns,
@@ -39,41 +40,43 @@ from stiffcal.readers import (
     whole,
 )
 from stiffcal.readers.rosbag2.definitions import checked_types, parsed_types
+from stiffcal.readers.rosbag2.fuzz_inputs import fuzz_input
 from stiffcal.readers.rosbag2.storage import CHUNK, MESSAGE, QuotedPath, check_bag, check_chunks, fence_rosbags, unzstd
 
 BATCH_MESSAGES = 1 << 14
-KNOWN_OPTIONS: dict[str, type] = {"topic": str, "child_frame": str, "types": str}
 RECORDED = "time"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
-MCAP_MAGIC = b"\x89MCAP0\r\n"
 # Arrays of a joint state, whose elements go by the names in `name`.
 NAMED = ("position", "velocity", "effort")
 MEND = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may mend what a recorder left"
 BY_THEN_NOT_TOLD = "ros2_humble"
 
 
-@dataclass(frozen=True)
-class RosReader:
-    """Reads one topic of a bag in batches of messages.
+class RosOptions(Table):
+    """Which messages of a ROS 2 bag or MCAP file are read; its columns are fields: ``wrench.force.x``, ``position.A1``.
 
     Attributes
     ----------
-    name : the format, and its table of options.
+    topic : may be left out where the bag has only one. child_frame : of transforms, the frame that was tracked.
+    types : the ROS release (``ros2_humble``) whose messages they are, where the bag does not define them itself.
     """
 
-    name: str
+    topic: Name | None = None
+    child_frame: Name | None = None
+    types: Name | None = None
+
+
+class RosReader(Reader):
+    """Reads one topic of a bag in batches of messages; `stiffcal.readers.mcap` reads MCAP files in the same way."""
+
+    name = "rosbag2"
+    endings = (".db3",)
+    options = RosOptions
+    fuzz_inputs = (fuzz_input(".db3", "SQLITE3"),)
 
     def recognises(self, path: Path) -> bool:
-        """Return True for a bag's folder or file of this format, by its name or its first bytes."""
-        if self.name == "rosbag2":
-            return path.suffix.lower() == ".db3" or (path / "metadata.yaml").is_file()
-        if path.suffix.lower() == ".mcap":
-            return True
-        try:
-            with open_regular(path) as file:
-                return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC
-        except OSError:
-            return False
+        """Return True for a bag's folder, or a file named like one inside."""
+        return path.suffix.lower() in self.endings or (path / "metadata.yaml").is_file()
 
     def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
         """Return the fields of the topic's first message."""
@@ -121,14 +124,14 @@ class RosReader:
 
     @contextmanager
     def _open(self, path: Path, options: Options, shown: str) -> Iterator[_Topic]:
-        check_options(options, KNOWN_OPTIONS, self.name, shown)
+        check_options(options, RosOptions, self.name, shown)
         if not path.exists():
             raise InputError.at(shown, "", "no such file", "correct the file's name")
         try:
             from rosbags.rosbag2 import Reader
             from rosbags.typesys import Stores
         except ImportError:
-            raise missing_library(self.name, shown) from None
+            raise missing_library(self.name, shown, "ros") from None
         releases = [store.value for store in Stores if store.value.startswith("ros2_")]
         types = str(options.get("types") or BY_THEN_NOT_TOLD)
         if types not in releases:
@@ -148,8 +151,7 @@ class RosReader:
                     raise InputError(*faults) from None
 
 
-READER = RosReader("rosbag2")
-ALSO = {"mcap": RosReader("mcap")}
+READER = RosReader()
 
 
 @dataclass(frozen=True)
