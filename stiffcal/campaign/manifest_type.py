@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 from pydantic import Field, create_model
 
@@ -60,8 +60,8 @@ def _source_type(options: _Options) -> type[Source]:
     # A format that is not asked for is there by name alone: what may be written is listed where a key is wrong.
     fields: dict[str, Any] = {name: (None if table is None else table | None, None) for name, table in options}
     # The options lie between the two, so that keys and faults come in the order in which people write them.
-    files = create_model("SourceOptions", __base__=SourceFiles, **fields)
-    return create_model("Source", __base__=(Source, files), __doc__=Source.__doc__)
+    bases: Any = (Source, create_model("SourceOptions", __base__=SourceFiles, **fields))
+    return cast(type[Source], create_model("Source", __base__=bases, __doc__=Source.__doc__))
 
 
 @lru_cache(maxsize=32)

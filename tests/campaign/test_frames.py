@@ -11,6 +11,7 @@ import pytest
 
 from stiffcal.campaign.frames import frames_to_estimate, measurement_setup, resolve_frames
 from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.robot_file import RobotFile, chain_of
 from stiffcal.campaign.transforms import rotation_quaternion, rotation_rpy, rotation_taking_z_to
 from stiffcal.errors import InputError
@@ -90,7 +91,7 @@ def test_estimated_frames_carry_what_hangs_on_them() -> None:
 def test_setup_of_the_full_example() -> None:
     text = (DATA / "interface_campaign_full.toml").read_text(encoding="utf-8")
     text = text.replace("# sigma = { force = 0.5", "sigma = { force = 0.5")
-    full = Manifest.model_validate(tomllib.loads(text))
+    full = manifest_type().model_validate(tomllib.loads(text))
     setup = measurement_setup(full, chain(), resolve_frames(full, chain()))
     assert setup.target_names == ("target",)
     assert setup.moments_measured

@@ -78,9 +78,7 @@ def test_german_table_with_unit_row(tmp_path: Path) -> None:
     assert 'run = { column = "Lauf" }\n' in proposal.manifest
     assert 'csv = { delimiter = ";", decimal = ",", encoding = "latin-1", skip_rows = 3 }' in proposal.manifest
     propose_campaign(tmp_path / "cell", [path], robot="kr125")
-    options = load_campaign(tmp_path / "cell").manifest.sources["table"].csv
-    assert options is not None
-    assert options.decimal == ","
+    assert load_campaign(tmp_path / "cell").manifest.sources["table"].options_of("csv")["decimal"] == ","
 
 
 def test_units_in_brackets_are_no_guess(tmp_path: Path) -> None:

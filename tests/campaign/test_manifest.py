@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from stiffcal.campaign.file_formats import format_of
 from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.row_filter import RowCondition, parse_rows
 from stiffcal.campaign.signals import Deflection, Joints, Pose, Wrench
 from stiffcal.campaign.typed import WrongValueError, expand_columns
@@ -19,7 +20,7 @@ from tests.laboratory.campaign_folders import DATA
 
 
 def read(name: str) -> Manifest:
-    return Manifest.model_validate(tomllib.loads((DATA / name).read_text(encoding="utf-8")))
+    return manifest_type().model_validate(tomllib.loads((DATA / name).read_text(encoding="utf-8")))
 
 
 def test_shortest_manifest_and_its_defaults() -> None:

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from stiffcal.campaign.file_formats import format_names, log_formats
 from stiffcal.errors import InputError
-from stiffcal.readers import Wanted, find_reader, formats
+from stiffcal.readers import FuzzInput, Reader, Wanted, find_reader
 from tests.fuzz.attacks import ATTACKS
 from tests.fuzz.databases import SPOILT, allowing, odd_query, spoiling_line, spoilt_options, wanted_of_database
 from tests.fuzz.inputs import MAKERS, make_bag, make_csv, packed
@@ -38,16 +39,6 @@ WANTED = (
     Wanted((), ("run",), ("t",)),
 )
 
-
-OPTIONS = {
-    "hdf5": ("group", "dataset"),
-    "mat": ("variable", "columns"),
-    "tdms": ("group",),
-    "mcap": ("topic", "child_frame", "types"),
-    "rosbag2": ("topic", "child_frame", "types"),
-    "parquet": ("nothing",),
-}
-"""What the manifest may say of a format; the values that are tried are any."""
 
 WANTED_OF_BAG = (
     Wanted(("wrench.force.x", "wrench.torque.z")),
@@ -94,13 +85,41 @@ def reader_target(name: str) -> Target:
         bag = make is make_bag
         options: dict[str, object] = {"topic": "/ft"} if bag else {}
         if chance.random() < 0.15:
-            key = chance.choice(OPTIONS[log_format])
-            options[key] = chance.choice(
-                (*NASTY_TEXTS, "log", "Fx", "ft", "/ft", "/tf", 5, True, ["t", "Fx", "Fy", "run"])
-            )
+            options |= odd_option(chance, log_format)
         read_log(path, log_format, options, chance.choice(WANTED_OF_BAG if bag else WANTED))
 
     return feed
+
+
+def odd_option(chance: random.Random, log_format: str) -> dict[str, object]:
+    """Return one of the options that a format declares, or one that it does not know, with any value."""
+    (known,) = (found.options.model_fields for found in log_formats() if found.name == log_format)
+    values = (*NASTY_TEXTS, "log", "Fx", "ft", "/ft", "/tf", 5, True, ["t", "Fx", "Fy", "run"])
+    return {chance.choice(tuple(known) or ("nothing",)): chance.choice(values)}
+
+
+def declared_target(log_format: str, inputs: tuple[FuzzInput, ...]) -> Target:
+    """Return the target that spoils what a reader itself declares to be spoilt."""
+
+    def feed(chance: random.Random, folder: Path) -> None:
+        chosen = chance.choice(inputs)
+        path = folder / f"log{chosen.ending}"
+        path.unlink(missing_ok=True)
+        chosen.write(path)
+        if chance.random() < 0.75:
+            path.write_bytes(spoilt_bytes(chance, path.read_bytes()))
+        options = dict(chosen.options) | (odd_option(chance, log_format) if chance.random() < 0.15 else {})
+        wanted = chance.choice((Wanted(chosen.numbers, chosen.texts), Wanted(chosen.numbers), Wanted(("nowhere",))))
+        read_log(path, log_format, options, wanted)
+
+    return feed
+
+
+def declared_targets() -> dict[str, Target]:
+    """Return a target for each log format for which there is no maker of odd logs: it is found, and so is its input."""
+    made = {log_format for log_format, _, _ in MAKERS.values()}
+    readers = [reader for reader in log_formats() if isinstance(reader, Reader) and reader.name not in made]
+    return {reader.name: declared_target(reader.name, reader.fuzz_inputs) for reader in readers if reader.fuzz_inputs}
 
 
 def feed_csv(chance: random.Random, folder: Path) -> None:
@@ -205,13 +224,13 @@ def targets() -> dict[str, Target]:
     readers = {name: reader_target(name) for name in MAKERS}
     others = {"csv": feed_csv, "packed csv": feed_packed, "postgres": feed_postgres, "commands": feed_numbers}
     folders = {"stores": feed_store, "plugins": feed_plugins}
-    return readers | others | toml_targets() | ATTACKS | folders
+    return declared_targets() | readers | others | toml_targets() | ATTACKS | folders
 
 
 def formats_not_fed() -> tuple[str, ...]:
     """Return the log formats of the package that no target feeds."""
-    fed = {log_format for log_format, _, _ in MAKERS.values()} | {"postgres"}
-    return tuple(name for name in formats() if name not in fed)
+    fed = {log_format for log_format, _, _ in MAKERS.values()} | {"postgres", *declared_targets()}
+    return tuple(name for name in format_names() if name not in fed)
 
 
 def check_fault(error: InputError) -> str:

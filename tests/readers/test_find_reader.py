@@ -8,14 +8,15 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.campaign.file_formats import format_names
 from stiffcal.errors import InputError
 from stiffcal.measurements.moments import seconds_of_times
-from stiffcal.readers import Wanted, find_reader, formats
+from stiffcal.readers import Wanted, find_reader
 
 TWINS = {"mcap": "rosbags", "rosbag2": "rosbags"}  # one library, one test
 
 
-@pytest.mark.parametrize("name", formats())
+@pytest.mark.parametrize("name", format_names())
 def test_every_format_meets_the_contract(name: str, tmp_path: Path) -> None:
     reader = find_reader(Path("no-matter"), name)
     assert reader.name == name

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.campaign.file_formats import format_names
 from stiffcal.errors import InputError
-from stiffcal.readers import Wanted, find_reader, formats
+from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import rosbag2 as bag_module
 from tests.laboratory.bags import joint_state, pose, transforms, wrench, write_bag
 
@@ -116,5 +117,5 @@ def test_a_message_without_the_joint_is_placed(tmp_path: Path) -> None:
 
 
 def test_both_formats_are_listed() -> None:
-    assert {"mcap", "rosbag2", "tdms", "mat"} <= set(formats())
+    assert {"mcap", "rosbag2", "tdms", "mat"} <= set(format_names())
     assert find_reader(Path("x"), "mcap").name == "mcap"

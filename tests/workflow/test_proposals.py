@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.manifest import Source
+from stiffcal.campaign.manifest_type import source_type
 from stiffcal.readers import find_reader
 from stiffcal.reduction.logs import reader_options, wanted_columns
 from stiffcal.workflow.proposals import propose_sources
@@ -142,7 +142,7 @@ def test_the_usual_exports_are_recognised_and_readable(empty: Path, device: str)
         ((name, table),) = said["sources"].items()
         load_campaign(_pasted(empty, proposal["lines"], name, file))  # every frame it names is there
         assert f'# in its run: files = {{ {name} = "{file}" }}' in proposal["lines"]
-        source = Source.model_validate(table)
+        source = source_type().model_validate(table)
         assert set(source.signals()) == {word for word in expected if " " not in word}
         assert source.time is not None
         told = f"rate {source.time.rate_hz:g}" if source.time.rate_hz else f"column {source.time.column}"
