@@ -2,7 +2,8 @@
 
 A result is a frozen dataclass that the room which computes it returns. Its fields are the keys of its document, in
 their order; nested results are objects, arrays are lists, NaN is null. Marks in a field's annotation say more:
-`OrAbsent` (no key where None), `KeyIf` (a key where a property of the result says so), `NOT_IN_DOCUMENT`.
+`OrAbsent` (no key where None), `KeyIf` (a key where a property of the result says so), `NOT_IN_DOCUMENT`, and
+`NOT_PROMISED` (in no schema).
 
 Why not pydantic's own dumping: keys that are absent where nothing is known need a newer pydantic than is required
 here, and a command that only writes would wait for an adapter to be built. Schemas and reading are pydantic's.
@@ -63,6 +64,22 @@ class NotInDocument:
 
 
 @dataclass(frozen=True, slots=True)
+class NullIsNan:
+    """The mark of a number whose null is NaN in Python, because None already says that the key is absent."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Read null as NaN."""
+        from pydantic_core.core_schema import no_info_after_validator_function
+
+        return no_info_after_validator_function(lambda value: math.nan if value is None else value, handler(source))
+
+
+@dataclass(frozen=True, slots=True)
+class NotPromised:
+    """The mark of a field that is written, but stands in no schema: other programs may not rely on it."""
+
+
+@dataclass(frozen=True, slots=True)
 class ListsOf:
     """The mark of an array that is nested lists of numbers in the document."""
 
@@ -83,6 +100,7 @@ def _array(rows: Any) -> NDArray[np.float64]:
 
 
 NOT_IN_DOCUMENT = NotInDocument()
+NOT_PROMISED = NotPromised()
 OrAbsent: TypeAlias = Annotated[Known | None, KeyIf("", null=False)]
 Number: TypeAlias = float | None
 """A number, null where it is not known."""
@@ -234,8 +252,9 @@ def schema_of(kind: Any) -> Document:
             made = super().dataclass_schema(schema)
             kind: Any = schema["cls"]
             written = _written(kind)
-            made["properties"] = {name: made["properties"][name] for name, _ in written}
-            made["required"] = [name for name, mark in written if mark is None]
+            promised = [(name, mark) for name, mark in written if NOT_PROMISED not in _marks(kind)[name]]
+            made["properties"] = {name: made["properties"][name] for name, _ in promised}
+            made["required"] = [name for name, mark in promised if mark is None]
             if not made["required"]:
                 del made["required"]
             return made

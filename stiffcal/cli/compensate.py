@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 from stiffcal.cli.tables import plain_table
@@ -15,6 +15,8 @@ from stiffcal.cli.wording import angle, deviation, length, share
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.compensation.compensate_result import CompensateResult
 
 
 # What can be said of a path, its forces, and what is wanted of it.
@@ -122,29 +124,31 @@ def compensate(
         means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
         forces = Forces(force, segments, log, frame, acts_on, filter_hz, tool, zeroed)
         wish = CompensateWish(path, forces, target, start, not position_only, sag, normal, judge)
-        document = compensate_campaign(folder, wish, means, output=output, picture=picture)
-        answer.give(document, show_compensation, command_line("export", folder, "-o", "robot.urdf", store=store))
+        result = compensate_campaign(folder, wish, means, output=output, picture=picture)
+        answer.give(result, show_compensation, command_line("export", folder, "-o", "robot.urdf", store=store))
     return OK
 
 
-def show_compensation(console: Console, document: Document) -> None:
+def show_compensation(console: Console, result: CompensateResult) -> None:
     """Draw the error along the path before and after, and the largest corrections."""
-    rows = document["rows"]
-    console.print(f"{len(rows)} poses of {document['target']}; values from {document['values_from']}")
+    console.print(f"{len(result.rows)} poses of {result.target}; values from {result.values_from}")
     table = plain_table("", "rms error>", "largest>")
-    largest = [max(sum(x * x for x in row[key][:3]) ** 0.5 for row in rows) for key in ("error_before", "error_after")]
-    table.add_row("without compensation", deviation(document["rms_before"]), length(largest[0]))
-    table.add_row("with, by the model itself", deviation(document["rms_after"]), length(largest[1]))
-    judged = document.get("judged")
-    if judged:
-        table.add_row(f"without, by {judged['by']}", deviation(judged["rms_before"]), "")
-        table.add_row(f"with, by {judged['by']}", deviation(judged["rms_after"]), "")
+    before, after = (
+        max(sum(x * x for x in error[:3].tolist()) ** 0.5 for error in errors)
+        for errors in ([row.error_before for row in result.rows], [row.error_after for row in result.rows])
+    )
+    table.add_row("without compensation", deviation(result.rms_before), length(before))
+    table.add_row("with, by the model itself", deviation(result.rms_after), length(after))
+    judged = result.judged
+    if judged is not None:
+        table.add_row(f"without, by {judged.by}", deviation(judged.rms_before), "")
+        table.add_row(f"with, by {judged.by}", deviation(judged.rms_after), "")
     console.print(table)
-    if document["residual_95"] is not None:
-        console.print(f"the model's own uncertainty leaves up to {length(document['residual_95'])} (95 %)")
-    if judged and judged["gone"] is not None:
-        console.print(f"{share(judged['gone'])} of the deflection is gone, by {judged['by']}")
-    console.print("largest correction of a joint " + angle(max(document["largest_correction"])))
-    for key in ("file", "picture"):
-        if document.get(key):
-            console.print(f"wrote {document[key]}", soft_wrap=True)
+    if result.residual_95 is not None:
+        console.print(f"the model's own uncertainty leaves up to {length(result.residual_95)} (95 %)")
+    if judged is not None and judged.gone is not None:
+        console.print(f"{share(judged.gone)} of the deflection is gone, by {judged.by}")
+    console.print("largest correction of a joint " + angle(float(result.largest_correction.max())))
+    for file in (result.file, result.picture):
+        if file is not None:
+            console.print(f"wrote {file}", soft_wrap=True)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stiffcal.measurements.rms import Rms
 
 NOT_KNOWN = "–"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -76,7 +79,7 @@ def share(fraction: float | None) -> str:
     return NOT_KNOWN if fraction is None else f"{significant(100 * fraction)} %"
 
 
-def deviation(rms: Mapping[str, float | None] | None) -> str:
+def deviation(rms: Rms | Mapping[str, float | None] | None) -> str:
     """Return an rms `{translation, rotation, …}` as one phrase.
 
     Examples

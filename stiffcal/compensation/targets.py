@@ -31,6 +31,8 @@ Integers = NDArray[np.int64]
 # A micrometre and a microradian are asked for; a thousandth of that is what the steps stop at.
 REACHED_M, REACHED_RAD = 1e-6, 1e-6
 _STOP = 1e-9
+# Two-sided 95 % of a normal distribution.
+_TWO_SIGMA = 1.959964
 _MAX_STEPS = 30
 # A joint turn smaller than this share of the largest makes so little way that a correction would be sought far off.
 _SINGULAR = 1e-3
@@ -98,6 +100,18 @@ class Corrected:
     position_reached: Booleans
     held: tuple[str, ...]
     singular: Booleans
+
+    @property
+    def std(self) -> Floats:
+        """(n, 6) m, rad: standard uncertainty of the error, component by component."""
+        return np.asarray(np.sqrt(np.einsum("nii->ni", self.covariance)))
+
+    @property
+    def residual_95(self) -> Floats:
+        """(n,) m, what the length of the position's error keeps under with 95 %, by the model's own uncertainty."""
+        # The length of a normal vector keeps below 1.96 √trace with 95 % or more: exactly where one direction rules.
+        spread = np.sqrt(np.einsum("nii->n", self.covariance[:, :3, :3]))
+        return np.asarray(_TWO_SIGMA * spread + np.linalg.norm(self.after[:, :3], axis=1))
 
 
 def correct_joints(

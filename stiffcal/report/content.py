@@ -283,31 +283,6 @@ class EffectEvidence:
 
 
 @dataclass(frozen=True)
-class PathError:
-    """The error along a path, with and without compensation (002, Fig. 9; 001, Fig. 8).
-
-    Attributes
-    ----------
-    place : (n, 3) m, base axes: where the tool is wanted.
-    before, after : (n, 3) m, reached minus wanted, without and with the correction.
-    covariance : (n, 3, 3) of what the model's uncertainty leaves; zero where the values were given.
-    direction : (n, 3) unit vectors along which the error is drawn; None: its length.
-    along : what that is, in words.
-    judge : who says so: the model itself, or another robot.
-    name : of the campaign.
-    """
-
-    place: Floats
-    before: Floats
-    after: Floats
-    covariance: Floats
-    direction: Floats | None
-    along: str
-    judge: str
-    name: str
-
-
-@dataclass(frozen=True)
 class ReportContent:
     """All that a report shows.
 

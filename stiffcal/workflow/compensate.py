@@ -14,17 +14,15 @@ from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path, shortened
 from stiffcal.workflow.load_table import AXES
 from stiffcal.workflow.plot import PICTURES
-from stiffcal.workflow.steps import Document, Means
+from stiffcal.workflow.steps import Means
 from stiffcal.workflow.valued import ValuedCampaign, valued_campaign
 
 if TYPE_CHECKING:
+    from stiffcal.compensation.compensate_result import CompensateResult, CorrectedPose, Judgement, PathError
     from stiffcal.compensation.targets import Corrected
-    from stiffcal.report.content import PathError
+    from stiffcal.measurements.rms import Rms
 
 Floats = NDArray[np.float64]
-
-# Two-sided 95 % of a normal distribution.
-_TWO_SIGMA = 1.959964
 
 
 @dataclass(frozen=True)
@@ -53,22 +51,13 @@ class CompensateWish:
     judge: Path | None = None
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """What another robot makes of the targets: its campaign's name, and (n, 6) pose errors without and with them."""
-
-    name: str
-    before: Floats
-    after: Floats
-
-
 def compensate_campaign(
     folder: Path,
     wish: CompensateWish,
     means: Means | None = None,
     output: Path | None = None,
     picture: Path | None = None,
-) -> Document:
+) -> CompensateResult:
     """Correct the joint targets of a path so that the loaded robot goes where it is wanted.
 
     Parameters
@@ -82,13 +71,14 @@ def compensate_campaign(
 
     Returns
     -------
-    dict
-        The `compensate` document.
+    CompensateResult
+        Every pose of the path, corrected.
 
     Raises
     ------
     InputError : the input is wrong, a load is more than the robot holds, or a pose cannot be had.
     """
+    from stiffcal.compensation.compensate_result import CompensateResult
     from stiffcal.compensation.targets import Wish, correct_joints
     from stiffcal.model.equilibrium import NoBalanceError
 
@@ -109,20 +99,31 @@ def compensate_campaign(
     except NoBalanceError as error:
         raise error.of_load(str(wish.path), "", "give smaller loads") from error
     _check_reached(path, found)
-    judged = None if wish.judge is None else _judge(valued, wish, path, found, means)
-    document = _document(valued, path, found, target, wish, judged)
+    result = CompensateResult(
+        warnings=[*valued.warnings, *_warnings(path, found, wish)],
+        values_from=valued.source,
+        target=target,
+        rms_before=_rms(found.before),
+        rms_after=_rms(found.after),
+        residual_95=float(found.residual_95.max()) if valued.covariance else None,
+        largest_correction=np.abs(found.joints - path.joints).max(axis=0),
+        rows=_corrected_poses(path, found),
+        judged=None if wish.judge is None else _judgement(valued, wish, path, found, means),
+        file=None if output is None else str(output),
+        picture=None if picture is None else str(picture),
+        found=found,
+        joint_names=campaign.chain.joint_names,
+    )
     if output is not None:
         from stiffcal.workflow.export import write_table
 
-        write_table(_table(valued, path, found, judged), output)
-        document["file"] = str(output)
+        write_table(_table(result, path), output)
     if picture is not None:
         from stiffcal.report.figures.canvas import save_figure
         from stiffcal.report.figures.path_error import draw_path_error
 
-        save_figure(draw_path_error(_path_error(valued, path, found, wish, judged)), picture)
-        document["picture"] = str(picture)
-    return document
+        save_figure(draw_path_error(_path_error(valued, path, result, wish.normal)), picture)
+    return result
 
 
 def _check_outputs(output: Path | None, picture: Path | None) -> None:
@@ -163,10 +164,11 @@ def _check_reached(path: CompensationPath, found: Corrected) -> None:
     raise_faults(shortened(faults))
 
 
-def _judge(
+def _judgement(
     valued: ValuedCampaign, wish: CompensateWish, path: CompensationPath, found: Corrected, means: Means
-) -> Verdict:
+) -> Judgement:
     """Return the pose errors without and with the correction, by another campaign's robot."""
+    from stiffcal.compensation.compensate_result import Judgement
     from stiffcal.compensation.targets import Wish, errors_of
 
     assert wish.judge is not None
@@ -175,66 +177,50 @@ def _judge(
         raise InputError.at(str(wish.judge), "", "another robot", "name a campaign of the same robot")
     goal = _goal(other, path, wish)
     solve = Wish(goal, wish.orientation, other.robot.has_memory, path.time)
-    told = path.joints, found.joints
-    before, after = (errors_of(other.robot, path.joints, one, path.wrench, path.setup, solve) for one in told)
-    return Verdict(other.campaign.name, before, after)
+    before, after = (
+        errors_of(other.robot, path.joints, commanded, path.wrench, path.setup, solve)
+        for commanded in (path.joints, found.joints)
+    )
+    left, whole = _rms(after).translation, _rms(before).translation
+    return Judgement(
+        by=str(wish.judge),
+        rms_before=_rms(before),
+        rms_after=_rms(after),
+        gone=1.0 - left / whole if left is not None and whole else None,
+        campaign=other.campaign.name,
+        before=before,
+        after=after,
+    )
 
 
-def left_over(found: Corrected) -> Floats:
-    """Return (n,) the length, m, that the position's error keeps under with 95 %, by the model's own uncertainty."""
-    # The length of a normal vector keeps below 1.96 √trace with 95 % or more: exactly where one direction rules.
-    spread = np.sqrt(np.einsum("nii->n", found.covariance[:, :3, :3]))
-    return np.asarray(_TWO_SIGMA * spread + np.linalg.norm(found.after[:, :3], axis=1))
+def _rms(errors: Floats) -> Rms:
+    """Return the rms of pose errors (n, 6)."""
+    from stiffcal.measurements.rms import Rms
+
+    def rms(vectors: Floats) -> float:
+        return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
+
+    return Rms(rms(errors[:, :3]), rms(errors[:, 3:]))
 
 
-def _rms(vectors: Floats) -> float:
-    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
+def _corrected_poses(path: CompensationPath, found: Corrected) -> list[CorrectedPose]:
+    from stiffcal.compensation.compensate_result import CorrectedPose
 
-
-def _document(
-    valued: ValuedCampaign,
-    path: CompensationPath,
-    found: Corrected,
-    target: str,
-    wish: CompensateWish,
-    judged: Verdict | None,
-) -> Document:
-    std = np.sqrt(np.einsum("nii->ni", found.covariance))
-    rows = [
-        {
-            "line": int(path.table.lines[k]),
-            "joints": path.joints[k].tolist(),
-            "corrected": found.joints[k].tolist(),
-            "wrench": path.wrench[k].tolist(),
-            "deflection": found.deflection[k].tolist(),
-            "error_before": found.before[k].tolist(),
-            "error_after": found.after[k].tolist(),
-            "residual_std": std[k].tolist(),
-            "reached": bool(found.reached[k]),
-            "held": found.held[k],
-        }
+    return [
+        CorrectedPose(
+            line=int(path.table.lines[k]),
+            joints=path.joints[k],
+            corrected=found.joints[k],
+            wrench=path.wrench[k],
+            deflection=found.deflection[k],
+            error_before=found.before[k],
+            error_after=found.after[k],
+            residual_std=found.std[k],
+            reached=bool(found.reached[k]),
+            held=found.held[k],
+        )
         for k in range(len(path.table))
     ]
-    document: Document = {
-        "schema": "stiffcal/compensate/1",
-        "warnings": [*valued.warnings, *_warnings(path, found, wish)],
-        "values_from": valued.source,
-        "target": target,
-        "rms_before": {"translation": _rms(found.before[:, :3]), "rotation": _rms(found.before[:, 3:])},
-        "rms_after": {"translation": _rms(found.after[:, :3]), "rotation": _rms(found.after[:, 3:])},
-        "residual_95": float(left_over(found).max()) if valued.covariance else None,
-        "largest_correction": np.abs(found.joints - path.joints).max(axis=0).tolist(),
-        "rows": rows,
-    }
-    if judged is not None:
-        before, after = judged.before, judged.after
-        document["judged"] = {
-            "by": str(wish.judge),
-            "rms_before": {"translation": _rms(before[:, :3]), "rotation": _rms(before[:, 3:])},
-            "rms_after": {"translation": _rms(after[:, :3]), "rotation": _rms(after[:, 3:])},
-            "gone": 1.0 - _rms(after[:, :3]) / _rms(before[:, :3]) if before[:, :3].any() else None,
-        }
-    return document
 
 
 def _warnings(path: CompensationPath, found: Corrected, wish: CompensateWish) -> list[str]:
@@ -249,22 +235,21 @@ def _warnings(path: CompensationPath, found: Corrected, wish: CompensateWish) ->
     return said
 
 
-def _table(valued: ValuedCampaign, path: CompensationPath, found: Corrected, judged: Verdict | None) -> dict[str, Any]:
+def _table(result: CompensateResult, path: CompensationPath) -> dict[str, Any]:
     """Return the result as columns: degrees, N, N·m, mm, mrad, each with its unit."""
+    found, judged = result.found, result.judged
     columns: dict[str, Any] = {}
     if path.time is not None:
         columns["t [s]"] = path.time
     if "segment" in path.table.words:
         columns["segment"] = list(path.table.words["segment"])
-    names = valued.campaign.chain.joint_names
-    columns |= {f"{name} [deg]": np.degrees(found.joints[:, k]) for k, name in enumerate(names)}
+    columns |= {f"{name} [deg]": np.degrees(found.joints[:, k]) for k, name in enumerate(result.joint_names)}
     columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": path.wrench[:, k] for k, axis in enumerate(AXES)}
-    std = np.sqrt(np.einsum("nii->ni", found.covariance))
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
         unit = "mm" if k < 3 else "mrad"
         columns[f"{name} [{unit}]"] = 1e3 * found.deflection[:, k]
-        columns[f"{name} residual, standard uncertainty [{unit}]"] = 1e3 * std[:, k]
-    columns["residual, 95 % [mm]"] = 1e3 * left_over(found)
+        columns[f"{name} residual, standard uncertainty [{unit}]"] = 1e3 * found.std[:, k]
+    columns["residual, 95 % [mm]"] = 1e3 * found.residual_95
     columns["reached"] = found.reached.astype(np.int64)
     if judged is not None:
         columns["judged before [mm]"] = 1e3 * np.linalg.norm(judged.before[:, :3], axis=1)
@@ -273,30 +258,26 @@ def _table(valued: ValuedCampaign, path: CompensationPath, found: Corrected, jud
 
 
 def _path_error(
-    valued: ValuedCampaign,
-    path: CompensationPath,
-    found: Corrected,
-    wish: CompensateWish,
-    judged: Verdict | None,
+    valued: ValuedCampaign, path: CompensationPath, result: CompensateResult, normal: str | None
 ) -> PathError:
+    from stiffcal.compensation.compensate_result import PathError
     from stiffcal.mechanics.kinematics import attached_poses
-    from stiffcal.report.content import PathError
 
     chain = valued.campaign.chain
     if path.goal is not None:
         place = path.goal.position
     else:
         place, _ = attached_poses(chain, chain.model_angles(path.joints), path.setup.targets[0])
-    source = found if judged is None else judged
-    direction, words = _direction(wish.normal, place)
+    source = result.judged or result.found
+    direction, words = _direction(normal, place)
     return PathError(
         place=place,
         before=source.before[:, :3],
         after=source.after[:, :3],
-        covariance=found.covariance[:, :3, :3],
+        covariance=result.found.covariance[:, :3, :3],
         direction=direction,
         along=words,
-        judge="the model itself" if judged is None else judged.name,
+        judge="the model itself" if result.judged is None else result.judged.campaign,
         name=valued.campaign.name,
     )
 

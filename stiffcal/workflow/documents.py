@@ -13,6 +13,7 @@ from typing import Any, Literal, NotRequired
 
 from typing_extensions import TypedDict
 
+from stiffcal.compensation.compensate_result import CompensateResult
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
 from stiffcal.documents import schema_of
@@ -176,50 +177,6 @@ class History(TypedDict):
     not_fitted_yet: NotRequired[Model]
 
 
-class CorrectedPose(TypedDict):
-    """One pose of a path: joints (rad), wrench, deflection and pose errors (m, rad, base axes).
-
-    ``residual_std``: what the model's own uncertainty leaves of the error; ``held``: joints that a limit stopped.
-    """
-
-    line: int
-    joints: list[float]
-    corrected: list[float]
-    wrench: list[float]
-    deflection: list[float]
-    error_before: list[float]
-    error_after: list[float]
-    residual_std: list[float]
-    reached: bool
-    held: str
-
-
-class Judged(TypedDict):
-    """What another campaign's robot makes of the corrected targets; ``gone``: the share of the error."""
-
-    by: str
-    rms_before: Rms
-    rms_after: Rms
-    gone: Number
-
-
-class Compensate(TypedDict):
-    """Answer of ``compensate``; ``residual_95`` m, null where the values were given and not fitted."""
-
-    schema: Literal["stiffcal/compensate/1"]
-    warnings: list[str]
-    values_from: str
-    target: str
-    rms_before: Rms
-    rms_after: Rms
-    residual_95: Number
-    largest_correction: list[float]
-    rows: list[CorrectedPose]
-    judged: NotRequired[Judged]
-    file: NotRequired[str]
-    picture: NotRequired[str]
-
-
 class Clock(TypedDict):
     """How far a source's clock is ahead of the first source's, s; null with a reason where no signal is shared.
 
@@ -268,7 +225,7 @@ DOCUMENTS: dict[str, Any] = {
     "history": History,
     "predict": PredictResult,
     "map": MapResult,
-    "compensate": Compensate,
+    "compensate": CompensateResult,
     "ingest": Ingest,
     "diagnose": Diagnose,
     "improve": Improve,

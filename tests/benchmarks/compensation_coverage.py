@@ -23,7 +23,6 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
-from stiffcal.workflow.compensate import left_over
 from tests.laboratory.mujoco_states import Plan, SimulatedCampaign, simulate_campaign
 from tests.laboratory.robots import six_axis_joints
 
@@ -85,7 +84,7 @@ def judge(plan: Plan, tilted: Sequence[int], seed: int, poses: int) -> Outcome:
     deflection = errors_of(true, joints, joints, wrenches, states.setup, Wish())[:, :3]
     stated = found.covariance[:, :3, :3]
     return Outcome(
-        inside=(np.linalg.norm(left, axis=1) < left_over(found)).astype(np.float64),
+        inside=(np.linalg.norm(left, axis=1) < found.residual_95).astype(np.float64),
         gone=1.0 - float(np.sqrt(np.sum(left**2) / np.sum(deflection**2))),
         chi2=np.einsum("ni,ni->n", left, np.linalg.solve(stated, left[:, :, None])[:, :, 0]),
     )

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from stiffcal.documents import (
     NOT_IN_DOCUMENT,
+    NOT_PROMISED,
     CommandResult,
     KeyIf,
     Matrix,
@@ -25,6 +26,7 @@ from stiffcal.documents import (
     schema_of,
 )
 from stiffcal.escapes.terminal import escaped_document
+from stiffcal.measurements.rms import Rms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,3 +147,24 @@ def test_texts_of_a_result_reach_no_terminal_unescaped() -> None:
     shown = escaped_document(springs(spring(name="A1\x1b[2J"), file=str(Path("a\x07.svg"))))
     assert (shown.springs[0].name, shown.file) == ("A1\\x1b[2J", "a\\x07.svg")
     assert isinstance(shown, Springs)
+
+
+def test_a_measure_that_applies_and_is_not_known_is_null_and_nan() -> None:
+    assert document_of(Rms(1.0, None)) == {"translation": 1.0, "rotation": None}
+    written = document_of(Rms(1.0, None, torque=float("nan")))
+    assert written == {"translation": 1.0, "rotation": None, "torque": None}
+    read = result_of(Rms, json.dumps(written))
+    assert read.length is None
+    assert read.torque is not None
+    assert np.isnan(read.torque)
+    assert dict(read.items()) == written
+
+
+def test_what_is_not_promised_is_written_and_stands_in_no_schema() -> None:
+    @dataclass(frozen=True)
+    class Fit:
+        rms: float
+        iterations: Annotated[int, NOT_PROMISED] = 0
+
+    assert document_of(Fit(1.0, 3)) == {"rms": 1.0, "iterations": 3}
+    assert list(schema_of(Fit)["properties"]) == ["rms"]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stiffcal.documents import document_of
 from stiffcal.workflow.compensate import CompensateWish, compensate_campaign
 from stiffcal.workflow.compensation_path import Forces
 from stiffcal.workflow.steps import Means
@@ -27,8 +28,10 @@ def test_a_milling_cut_that_the_normal_force_should_lift_goes_too_deep(tmp_path:
         judge=exact,
     )
     output = tmp_path / "corrected.csv"
-    document = compensate_campaign(
-        irb4400, wish, Means(store=str(tmp_path / "store")), output=output, picture=tmp_path / "cut.svg"
+    document = document_of(
+        compensate_campaign(
+            irb4400, wish, Means(store=str(tmp_path / "store")), output=output, picture=tmp_path / "cut.svg"
+        )
     )
     cutting = [row for row in document["rows"] if row["wrench"][0] == 300.0]
     pushed = np.array([row["wrench"][2] for row in cutting])
@@ -46,7 +49,9 @@ def test_a_milled_circle_becomes_an_oval(tmp_path: Path) -> None:
     wish = CompensateWish(
         kr125 / "circle.csv", target="load_point", start="0,-60,70,0,80,0", sag=False, normal="radial"
     )
-    document = compensate_campaign(kr125, wish, Means(store=str(tmp_path / "store")), picture=tmp_path / "circle.svg")
+    document = document_of(
+        compensate_campaign(kr125, wish, Means(store=str(tmp_path / "store")), picture=tmp_path / "circle.svg")
+    )
     assert all(row["reached"] for row in document["rows"])
     before = np.array([row["error_before"][:3] for row in document["rows"]])
     after = np.array([row["error_after"][:3] for row in document["rows"]])
