@@ -1,8 +1,8 @@
 """The report's sections, one per file: found by walking this folder, sorted by their ``ORDER``.
 
 Each module holds ``ORDER`` (an integer, gaps left for later ones) and ``section(content) -> Section | LeftOut | None``
-(None: nothing to show and nothing missing). A new
-page, such as the diagnosis, is one new file here.
+(None: nothing to show and nothing missing). A new page, such as the diagnosis, is one new file here: it finds what it
+shows in the content, whose documents and `extra` hold all that the other rooms have answered.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from stiffcal.report.content import ReportContent
 class SectionModule(Protocol):
     """What each file in this folder offers."""
 
+    __name__: str
     ORDER: int
 
     def section(self, content: ReportContent) -> Section | LeftOut | None:

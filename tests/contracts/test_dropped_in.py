@@ -1,0 +1,182 @@
+"""A log format, an effect, a section of the report: one file each, found where it lies, and nothing is edited."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from pypdf import PdfReader
+
+from stiffcal.campaign.file_formats import format_names, format_of
+from stiffcal.campaign.manifest_type import manifest_type
+from stiffcal.campaign.schemas import schema_document
+from stiffcal.cli.app import main
+from stiffcal.report import sections
+from stiffcal.report.sections import all_sections
+from tests.fuzz.feeding import feed_one
+from tests.fuzz.targets import formats_not_fed
+from tests.laboratory.campaign_folders import changed
+from tests.laboratory.dropped_in import dropped_in
+from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
+
+EFFECT = '\n[[effects]]\ntype = "angle-stiffness"\njoints = [3]\n'
+HIDDEN = EFFECT + 'parameters = { "angle-stiffness.j3.c" = { value = 1.5e-6 } }\n'
+
+Command = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture
+def command(capsys: pytest.CaptureFixture[str]) -> Command:
+    """Run a command with --json; return its document."""
+
+    def run(*words: str | Path) -> dict[str, Any]:
+        with pytest.raises(SystemExit) as end:
+            main([*map(str, words), "--json"])
+        answer = capsys.readouterr()
+        assert end.value.code == 0, answer.out + answer.err
+        document: dict[str, Any] = json.loads(answer.out)
+        return document
+
+    return run
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
+    """Run a command that refuses what it reads; return its lines."""
+    with pytest.raises(SystemExit) as end:
+        main([*map(str, words)])
+    assert end.value.code == 2
+    return capsys.readouterr().err
+
+
+# ---- a log format ---------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def reader() -> Iterator[None]:
+    with dropped_in("readers"):
+        yield
+
+
+def in_json(folder: Path, key: str = "rows") -> Path:
+    """Write the small campaign with its table as a JSON document."""
+    write_small_campaign(folder, poses=3)
+    table = folder / "raw" / "states.csv"
+    rows = [
+        {name: cell if name == "run" else float(cell) for name, cell in row.items()}
+        for row in csv.DictReader(table.read_text(encoding="utf-8").splitlines())
+    ]
+    (folder / "raw" / "states.jrows").write_text(json.dumps({key: rows}), encoding="utf-8")
+    table.unlink()
+    (folder / "campaign.toml").write_text(changed(CAMPAIGN, ("states.csv", "states.jrows")), encoding="utf-8")
+    return folder
+
+
+def rewrite(folder: Path, *changes: tuple[str, str]) -> None:
+    path = folder / "campaign.toml"
+    path.write_text(changed(path.read_text(encoding="utf-8"), *changes), encoding="utf-8")
+
+
+@pytest.mark.usefixtures("reader")
+def test_a_log_of_a_new_format_is_read_by_its_ending_by_its_name_and_with_its_options(
+    tmp_path: Path, command: Command
+) -> None:
+    write_small_campaign(tmp_path / "csv", poses=3)
+    parameters = command("identify", tmp_path / "csv")["parameters"]
+    assert command("identify", in_json(tmp_path / "ending"))["parameters"] == parameters
+    folder = in_json(tmp_path / "name", key="states")
+    (folder / "raw" / "states.jrows").rename(folder / "raw" / "states")
+    rewrite(folder, ('file = "raw/states.jrows"', 'file = "raw/states"\nformat = "jsonrows"\njsonrows.key = "states"'))
+    assert command("identify", folder)["parameters"] == parameters
+
+
+@pytest.mark.usefixtures("reader")
+def test_faults_of_the_manifest_know_a_new_format(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = in_json(tmp_path / "c")
+    rewrite(folder, ("[sources.table]\n", '[sources.table]\nformat = "json"\njsonrows = { kee = "x" }\nxml = { }\n'))
+    names = '"csv", "hdf5", "jsonrows", "mat", "mcap", "parquet", "postgres", "rosbag2" or "tdms"'
+    keys = "format, sampling, file, files, run, time, csv, hdf5, jsonrows, mat, mcap, parquet, postgres, rosbag2, tdms"
+    wrong = "campaign.toml: sources.table"
+    signals = "joints, wrench, dead_weight, pose, poses, deflection, displacement, lengths, temperature, hold"
+    assert refusal(capsys, "check", folder).splitlines() == [
+        f'{wrong}.format: "json" is not one of the choices; write one of {names}',
+        f'{wrong}.jsonrows.kee: unknown key "kee"; did you mean "key"? The keys here are key',
+        f'{wrong}.xml: unknown key "xml"; remove it; the keys here are {keys}, {signals}',
+    ]
+
+
+def test_without_its_file_the_format_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = in_json(tmp_path / "c")
+    assert refusal(capsys, "check", folder) == (
+        'campaign.toml: sources.table: the ending of "raw/states.jrows" does not tell the format; '
+        'add format = "csv", say\n'
+    )
+
+
+@pytest.mark.usefixtures("reader")
+def test_the_json_schema_has_a_new_format() -> None:
+    schema = schema_document(manifest_type())
+    validator = jsonschema.Draft202012Validator(schema)
+    source: dict[str, Any] = {"format": "jsonrows", "jsonrows": {"key": "x"}}
+    document = {"schema": "stiffcal/campaign/1", "sources": {"table": source}}
+    assert validator.is_valid(document)
+    source["jsonrows"]["kee"] = "x"
+    assert not validator.is_valid(document)
+
+
+@pytest.mark.usefixtures("reader")
+def test_a_new_format_is_fed_with_spoilt_logs(tmp_path: Path) -> None:
+    assert format_of("log.jrows") == "jsonrows"
+    assert formats_not_fed() == ()
+    outcomes = {feed_one("jsonrows", 20261122, number, tmp_path)[0] for number in range(30)}
+    assert outcomes == {"accepted", "refused"}
+
+
+def test_what_is_dropped_in_leaves_with_its_file() -> None:
+    with dropped_in("readers"):
+        assert "jsonrows" in format_names()
+    assert "jsonrows" not in format_names()
+    assert "jsonrows" not in manifest_type().model_json_schema()["$defs"]["Source"]["properties"]
+
+
+# ---- an effect ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def effect() -> Iterator[None]:
+    with dropped_in("effects"):
+        yield
+
+
+@pytest.mark.usefixtures("effect")
+def test_a_new_effect_is_listed_fitted_and_proposed(tmp_path: Path, command: Command) -> None:
+    assert "angle-stiffness" in {known["name"] for known in command("effects")["effects"]}
+    folder = write_small_campaign(tmp_path / "c", hidden=HIDDEN)
+    (missing,) = command("diagnose", folder)["missing"]
+    assert (missing["effect"], missing["where"]) == ("angle-stiffness", {"joints": [3]})
+    command("add", folder, "angle-stiffness", "--joints", "3")
+    (fitted,) = (entry for entry in command("identify", folder)["parameters"] if entry["effect"] == "angle-stiffness")
+    assert fitted["value"] == pytest.approx(1.5e-6, rel=0.05)
+
+
+# ---- a section of the report ----------------------------------------------------------------------------------------
+
+
+def test_a_new_section_stands_where_its_order_puts_it() -> None:
+    with dropped_in("sections"):
+        names = [module.__name__.rpartition(".")[2] for module in all_sections()]
+    assert names.index("campaign") + 1 == names.index("largest_force") == names.index("stiffness") - 1
+
+
+def test_a_new_section_is_printed(tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, output = write_small_campaign(tmp_path / "c", poses=2), tmp_path / "report.pdf"
+    monkeypatch.setattr(sections, "__path__", [])  # the others take long to draw
+    with dropped_in("sections"):
+        command("report", folder, "-o", output)
+    text = re.sub(r"\s+", " ", " ".join(page.extract_text() for page in PdfReader(output).pages))
+    assert re.search(r"The largest force No load exceeds 30\d newtons\.", text)

@@ -1,0 +1,81 @@
+"""Logs that are one JSON document: ``{"rows": [{"t": 0.0, "Fx": 1.0}, …]}``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from stiffcal.campaign.typed import Name, Table
+from stiffcal.errors import InputError
+from stiffcal.readers import Batch, FuzzInput, Header, Options, Reader, Wanted, check_columns, check_options
+
+
+class JsonRowsOptions(Table):
+    """Where in the document the rows lie.
+
+    Attributes
+    ----------
+    key : the list that holds them; "rows" where left out.
+    """
+
+    key: Name | None = None
+
+
+def _write_fuzz_input(path: Path) -> None:
+    path.write_text(json.dumps({"rows": [{"t": 0.1 * k, "Fx": 1.0 * k, "run": "a"} for k in range(20)]}), "utf-8")
+
+
+class JsonRowsReader(Reader):
+    """Reads a JSON document whose rows are objects."""
+
+    name = "jsonrows"
+    endings = (".jrows",)
+    options = JsonRowsOptions
+    fuzz_inputs = (FuzzInput(".jrows", _write_fuzz_input, ("t", "Fx"), ("run",)),)
+
+    def recognises(self, path: Path) -> bool:
+        """Return True for the format's ending."""
+        return path.suffix.lower() in self.endings
+
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+        """Return the keys of the first row."""
+        rows = _rows(path, options, shown or str(path))
+        columns = tuple(rows[0])
+        if wanted is not None:
+            check_columns(wanted, columns, shown, "rows")
+        return Header(columns, {}, len(rows))
+
+    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+        """Yield all rows at once."""
+        rows = _rows(path, options, shown)
+        check_columns(wanted, tuple(rows[0]), shown, "rows")
+        try:
+            numbers = {name: np.array([float(row[name]) for row in rows]) for name in wanted.numbers}
+            texts = {name: [str(row[name]) for row in rows] for name in wanted.texts}
+        except (KeyError, TypeError, ValueError):
+            raise InputError.at(shown, "", "a row lacks a number", "log again") from None
+        if not all(np.isfinite(values).all() for values in numbers.values()):
+            raise InputError.at(shown, "", "a number is not finite", "log again")
+        yield Batch(1, numbers, texts)
+
+    def place_of_row(self, path: Path, options: Options, row: int) -> str:
+        """Return ``row n``."""
+        return f"row {row}"
+
+
+def _rows(path: Path, options: Options, shown: str) -> list[dict[str, float | str]]:
+    check_options(options, JsonRowsOptions, "jsonrows", shown)
+    try:
+        document = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        raise InputError.at(shown, "", "this is not JSON", "log again") from None
+    rows = document.get(str(options.get("key") or "rows")) if isinstance(document, dict) else None
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+        raise InputError.at(shown, "", "no list of rows", "name it: jsonrows.key")
+    return rows
+
+
+READER = JsonRowsReader()
