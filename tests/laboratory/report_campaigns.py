@@ -15,7 +15,6 @@ import numpy as np
 
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.report.content import (
-    Driver,
     Floats,
     Instrument,
     Integers,
@@ -23,6 +22,7 @@ from stiffcal.report.content import (
     ReportContent,
     ReportRun,
     ReportStates,
+    ResidualCovariate,
     SetAside,
     SourceFile,
 )
@@ -183,7 +183,7 @@ def report_states(run: Integers, force: Floats, measured: Floats, predicted: Flo
     return ReportStates(
         run=run, force=force, load=np.linalg.norm(force, axis=1), direction=labels, branch=branches,
         measured=measured, predicted=with_offsets(predicted, measured, run),
-        predicted_unseen=with_offsets(unseen, measured, run),
+        predicted_heldout=with_offsets(unseen, measured, run),
         set_aside=aside, reference=reference,
     )  # fmt: skip
 
@@ -241,8 +241,11 @@ def practice_content(folder: str = "01", max_runs: int | None = None) -> ReportC
         ),
         set_aside=(SetAside(names[0], (6,), "0.31 mm off its three repeats: cable bumped"),),
         drivers=(
-            *(Driver(f"torque on joint {k + 1} ({name})", "N·m", torque[:, k]) for k, name in enumerate(joint_names)),
-            Driver("time since the start", "h", np.array([float(row["t"]) for row in rows]) / 3600),
+            *(
+                ResidualCovariate(f"torque on joint {k + 1} ({name})", "N·m", torque[:, k])
+                for k, name in enumerate(joint_names)
+            ),
+            ResidualCovariate("time since the start", "h", np.array([float(row["t"]) for row in rows]) / 3600),
         ),
         load_paths=(example_path(first_state, c, f"the pose of run {names[0]}"),),
         **made,
@@ -274,7 +277,7 @@ def fanuc_content() -> ReportContent:
     states = ReportStates(
         run=run, force=force, load=np.linalg.norm(force, axis=1), direction=labels,
         branch=np.full(len(run), "", dtype="U12"), measured=measured, predicted=columns @ c,
-        predicted_unseen=leave_one_out(columns, measured, np.ones(3), run),
+        predicted_heldout=leave_one_out(columns, measured, np.ones(3), run),
     )  # fmt: skip
     joint_names = tuple(f"J{k + 1}" for k in range(6))
     made = documents(joint_names, c, covariance, states, names, None)

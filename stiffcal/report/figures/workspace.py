@@ -35,9 +35,9 @@ class _Quantity:
 
 
 def _quantities(result: MapResult) -> list[_Quantity]:
-    found, wish, shape = result.found, result.wish, result.grid.shape
+    found, task, shape = result.found, result.task, result.grid.shape
     quantities = []
-    if wish.wrench.any():
+    if task.wrench.any():
         for name, size, units in (
             ("position error", found.position_error, ("µm", "mm")),
             ("orientation error", found.orientation_error, ("µrad", "mrad")),
@@ -45,20 +45,20 @@ def _quantities(result: MapResult) -> list[_Quantity]:
             small = bool(np.nanmax(size, initial=0.0) < 1e-4)
             values = (1e6 if small else 1e3) * size.reshape(shape)
             quantities.append(_Quantity(name, units[0] if small else units[1], values))
-    if wish.direction is not None:
-        words = ", ".join(f"{value:.3g}" for value in wish.direction)
+    if task.direction is not None:
+        words = ", ".join(f"{value:.3g}" for value in task.direction)
         quantities.append(_Quantity(f"stiffness along ({words})", "N/mm", 1e-3 * found.stiffness.reshape(shape)))
     return quantities
 
 
 def _title(result: MapResult) -> str:
-    wrench = result.wish.wrench
+    wrench = result.task.wrench
     load = "no load"
     if wrench.any():
         force, moment = (", ".join(f"{value:.4g}" for value in part + 0.0) for part in (wrench[:3], wrench[3:]))
         load = f"load ({force}) N" + (f", ({moment}) N·m" if wrench[3:].any() else "")
     kept = "orientation as in the pose drawn"
-    if result.wish.rotation is None:
+    if result.task.rotation is None:
         kept = "orientation free, arm near the pose drawn"
     return f"{result.grid.campaign}: {load}; {kept}"
 
