@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from stiffcal.bounded import least_squares_within
+from stiffcal.bounded_least_squares import least_squares_within
 
 
 @pytest.mark.parametrize("seed", range(200))

@@ -22,7 +22,7 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
-from stiffcal.simulation.scene import valued_robot
+from stiffcal.simulation.scene import robot_with_values
 
 Floats = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def deflections_in_z(robot: CompliantRobot, folder: Path, joints: Floats, force:
 
 def search(folder: Path = FOLDER) -> Found:
     """Return the pose that shows Fig. 2 most clearly."""
-    robot = valued_robot(load_campaign(folder, check_files=False))
+    robot = robot_with_values(load_campaign(folder, check_files=False))
     grid = np.array(list(itertools.product(*GRID.values())), dtype=np.float64)
     grid = grid[np.abs(grid[:, 2] - grid[:, 1]) <= ROD_ALLOWS]
     joints = np.deg2rad(grid)

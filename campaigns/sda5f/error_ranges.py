@@ -15,7 +15,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.dual_quaternions import dual_from_pose, error_norms
 from stiffcal.model.equilibrium import solve_balance
-from stiffcal.simulation.scene import valued_robot
+from stiffcal.simulation.scene import robot_with_values
 
 HERE = Path(__file__).parent
 DUMBBELL_KG = 0.153
@@ -37,7 +37,7 @@ def largest_errors(arm: str, n_poses: int = 20000) -> tuple[float, float]:
     setup = MeasurementSetup(Attachment(0, np.eye(4)), hand, (hand,), ("hand",), True, np.eye(4))
     weight = np.zeros((n_poses, 6))
     weight[:, :3] = DUMBBELL_KG * chain.gravity
-    balance = solve_balance(valued_robot(campaign), chain.model_angles(angles), weight, setup)
+    balance = solve_balance(robot_with_values(campaign), chain.model_angles(angles), weight, setup)
     nominal = dual_from_pose(balance.unloaded_position[:, 0], balance.unloaded_rotation[:, 0])
     loaded = dual_from_pose(balance.target_position[:, 0], balance.target_rotation[:, 0])
     position, orientation = error_norms(loaded, nominal)

@@ -28,7 +28,7 @@ _EXPECTED = {
     "model_attributes_type": "a table",
     "finite_number": "a finite number",
 }
-MOST_TOLD = 100  # faults of one file
+MOST_REPORTED = 100  # faults of one file
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
     "greater_than_equal": ("ge", "at least"),
@@ -48,8 +48,8 @@ def faults_of(error: ValidationError, file: str, model: type[BaseModel], documen
     document : the file's contents, to name runs and joints by what the user called them.
     """
     details: list[dict[str, Any]] = [dict(detail) for detail in error.errors(include_url=False)]
-    untold = len(details) - MOST_TOLD
-    details = details[:MOST_TOLD]
+    unidentified = len(details) - MOST_REPORTED
+    details = details[:MOST_REPORTED]
     unknown: list[Path] = [detail["loc"] for detail in details if detail["type"] == "extra_forbidden"]
     misspelt = {(*location[:-1], _nearest(location, model)) for location in unknown}
     faults = []
@@ -58,8 +58,8 @@ def faults_of(error: ValidationError, file: str, model: type[BaseModel], documen
             continue  # the misspelt key is told already
         reason, mend = _words(detail, model)
         faults.append(Fault(file, key_path(detail["loc"], document), reason, mend))
-    if untold > 0:
-        faults.append(Fault(file, "", f"{untold} more faults", "correct these first"))
+    if unidentified > 0:
+        faults.append(Fault(file, "", f"{unidentified} more faults", "correct these first"))
     return faults
 
 

@@ -58,10 +58,10 @@ def _rods_on(link: str, names: tuple[str, ...], manifest: Manifest, chain: Chain
         if given is not None:
             warping[row] = given
     rods = replace(rods_between(link, start, end, sigma, names), warping=warping)
-    return replace(rods, growth=rods.length * _expansion_beside(link, names, manifest, chain))
+    return replace(rods, growth=rods.length * _expansion_next_to(link, names, manifest, chain))
 
 
-def _expansion_beside(link: str, names: tuple[str, ...], manifest: Manifest, chain: Chain) -> Floats:
+def _expansion_next_to(link: str, names: tuple[str, ...], manifest: Manifest, chain: Chain) -> Floats:
     """Return (m,) by how much the link expands more than each rod, 1/K; NaN where the rod's own is not written."""
     own = chain.beams[link].expansion
     written = [name for name in names if manifest.ids[name].expansion_per_K is not None]

@@ -265,6 +265,6 @@ def _save(folder: Path, document: tomlkit.TOMLDocument) -> None:
     """Write the file whole or not at all; what was written must be a model file."""
     path = folder / MODEL_FILE
     text = tomlkit.dumps(document)
-    with replacing(path) as beside:
-        beside.write_text(text, encoding="utf-8", newline="\n")
-        validate(read_toml(beside, MODEL_FILE), MODEL_FILE, ModelFile)
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+        validate(read_toml(temporary, MODEL_FILE), MODEL_FILE, ModelFile)

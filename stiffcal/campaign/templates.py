@@ -107,15 +107,15 @@ def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Pa
         raise InputError.at(str(folder), "", "this is a file, not a folder", "name another folder")
     if folder.is_dir():
         return _fill(folder, texts, copies or {})
-    beside = folder.with_name(temporary_name())
+    temporary = folder.with_name(temporary_name())
     try:
-        beside.mkdir(parents=True)
-        written = _fill(beside, texts, copies or {})
-        beside.rename(folder)
+        temporary.mkdir(parents=True)
+        written = _fill(temporary, texts, copies or {})
+        temporary.rename(folder)
     except BaseException:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)
         raise
-    return [folder / path.relative_to(beside) for path in written]
+    return [folder / path.relative_to(temporary) for path in written]
 
 
 def _fill(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path]) -> list[Path]:
@@ -125,8 +125,8 @@ def _fill(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path]) ->
     try:
         (folder / "raw").mkdir(exist_ok=True)
         for name, source in copies.items():
-            with replacing(folder / name) as beside:
-                shutil.copyfile(source, beside)
+            with replacing(folder / name) as temporary:
+                shutil.copyfile(source, temporary)
             written.append(folder / name)
         if not any((folder / "raw").iterdir()):
             texts = {**texts, "raw/README.txt": _RAW_NOTE}

@@ -30,7 +30,7 @@ from stiffcal.cli.supervision import Supervision, supervised
 from stiffcal.errors import InputError
 from stiffcal.files import refusal
 from stiffcal.module_path import leave_out_current_folder
-from stiffcal.trust.strangers import fault_of_stranger
+from stiffcal.trust.foreign_content import fault_of_foreign_content
 
 COMMANDS = {
     "init": "Make a commented campaign folder, or propose one from a table.",
@@ -100,7 +100,7 @@ def _run(given: list[str], supervision: Supervision) -> int:
     except Exception as error:
         if debug:
             return report_traceback(error)
-        refused = _refused(error) or fault_of_stranger(error)
+        refused = _refused(error) or fault_of_foreign_content(error)
         if refused is None:
             return report_fault(error, given, as_json)
         report_input_error(refused, as_json)

@@ -52,16 +52,16 @@ def batch(
     Example: stiffcal batch campaigns/hidden --thresholds thresholds.toml --junit junit.xml --markdown summary.md
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.batch import Wishes, batch_campaigns
+        from stiffcal.workflow.batch import BatchOptions, batch_campaigns
         from stiffcal.workflow.batch_summary import junit_text, markdown_text, prepare_files, write_summary
 
         prepare_files(*(file for file in (junit, markdown) if file is not None))
         told = _Told(answer)
-        wishes = Wishes(
+        batch_options = BatchOptions(
             jobs, thresholds, store, reports, not no_report, scheduler, progress=answer.progress, finished=told.finished
         )
         try:
-            document = batch_campaigns(folders, wishes)
+            document = batch_campaigns(folders, batch_options)
         except KeyboardInterrupt:
             answer.say(told.interrupted())
             raise

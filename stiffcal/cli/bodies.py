@@ -27,7 +27,7 @@ def show_joints(console: Console, joints: Sequence[Document]) -> None:
     table = plain_table("each joint by itself", "turn about x>", "y>", "z>", "shift along x>", "y>", "z>")
     for joint in joints:
         lines = {line["component"]: line for line in joint["lines"]}
-        table.add_row(f"joint {joint['joint']}", *(_told(lines[component]) for component in COMPONENTS))
+        table.add_row(f"joint {joint['joint']}", *(_identified(lines[component]) for component in COMPONENTS))
     console.print(table)
     for joint in joints:
         if joint["couplings"]:
@@ -36,7 +36,7 @@ def show_joints(console: Console, joints: Sequence[Document]) -> None:
     console.print("N·m/rad and N/m; –: within the noise; ~: a curve, not a straight line")
 
 
-def _told(line: Document) -> str:
+def _identified(line: Document) -> str:
     if not line["above_noise"]:
         return "–"
     return ("~" if line["curved"] else "") + significant(1.0 / line["compliance"])

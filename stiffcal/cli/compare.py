@@ -31,10 +31,10 @@ def compare(
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.compare import compare_campaigns
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(update=not no_update, progress=answer.progress, say=answer.say)
-        document = compare_campaigns(before, after, means)
+        context = RunContext(update=not no_update, progress=answer.progress, say=answer.say)
+        document = compare_campaigns(before, after, context)
         answer.give(document, show_comparison, command_line("report", after))
     return OK
 

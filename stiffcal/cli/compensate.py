@@ -117,14 +117,14 @@ def compensate(
     Example: stiffcal compensate demo --path path.csv --force 0,150,-300 -o corrected.csv --picture error.svg
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.compensate import CompensateWish, compensate_campaign
+        from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign
         from stiffcal.workflow.compensation_path import Forces
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
         forces = Forces(force, segments, log, frame, acts_on, filter_hz, tool, zeroed)
-        wish = CompensateWish(path, forces, target, start, not position_only, sag, normal, judge)
-        result = compensate_campaign(folder, wish, means, output=output, picture=picture)
+        request = CompensateRequest(path, forces, target, start, not position_only, sag, normal, judge)
+        result = compensate_campaign(folder, request, context, output=output, picture=picture)
         answer.give(result, show_compensation, command_line("export", folder, "-o", "robot.urdf", store=store))
     return OK
 

@@ -25,8 +25,8 @@ def demo(
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.demo import run_demo
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        document = run_demo(folder, Means(progress=answer.progress, say=answer.say))
+        document = run_demo(folder, RunContext(progress=answer.progress, say=answer.say))
         answer.give(document, show_run, command_line("diagnose", folder))
     return OK if document["passed"] else NOT_HELD

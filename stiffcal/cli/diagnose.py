@@ -27,10 +27,10 @@ def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.diagnose import diagnose_campaign
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = diagnose_campaign(folder, means)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        document = diagnose_campaign(folder, context)
         answer.give(document, show_diagnosis, _next_step(folder, document, store))
     return OK
 

@@ -37,10 +37,10 @@ def export(
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.export import export_campaign
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = export_campaign(folder, means, output, raw_text=raw_text)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        document = export_campaign(folder, context, output, raw_text=raw_text)
         answer.give(document, show_export, command_line("plot", folder, store=store))
     return OK
 

@@ -38,12 +38,12 @@ def history(
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.history import read_history, restore_model
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, update=False, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=False, progress=answer.progress, say=answer.say)
         if restore is not None:
-            answer.say(restore_model(folder, means, restore, lambda entry: agrees(answer, entry, yes)))
-        document = read_history(folder, means)
+            answer.say(restore_model(folder, context, restore, lambda entry: agrees(answer, entry, yes)))
+        document = read_history(folder, context)
         fits = document["fits"]
         if not fits or document.get("not_fitted_yet"):
             then = "identify"
@@ -73,13 +73,13 @@ def show_history(console: Console, document: Document) -> None:
         return
     table = plain_table("id", "time", "model", "unseen poses, rms>", "fit, rms>", "noise>")
     for fit in document["fits"]:
-        unseen = deviation(fit["heldout_rms"]) if fit["heldout_rms"] else "not validated"
+        heldout = deviation(fit["heldout_rms"]) if fit["heldout_rms"] else "not validated"
         noise = deviation(fit["noise"]) if fit["noise"] else NOT_KNOWN
         table.add_row(
             fit["id"] + ("" if fit.get("origin", "own") == "own" else f" ({NOT_YOURS[fit['origin']]})"),
             fit["time"].replace("T", " ")[:16],
             model_in_words(fit["model"]),
-            unseen,
+            heldout,
             deviation(fit["fit_rms"]),
             noise,
         )

@@ -41,10 +41,10 @@ def identify(
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.identify import identify_campaign
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = identify_campaign(folder, means, loss, dual_quaternions, coupling)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        document = identify_campaign(folder, context, loss, dual_quaternions, coupling)
         answer.give(document, show_fit, command_line("validate", folder, store=store))
     return OK
 

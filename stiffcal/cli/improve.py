@@ -33,9 +33,9 @@ def improve(
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.improve import always, improve_campaign
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
         asks = sys.stdin.isatty() and not yes and not as_json
 
         def ask(proposal: Document) -> bool:
@@ -43,7 +43,7 @@ def improve(
             return typer.confirm(f"add {proposal['effect']} ({places(proposal['where'])})?", default=True, err=True)
 
         document = improve_campaign(
-            folder, means, ask if asks else always, dry_run, None if as_json else lambda step: tell(answer, step)
+            folder, context, ask if asks else always, dry_run, None if as_json else lambda step: tell(answer, step)
         )
         answer.give(document, show_ladder, command_line("report", folder, store=store))
     return OK

@@ -54,8 +54,10 @@ def show_coupling(console: Console, coupling: Document) -> None:
         table.add_row(one["name"], *cells)
     console.print(table)
     for way in ways:
-        untold = len(way["not_identifiable"])
-        console.print(f"{way['says']}: fit {deviation(way['rms'])} rms, {untold or 'no'} parameters not told apart")
+        unidentified = len(way["not_identifiable"])
+        console.print(
+            f"{way['says']}: fit {deviation(way['rms'])} rms, {unidentified or 'no'} parameters not told apart"
+        )
 
 
 _HEADS = {

@@ -64,11 +64,11 @@ def map(  # noqa: A001  (the command's name)
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.map import MapRequest, map_campaign
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
         request = MapRequest(load, mass, stiffness, plane, at, slices, points, pose, target)
-        result = map_campaign(folder, request, means, picture=output, table=table)
+        result = map_campaign(folder, request, context, picture=output, table=table)
         answer.give(result, show_map, command_line("compensate", folder, "--path", "path.csv", store=store))
     return OK
 

@@ -38,10 +38,10 @@ def plot(
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.plot import plot_campaign
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = plot_campaign(folder, means, output=output, run=run, against=against)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        document = plot_campaign(folder, context, output=output, run=run, against=against)
         answer.give(document, show_plot, command_line("report", folder, store=store))
     return OK
 

@@ -61,12 +61,12 @@ def predict(
     Example: stiffcal predict demo --load-path "-100,200,-300;0,0,0;100,-200,100" --at 0,10,20,0,30,0
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.predict import LoadPathWish, predict_campaign
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        path = LoadPathWish(load_path, at, points, note) if load_path is not None else None
-        result = predict_campaign(folder, means, poses=poses, load_path=path, output=output)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        path = LoadPathRequest(load_path, at, points, note) if load_path is not None else None
+        result = predict_campaign(folder, context, poses=poses, load_path=path, output=output)
         answer.give(result, show_prediction, command_line("export", folder, "-o", "model.json", store=store))
     return OK
 

@@ -25,10 +25,10 @@ def report(
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.report import report_campaign
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = report_campaign(folder, means, output=output)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        document = report_campaign(folder, context, output=output)
         answer.give(document, show_report, command_line("history", folder, store=store))
     return OK
 

@@ -21,10 +21,10 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.run import run_campaign
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
 
-        means = Means(store=store, progress=answer.progress, say=answer.say)
-        document = run_campaign(folder, means)
+        context = RunContext(store=store, progress=answer.progress, say=answer.say)
+        document = run_campaign(folder, context)
         answer.give(document, show_run, command_line("history", folder, store=store))
     return OK if document["passed"] else NOT_HELD
 

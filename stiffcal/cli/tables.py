@@ -38,7 +38,7 @@ def show_parameters(console: Console, parameters: Sequence[dict[str, Any]]) -> N
         table = plain_table("effect", "place", "stiffness, ± 95 %>", "")
         for p in compliances:
             low, high = _ends(p.get("stiffness_interval"))
-            table.add_row(p["effect"], _place(p), _stiffness(p, low, high), _stiffness_unit(p["unit"]) + _lost(p))
+            table.add_row(p["effect"], _place(p), _stiffness(p, low, high), _stiffness_unit(p["unit"]) + _in_noise(p))
         console.print(table)
     if others:
         table = plain_table("parameter", "place", "value, ± 95 %>", "")
@@ -46,12 +46,12 @@ def show_parameters(console: Console, parameters: Sequence[dict[str, Any]]) -> N
             low, high = _ends(p.get("interval"))
             words = interval(p["value"], low, high) if p["value"] is not None else "cannot be told"
             table.add_row(
-                p["name"], places(p["where"]), f"{words} (fixed)" if p["fixed"] else words, p["unit"] + _lost(p)
+                p["name"], places(p["where"]), f"{words} (fixed)" if p["fixed"] else words, p["unit"] + _in_noise(p)
             )
         console.print(table)
 
 
-def _lost(parameter: dict[str, Any]) -> str:
+def _in_noise(parameter: dict[str, Any]) -> str:
     return "  within the noise" if parameter.get("above_noise") is False else ""
 
 

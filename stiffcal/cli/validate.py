@@ -36,13 +36,13 @@ def validate(
     """
     with answering(as_json) as answer:
         from stiffcal.campaign.thresholds import load_thresholds
-        from stiffcal.workflow.steps import Means
+        from stiffcal.workflow.steps import RunContext
         from stiffcal.workflow.validate import validate_campaign
 
         file = load_thresholds(thresholds) if thresholds else None
         reach = (folder, *([model] if model else []), *(file.baselines() if file else []))
-        means = Means(store=store, update=not no_update, progress=answer.progress, say=answer.say, reach=reach)
-        document = validate_campaign(folder, means, model=model, thresholds=file)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say, reach=reach)
+        document = validate_campaign(folder, context, model=model, thresholds=file)
         answer.give(document, show_validation, command_line("report", folder, store=store))
     return NOT_HELD if document["passed"] is False else OK
 

@@ -93,7 +93,7 @@ def linear_nodes(robot: CompliantRobot, setup: MeasurementSetup, leave_out: Sequ
         if one.effect.kind is Kind.OBSERVATION:
             continue  # what the instruments see; the robot does not bend by it
         matrix = _matrix_of(robot, one)
-        if matrix is None or _acts_beside(robot, one):
+        if matrix is None or _acts_next_to(robot, one):
             left_out.append(f"{one.effect.name}.{one.place.label}")
             if one.effect.name not in leave_out:
                 raise ValueError(
@@ -189,7 +189,7 @@ def _answers(robot: CompliantRobot, wrench: Floats, angles: Floats) -> Floats:
     return node_displacements(robot, law_terms(robot, NodeLoads(wrench, angles)), wrench.shape[2])
 
 
-def _acts_beside(robot: CompliantRobot, one: PlacedEffect) -> bool:
+def _acts_next_to(robot: CompliantRobot, one: PlacedEffect) -> bool:
     """Tell whether an effect puts a torque beside its drive (a balancing spring)."""
     angles = np.zeros((robot.chain.n_joints, 1))
     return one.effect.joint_torque(one.place, robot.chain, angles, one.values) is not None

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 
-from stiffcal.compensation.workspace import Floats, MapWish, WorkspaceMap
+from stiffcal.compensation.workspace import Floats, MapTask, WorkspaceMap
 from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Number, OrAbsent, Vector
 
 Plane: TypeAlias = Literal["xy", "xz", "yz"]
@@ -102,7 +102,7 @@ class MapResult(CommandResult):
     """The table that was written."""
     picture: OrAbsent[str] = None
     """The picture that was written."""
-    wish: Annotated[MapWish, NOT_IN_DOCUMENT]
+    wish: Annotated[MapTask, NOT_IN_DOCUMENT]
     """What was asked for."""
     grid: Annotated[MapGrid, NOT_IN_DOCUMENT]
     """How the points lie."""

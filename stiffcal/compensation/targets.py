@@ -55,7 +55,7 @@ class PoseGoal:
 
 
 @dataclass(frozen=True)
-class Wish:
+class CorrectionOptions:
     """What is to be reached, and how.
 
     Attributes
@@ -119,7 +119,7 @@ def correct_joints(
     joints: Floats,
     wrench: Floats,
     setup: MeasurementSetup,
-    wish: Wish | None = None,
+    options: CorrectionOptions | None = None,
     covariance: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Corrected:
     """Solve for the joint targets that put the loaded robot's first target where it is wanted.
@@ -130,7 +130,7 @@ def correct_joints(
     joints : (n, L) commanded logged angles, rad.
     wrench : (n, 6) N and N·m on the robot, in the set-up's wrench axes about its wrench point.
     setup : where load and target are.
-    wish : what is to be reached; None: the pose without the load.
+    options : what is to be reached; None: the pose without the load.
     covariance : of the parameters, by full names; None: taken as exact.
 
     Raises
@@ -142,11 +142,11 @@ def correct_joints(
     Within the chain's limits: a joint that would go beyond is kept at its limit and the others make up for it where
     they can (seven joints can); what remains stands in ``after``.
     """
-    wish = wish or Wish()
-    problem = _Problem(robot, joints, wrench, setup, wish)
+    options = options or CorrectionOptions()
+    problem = _Problem(robot, joints, wrench, setup, options)
     found = problem.solve()
     angles = robot.chain.model_angles(found.joints)
-    weight = wish.goal is not None
+    weight = options.goal is not None
     return replace(
         found,
         covariance=parameter_covariance(robot, angles, wrench, setup, problem.order, covariance or {}, weight),
@@ -154,7 +154,12 @@ def correct_joints(
 
 
 def errors_of(
-    robot: CompliantRobot, commanded: Floats, told: Floats, wrench: Floats, setup: MeasurementSetup, wish: Wish
+    robot: CompliantRobot,
+    commanded: Floats,
+    told: Floats,
+    wrench: Floats,
+    setup: MeasurementSetup,
+    options: CorrectionOptions,
 ) -> Floats:
     """Return (n, 6) the pose errors of a robot that is told other joint targets, found by whatever model.
 
@@ -165,7 +170,7 @@ def errors_of(
     told : (n, L) what the controller is told.
     wrench, setup, wish : as in `correct_joints`.
     """
-    problem = _Problem(robot, commanded, wrench, setup, wish)
+    problem = _Problem(robot, commanded, wrench, setup, options)
     return problem.error_at(told, np.arange(len(told)))
 
 
@@ -181,14 +186,14 @@ class _Problem:
     """The equations of n states and the way to their solution; arrays of all states are filled in as they are found."""
 
     def __init__(
-        self, robot: CompliantRobot, joints: Floats, wrench: Floats, setup: MeasurementSetup, wish: Wish
+        self, robot: CompliantRobot, joints: Floats, wrench: Floats, setup: MeasurementSetup, options: CorrectionOptions
     ) -> None:
-        self.robot, self.commanded, self.wrench, self.setup, self.wish = robot, joints, wrench, setup, wish
+        self.robot, self.commanded, self.wrench, self.setup, self.options = robot, joints, wrench, setup, options
         self.chain = robot.chain
-        self.order: StateOrder | None = one_run(robot, len(joints), wish.time) if wish.in_order else None
+        self.order: StateOrder | None = one_run(robot, len(joints), options.time) if options.in_order else None
         start = self._balance(joints)
         self.deflection = start.displacement[:, 0]
-        self.goal = wish.goal or PoseGoal(start.unloaded_position[:, 0], start.unloaded_rotation[:, 0])
+        self.goal = options.goal or PoseGoal(start.unloaded_position[:, 0], start.unloaded_rotation[:, 0])
         self.before = self._error(start)
         self.joints, self.error = joints.copy(), self.before.copy()
         self.at_limit = np.zeros(joints.shape, dtype=np.bool_)
@@ -216,7 +221,7 @@ class _Problem:
     def solve(self) -> Corrected:
         """Find the joint targets; where a pose cannot be had (singular, a limit), at least its position."""
         n = len(self.commanded)
-        whole = np.full(n, self.wish.orientation)
+        whole = np.full(n, self.options.orientation)
         self._go(np.arange(n), whole)
         redo = np.flatnonzero(whole & ~self._reached(whole))
         if redo.size:
@@ -232,7 +237,7 @@ class _Problem:
             after=self.error,
             covariance=np.zeros((n, 6, 6)),
             deflection=self.deflection,
-            reached=self._reached(np.full(n, self.wish.orientation)),
+            reached=self._reached(np.full(n, self.options.orientation)),
             position_reached=self._reached(np.zeros(n, dtype=np.bool_)),
             held=tuple(", ".join(names[k] for k in np.flatnonzero(row)) for row in self.at_limit),
             singular=self.too_far,
@@ -260,7 +265,7 @@ class _Problem:
                 # A joint stops at its limit: the others make up for it from the next step on.
                 self.at_limit[part] |= newly
             wanted = np.clip(wanted, *self.chain.limits.T)
-            far = (np.abs(wanted - self.commanded[part]) > self.wish.largest_correction).any(axis=1)
+            far = (np.abs(wanted - self.commanded[part]) > self.options.largest_correction).any(axis=1)
             self.too_far[part] |= far
             wanted[far] = before[far]
             self.joints[part] = wanted

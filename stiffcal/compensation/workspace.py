@@ -28,7 +28,7 @@ _MARGIN = 0.03
 
 
 @dataclass(frozen=True)
-class MapWish:
+class MapTask:
     """What is to be mapped.
 
     Attributes
@@ -86,7 +86,7 @@ class WorkspaceMap:
 def map_workspace(
     robot: CompliantRobot,
     setup: MeasurementSetup,
-    wish: MapWish,
+    task: MapTask,
     covariance: Mapping[str, Mapping[str, float]] | None = None,
 ) -> WorkspaceMap:
     """Find what a valued robot does at points of its workspace.
@@ -95,7 +95,7 @@ def map_workspace(
     ----------
     robot : chain and effects, every parameter valued.
     setup : where load and target are.
-    wish : points, load, and what is wanted.
+    task : points, load, and what is wanted.
     covariance : of the parameters, by full names; None: taken as exact.
 
     Raises
@@ -103,11 +103,11 @@ def map_workspace(
     NoBalanceError : the load is more than the springs hold.
     """
     chain = robot.chain
-    status, joints = _reach(chain, setup.targets[0], wish)
-    n = len(wish.points)
+    status, joints = _reach(chain, setup.targets[0], task)
+    n = len(task.points)
     here = np.flatnonzero(status == REACHED)
     found = WorkspaceMap(
-        points=wish.points,
+        points=task.points,
         status=status,
         joints=joints,
         deflection=np.full((n, 6), np.nan),
@@ -120,15 +120,15 @@ def map_workspace(
         return found
     loads = replace(setup, wrench_axes=Attachment(0, np.eye(4)), moments_measured=True)
     angles = chain.model_angles(joints[here])
-    wrench = np.repeat(wish.wrench[None], len(here), axis=0)
+    wrench = np.repeat(task.wrench[None], len(here), axis=0)
     balance = solve_balance(robot, angles, wrench, loads)
     found.deflection[here] = balance.displacement[:, 0]
     spread = parameter_covariance(robot, angles, wrench, loads, None, covariance or {})
     found.std[here, 0] = np.sqrt(np.einsum("nii->n", spread[:, :3, :3]))
     found.std[here, 1] = np.sqrt(np.einsum("nii->n", spread[:, 3:, 3:]))
-    if wish.direction is not None:
+    if task.direction is not None:
         compliance = cartesian_compliance(robot, angles, wrench, loads, balance)[:, :3, :3]
-        gives = np.einsum("i,nij,j->n", wish.direction, compliance, wish.direction)
+        gives = np.einsum("i,nij,j->n", task.direction, compliance, task.direction)
         # where nothing gives in that direction there is no stiffness to state
         found.stiffness[here] = np.divide(1.0, gives, out=np.full_like(gives, np.nan), where=np.abs(gives) > RIGID)
     found.margin[here] = np.minimum(joints[here] - chain.limits[:, 0], chain.limits[:, 1] - joints[here]).min(axis=1)
@@ -137,23 +137,23 @@ def map_workspace(
     return found
 
 
-def _reach(chain: Chain, target: Attachment, wish: MapWish) -> tuple[Integers, Floats]:
+def _reach(chain: Chain, target: Attachment, task: MapTask) -> tuple[Integers, Floats]:
     """Return (n,) whether each point is reached, and (n, L) the joint angles there."""
-    n = len(wish.points)
-    kept = np.eye(3) if wish.rotation is None else wish.rotation
-    goal = PoseGoal(wish.points, np.repeat(kept[None], n, axis=0))
-    whole = wish.rotation is not None
-    near = np.flatnonzero(np.linalg.norm(wish.points - chain.fixed[0, :3, 3], axis=1) <= longest_reach(chain, target))
-    status, joints = np.zeros(n, dtype=np.int64), np.full((n, len(wish.home)), np.nan)
+    n = len(task.points)
+    kept = np.eye(3) if task.rotation is None else task.rotation
+    goal = PoseGoal(task.points, np.repeat(kept[None], n, axis=0))
+    whole = task.rotation is not None
+    near = np.flatnonzero(np.linalg.norm(task.points - chain.fixed[0, :3, 3], axis=1) <= longest_reach(chain, target))
+    status, joints = np.zeros(n, dtype=np.int64), np.full((n, len(task.home)), np.nan)
     if not near.size:
         return status, joints
-    found, reached = nearest_solution(chain, target, _some(goal, near), wish.home, whole)
+    found, reached = nearest_solution(chain, target, _some(goal, near), task.home, whole)
     joints[near[reached]], status[near[reached]] = found[reached], REACHED
     rest = near[~reached]
     if rest.size and np.isfinite(chain.limits).any():
         # Is it the joint limits that keep the robot from there? The same chain without limits tells.
         free = replace(chain, limits=np.tile([-np.inf, np.inf], (len(chain.limits), 1)))
-        _, reached = nearest_solution(free, target, _some(goal, rest), wish.home, whole)
+        _, reached = nearest_solution(free, target, _some(goal, rest), task.home, whole)
         status[rest[reached]] = BEYOND_LIMITS
     return status, joints
 

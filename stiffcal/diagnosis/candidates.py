@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
-from stiffcal.identification.signatures import Linearised, Signature
+from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Effect, Place, Sort
+from stiffcal.model.effect import Effect, ParameterRole, Place
 
 
 @dataclass(frozen=True)
@@ -79,15 +79,15 @@ def _stands_in_the_way(effect: Effect, place: Place, robot: CompliantRobot) -> b
     )
 
 
-def variants(candidate: Candidate, state: Linearised, chain: Chain) -> Iterator[Signature]:
+def variants(candidate: Candidate, state: Linearised, chain: Chain) -> Iterator[Regressor]:
     """Return the candidate's signatures, one for each combination of its shape grid."""
-    if any(spec.sort is Sort.SHAPE for spec in candidate.effect.parameters):
+    if any(spec.role is ParameterRole.NONLINEAR for spec in candidate.effect.parameters):
         shapes = state.shapes(candidate.effect, candidate.place)
         if len(shapes) > MANY_SHAPES:
             return
     else:
         shapes = [{}]
     for shape in shapes:
-        signature = state.signature(candidate.effect, candidate.place, shape)
-        if signature.columns.any() or signature.fixed.any():
-            yield signature
+        regressor = state.regressor(candidate.effect, candidate.place, shape)
+        if regressor.columns.any() or regressor.fixed.any():
+            yield regressor

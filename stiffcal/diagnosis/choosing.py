@@ -25,7 +25,7 @@ def confidence(scan: Scan, seed: int = 0) -> dict[str, float]:
     rng = np.random.default_rng(seed)
     n_folds = len(scan.folds)
     weights = rng.multinomial(n_folds, np.full(n_folds, 1.0 / n_folds), size=RESAMPLINGS)
-    errors = np.stack([trial.score.unseen for trial in scan.trials]) @ weights.T
+    errors = np.stack([trial.score.heldout for trial in scan.trials]) @ weights.T
     first = np.bincount(first_least(errors), minlength=len(scan.trials)) / RESAMPLINGS
     return {trial.candidate.name: float(share) for trial, share in zip(scan.trials, first, strict=True)}
 

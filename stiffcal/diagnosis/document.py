@@ -9,12 +9,12 @@ import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import chosen_in_every_fold, confidence
-from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice, leaders
+from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, size_at_tool
+from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice, near_best
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.search import Found, Search
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, TOLD_LINGERING
-from stiffcal.diagnosis.unseen_error import fitted_rms, left_out_rms, size_at_tool
+from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, explain
 from stiffcal.identification.document import finite, parameter_document
 from stiffcal.measurements.load_states import LoadStates
@@ -95,7 +95,7 @@ def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
         "pace": {
             "models": search.pace.models,
             "candidates": search.pace.candidates,
-            "signatures": search.pace.signatures,
+            "signatures": search.pace.regressors,
             "seconds": search.pace.seconds,
             "candidates_per_second": search.pace.candidates / search.pace.seconds,
         },
@@ -119,7 +119,7 @@ def _warnings(search: Search) -> list[str]:
     if len(search.first.folds) < 6:
         words.append(f"only {len(search.first.folds)} poses: what holds in unseen poses is known poorly")
     now = search.after
-    if now is not None and now.lingers > TOLD_LINGERING and not now.wanders and not search.unexplained:
+    if now is not None and now.lingers > REPORTED_LINGERING and not now.wanders and not search.unexplained:
         words.append(
             f"successive readings are off alike (correlation {now.lingers:.2g}): noise that lingers (air, temperature, "
             "a filter), so that uncertainties are larger than those given; wait longer between readings"
@@ -142,7 +142,7 @@ def _after_choosing(scan: Scan, before: Rms) -> Rms:
 def _findings(search: Search, before: Rms, noise: Rms | None) -> list[dict[str, Any]]:
     """Return the ranking for the next single step, best first."""
     scan = search.first
-    near = leaders(scan)
+    near = near_best(scan)
     names = [one.candidate.name for one in near]
     shares = confidence(scan)
     after_choosing = _after_choosing(scan, before)
@@ -197,7 +197,7 @@ def _findings(search: Search, before: Rms, noise: Rms | None) -> list[dict[str, 
 
 def _explains(scan: Scan, trial: Trial) -> float | None:
     """Return the share of the avoidable error that goes, whitened."""
-    before, after = float(scan.base.unseen.sum()), float(trial.score.unseen.sum())
+    before, after = float(scan.base.heldout.sum()), float(trial.score.heldout.sum())
     floor = float(scan.dof) if scan.fit.noise is not None else 0.0
     if before <= floor * (1.0 + ROUNDING):
         return None
@@ -218,7 +218,7 @@ def _why_rejected(scan: Scan, trial: Trial) -> str:
 
 def look_alike_pairs(search: Search) -> list[tuple[Trial, Trial]]:
     """Return the first missing effect with each of its foremost look-alikes."""
-    near = leaders(search.first) if search.tried else []
+    near = near_best(search.first) if search.tried else []
     return [(near[0], other) for other in near[1 : 1 + PAIRS_PLANNED]]
 
 

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from stiffcal.diagnosis.scan import Scan
 from stiffcal.diagnosis.scoring import fold_products, solve_within
 from stiffcal.identification.observation import Column, free_columns
+from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.identification.rows import GAUGE, ROTATION, TRANSLATION
-from stiffcal.identification.signatures import Linearised, Signature
 from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.varying import varies
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import Effect, NodeLoads, Sort
-from stiffcal.validation.unseen import with_lost_freedom
+from stiffcal.model.effect import Effect, NodeLoads, ParameterRole
+from stiffcal.validation.heldout import corrected_for_freedom
 from stiffcal.validation.validate import rms_of
 
 Floats = NDArray[np.float64]
@@ -97,7 +97,7 @@ def evidence_for(
     for number, one in enumerate(scan.fit.robot.placed):
         if f"{one.effect.name} {one.place.label}" in chosen and any(column.placed == number for column in columns):
             included = [
-                state.signature(catalogue[name], one.place, {})
+                state.regressor(catalogue[name], one.place, {})
                 for name in one.effect.includes
                 if f"{name} {one.place.label}" in held and name in catalogue
             ]
@@ -105,17 +105,17 @@ def evidence_for(
 
 
 def _evidence(
-    scan: Scan, state: Linearised, columns: list[Column], number: int, included: list[Signature]
+    scan: Scan, state: Linearised, columns: list[Column], number: int, included: list[Regressor]
 ) -> EffectEvidence:
     one, data = scan.fit.robot.placed[number], scan.fit.data
     added = _contribution(state, one)
     others = np.array([column.placed != number for column in columns], dtype=np.bool_)
     low = np.array([_lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
-    pieces = [scan.columns[others], *(signature.columns for signature in included)]
-    edges = [low[others], *(np.zeros(len(signature.columns)) for signature in included)]
+    pieces = [scan.columns[others], *(regressor.columns for regressor in included)]
+    edges = [low[others], *(np.zeros(len(regressor.columns)) for regressor in included)]
     before = _left_out(scan, np.concatenate(pieces), scan.residual + added, np.concatenate(edges))
     after = _left_out(scan, scan.columns, scan.residual, low)
-    rows = _telling_rows(scan, added, after)
+    rows = _significant_rows(scan, added, after)
     value, driver, unit = _driver(state, one)
     direction, lever = _directions(state, one, added, rows, value if driver else None)
     law = _along(direction, added, rows)
@@ -130,17 +130,17 @@ def _evidence(
 
 def _contribution(state: Linearised, one: PlacedEffect) -> Floats:
     """Return (m, n) what an effect adds to the displacements with the values it has in the model."""
-    signature = state.signature(one.effect, one.place, one.shape())
-    total = signature.fixed.copy()
-    for symbol, column in zip(signature.symbols, signature.columns, strict=True):
+    regressor = state.regressor(one.effect, one.place, one.shape())
+    total = regressor.fixed.copy()
+    for symbol, column in zip(regressor.symbols, regressor.columns, strict=True):
         total += one.amplitude(symbol) * column
-    return np.asarray(np.where(state.data.seen, total, 0.0))
+    return np.asarray(np.where(state.data.measured_mask, total, 0.0))
 
 
 def _lowest_step(one: PlacedEffect, column: Column) -> float:
     """Return how far down a parameter can go from where it is: what cannot be negative stops at zero."""
     spec = one.effect.spec(column.symbol)
-    if column.sort is Sort.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
+    if column.role is ParameterRole.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
         return min(0.0, -one.amplitude(column.symbol))
     return -np.inf
 
@@ -155,10 +155,10 @@ def _left_out(scan: Scan, columns: Floats, residual: Floats, low: Floats) -> Flo
         step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], low, np.full(len(low), np.inf))
         for number, part in enumerate(members_of(scan.fold_of_state)):
             left[:, part] -= np.tensordot(step[number], columns[:, :, part], axes=1)
-    return with_lost_freedom(scan.space.centred(left[None])[0], scan.fit.data)
+    return corrected_for_freedom(scan.space.centred(left[None])[0], scan.fit.data)
 
 
-def _telling_rows(scan: Scan, added: Floats, left: Floats) -> Integers:
+def _significant_rows(scan: Scan, added: Floats, left: Floats) -> Integers:
     """Return the rows in which the effect stands out most: translations or rotations of the first target, or gauges.
 
     Where neither was measured, the rods of one link.
@@ -193,9 +193,9 @@ def _directions(
     """
     lever = _common_lever(state, one, rows, driver)
     direction = np.full_like(added, np.nan)
-    seen = state.data.seen[rows]
+    measured_mask = state.data.measured_mask[rows]
     if lever is not None:
-        lever = np.where(seen, lever[rows], 0.0)
+        lever = np.where(measured_mask, lever[rows], 0.0)
         squares = np.sum(lever**2, axis=0)
         mean = float(np.sqrt(squares[squares > 0.0].mean())) if (squares > 0.0).any() else 0.0
         long = squares > (SHORT_LEVER * mean) ** 2

@@ -22,7 +22,7 @@ from stiffcal.diagnosis.thresholds import (
     STANDARD_ERRORS,
 )
 from stiffcal.identification.fit import Fit
-from stiffcal.model.effect import Sort
+from stiffcal.model.effect import ParameterRole
 
 Floats = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ def lack_of_fit(fit: Fit, scan: Scan) -> LackOfFit | None:
         return None
     dof = scan.dof - scan.n_columns
     statistic = scan.base.fitted / dof
-    ratio = float(np.sqrt(np.sum(scan.base.unseen) / scan.dof))
+    ratio = float(np.sqrt(np.sum(scan.base.heldout) / scan.dof))
     p_value = f_tail(statistic, dof, fit.noise.dof)
     return LackOfFit(statistic, (float(dof), fit.noise.dof), p_value, ratio, *_wander(scan))
 
@@ -98,7 +98,7 @@ def _wander(scan: Scan) -> tuple[float, float, float]:
     if rest < 1 or not data.free_offset:
         return 1.0, 1.0, 0.0
     lags = int(np.clip(np.median(np.bincount(data.run)[np.unique(data.run)]) // 5, 1, LINGERING))
-    halves = [_half_square(data.run, data.seen, white, lag) for lag in range(1, lags + 1)]
+    halves = [_half_square(data.run, data.measured_mask, white, lag) for lag in range(1, lags + 1)]
     (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / rest
     if n_pairs < 2 or far <= 0.0:
         return 1.0, 1.0, 0.0
@@ -107,9 +107,11 @@ def _wander(scan: Scan) -> tuple[float, float, float]:
     return float(np.sqrt(whole / far)), float(ndtr(-(1.0 - far / whole) * np.sqrt(n_free))), float(alike[0])
 
 
-def _half_square(run: NDArray[np.int64], seen: NDArray[np.bool_], white: Floats, lag: int) -> tuple[float, int]:
+def _half_square(
+    run: NDArray[np.int64], measured_mask: NDArray[np.bool_], white: Floats, lag: int
+) -> tuple[float, int]:
     """Return half the mean squared difference of readings so many states apart in their runs, and of how many."""
-    both = (run[lag:] == run[:-lag]) & seen[:, lag:] & seen[:, :-lag]
+    both = (run[lag:] == run[:-lag]) & measured_mask[:, lag:] & measured_mask[:, :-lag]
     n_pairs = int(np.count_nonzero(both))
     total = float(np.sum(np.where(both, white[:, lag:] - white[:, :-lag], 0.0) ** 2))
     return total / (2.0 * max(n_pairs, 1)), n_pairs
@@ -167,7 +169,9 @@ def fall_of(before: Floats, after: Floats, moved: Floats, dof: int) -> tuple[flo
 
 def family_p(scan: Scan, trial: Trial) -> float:
     """Return the probability of so large a fall of the fit's squares by chance, for all that were tried together."""
-    q = len(trial.signature.symbols) + sum(1 for s in trial.candidate.effect.parameters if s.sort is Sort.SHAPE)
+    q = len(trial.regressor.symbols) + sum(
+        1 for s in trial.candidate.effect.parameters if s.role is ParameterRole.NONLINEAR
+    )
     rest = scan.dof - scan.n_columns - q
     if rest <= 0:
         return 1.0
@@ -185,7 +189,7 @@ def possible_values(scan: Scan, trial: Trial) -> bool:
     """
     from scipy.special import chdtri
 
-    values, symbols = fitted_values(trial), trial.signature.symbols
+    values, symbols = fitted_values(trial), trial.regressor.symbols
     amplitudes = {symbol: values[symbol] for symbol in symbols}
     if symbols and not any(abs(value) > 0.0 for value in amplitudes.values()):
         return False
@@ -199,7 +203,7 @@ def possible_values(scan: Scan, trial: Trial) -> bool:
 def _information(trial: Trial) -> Floats:
     """Return (q, q) what the data tell of a candidate's amplitudes, the base model's refitted with them."""
     k = len(trial.score.solution)
-    p = k - len(trial.signature.symbols)
+    p = k - len(trial.regressor.symbols)
     scale = np.sqrt(np.maximum(np.diagonal(trial.score.normal)[:k], 1e-300))
     normal = trial.score.normal[:k, :k] / np.outer(scale, scale)
     # As in `solve_within`: columns that agree to seven digits share what they explain.
@@ -209,10 +213,10 @@ def _information(trial: Trial) -> Floats:
 
 def fitted_values(trial: Trial) -> dict[str, float]:
     """Return the candidate's parameter values: shapes and amplitudes, as reported."""
-    values = dict(trial.signature.shape)
-    count = len(trial.signature.symbols)
+    values = dict(trial.regressor.shape)
+    count = len(trial.regressor.symbols)
     for symbol, amplitude in zip(
-        trial.signature.symbols, trial.score.solution[len(trial.score.solution) - count :], strict=True
+        trial.regressor.symbols, trial.score.solution[len(trial.score.solution) - count :], strict=True
     ):
         inverse = trial.candidate.effect.spec(symbol).inverse
         values[symbol] = (1.0 / amplitude if amplitude > 0.0 else np.inf) if inverse else float(amplitude)
@@ -221,7 +225,7 @@ def fitted_values(trial: Trial) -> dict[str, float]:
 
 def judge(scan: Scan, trial: Trial) -> Judgement:
     """Judge a candidate by its own unseen errors."""
-    fall, errors = fall_of(scan.base.unseen, trial.score.unseen, trial.score.moved, scan.dof)
+    fall, errors = fall_of(scan.base.heldout, trial.score.heldout, trial.score.moved, scan.dof)
     return Judgement(fall, errors, family_p(scan, trial), possible_values(scan, trial))
 
 
@@ -254,24 +258,24 @@ def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
     if trial is best:
         return True
     score, other = trial.score, best.score
-    gap = float(np.sqrt(score.unseen.sum() / scan.dof) - np.sqrt(other.unseen.sum() / scan.dof))
+    gap = float(np.sqrt(score.heldout.sum() / scan.dof) - np.sqrt(other.heldout.sum() / scan.dof))
     if gap <= LOOK_ALIKE_SHARE:
         return True
-    moved = (foretold(scan, trial) - foretold(scan, best)) ** 2
-    _, errors = fall_of(score.unseen, other.unseen, np.array([moved[fold].sum() for fold in scan.folds]), scan.dof)
+    moved = (predicted_without_pose(scan, trial) - predicted_without_pose(scan, best)) ** 2
+    _, errors = fall_of(score.heldout, other.heldout, np.array([moved[fold].sum() for fold in scan.folds]), scan.dof)
     return errors <= LOOK_ALIKE_ERRORS
 
 
-def foretold(scan: Scan, trial: Trial) -> Floats:
+def predicted_without_pose(scan: Scan, trial: Trial) -> Floats:
     """Return whitened rows (m · n) that a candidate foretells for every pose, fitted with that pose left out."""
-    rows = scan.space.rows(np.concatenate([scan.columns, trial.signature.columns, trial.signature.fixed[None]]))
+    rows = scan.space.rows(np.concatenate([scan.columns, trial.regressor.columns, trial.regressor.fixed[None]]))
     result = np.zeros(rows.shape[1])
     for number, fold in enumerate(scan.folds):
         result[fold] = np.append(trial.score.without[number], 1.0) @ rows[:, fold]
     return result
 
 
-def leaders(scan: Scan) -> list[Trial]:
+def near_best(scan: Scan) -> list[Trial]:
     """Return those that cannot be told from the best, fewest parameters first, then least unseen error.
 
     A general law (a joint's whole compliance) that holds the first of them as a special case is no rival of it: it
@@ -288,7 +292,7 @@ def leaders(scan: Scan) -> list[Trial]:
 
 def _holds(scan: Scan, trial: Trial, simpler: Trial) -> bool:
     """Return whether a general law moves, with the model's own, all that a simpler one moves."""
-    own, other = trial.signature.columns, simpler.signature.columns
+    own, other = trial.regressor.columns, simpler.regressor.columns
     if not trial.candidate.effect.general or not 0 < len(other) < len(own):
         return False
     rows = scan.space.rows(np.concatenate([scan.columns, own, other]))

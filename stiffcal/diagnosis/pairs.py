@@ -15,7 +15,7 @@ from stiffcal.diagnosis.judge import f_tail, fall_of, possible_values
 from stiffcal.diagnosis.scan import Scan, Trial, score_together
 from stiffcal.diagnosis.thresholds import FAMILY_P, LEAST_FALL, PAIRS_SCORED, STANDARD_ERRORS, WIDEST_PAIR
 from stiffcal.identification.least_squares import triangular_of_rows
-from stiffcal.model.effect import Sort
+from stiffcal.model.effect import ParameterRole
 
 
 def best_pair(scan: Scan) -> tuple[Trial, Trial] | None:
@@ -26,23 +26,23 @@ def best_pair(scan: Scan) -> tuple[Trial, Trial] | None:
     trials = [
         trial
         for trial in scan.trials
-        if 0 < len(trial.signature.symbols) <= WIDEST_PAIR and not trial.signature.fixed.any()
+        if 0 < len(trial.regressor.symbols) <= WIDEST_PAIR and not trial.regressor.fixed.any()
     ]
     weighed = sorted(_weighed(scan, trials), reverse=True)
     best, least = None, np.inf
     for _, one, other in weighed[:PAIRS_SCORED]:
         pair = _scored(scan, trials[one], trials[other])
-        unseen = float(np.sum(pair[0].score.unseen))
+        heldout = float(np.sum(pair[0].score.heldout))
         possible = all(possible_values(scan, each) for each in pair)
-        if unseen < least and possible and _supported(scan, pair, len(weighed)):
-            best, least = pair, unseen
+        if heldout < least and possible and _supported(scan, pair, len(weighed)):
+            best, least = pair, heldout
     return best
 
 
 def _scored(scan: Scan, one: Trial, other: Trial) -> tuple[Trial, Trial]:
     """Return two trials with the score of both together, each with its own share of the solution."""
     score = score_together(scan, (one, other))
-    count = len(other.signature.symbols)
+    count = len(other.regressor.symbols)
     first = replace(score, solution=score.solution[: len(score.solution) - count])
     return replace(one, score=first), replace(other, score=score)
 
@@ -50,9 +50,9 @@ def _scored(scan: Scan, one: Trial, other: Trial) -> tuple[Trial, Trial]:
 def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
     """Return whether two effects together are supported, all pairs of all shapes counted as tried."""
     score = pair[1].score
-    fall, errors = fall_of(scan.base.unseen, score.unseen, score.moved, scan.dof)
+    fall, errors = fall_of(scan.base.heldout, score.heldout, score.moved, scan.dof)
     count = len(score.solution) - scan.n_columns
-    count += sum(spec.sort is Sort.SHAPE for trial in pair for spec in trial.candidate.effect.parameters)
+    count += sum(spec.role is ParameterRole.NONLINEAR for trial in pair for spec in trial.candidate.effect.parameters)
     rest = float(scan.dof - scan.n_columns - count)
     if rest <= 0.0:
         return False
@@ -65,11 +65,11 @@ def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
 
 def _weighed(scan: Scan, trials: list[Trial]) -> list[tuple[float, int, int]]:
     """Return (fall of the fit's squares less two per parameter, one, other) of all pairs, without bounds."""
-    ends = np.cumsum([0, *(len(trial.signature.symbols) for trial in trials)])
+    ends = np.cumsum([0, *(len(trial.regressor.symbols) for trial in trials)])
     rows = np.empty((scan.n_columns + int(ends[-1]) + 1, scan.residual.size))
     rows[: scan.n_columns], rows[-1] = scan.space.rows(scan.columns), scan.space.rows(scan.residual[None])[0]
     for trial, first in zip(trials, scan.n_columns + ends, strict=False):
-        rows[first : first + len(trial.signature.symbols)] = scan.space.rows(trial.signature.columns)
+        rows[first : first + len(trial.regressor.symbols)] = scan.space.rows(trial.regressor.columns)
     size = np.sqrt(np.einsum("kn,kn->k", rows, rows))
     rows /= np.where(size > 0.0, size, 1.0)[:, None]
     # The triangle's lower right corner is what the base model leaves of everything else.

@@ -17,10 +17,10 @@ from stiffcal.identification.identify import raw_whitening
 from stiffcal.identification.noise import Whitening, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns
 from stiffcal.identification.projection import Projection
-from stiffcal.identification.signatures import Linearised, RecalledSignature, Signature, SignatureSource
+from stiffcal.identification.regressors import Linearised, Regressor, RegressorSource, StoredRegressor
 from stiffcal.measurements.load_states import members_of
-from stiffcal.model.effect import Sort
-from stiffcal.validation.unseen import pose_folds
+from stiffcal.model.effect import ParameterRole
+from stiffcal.validation.heldout import pose_folds
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -45,13 +45,13 @@ class Trial:
     Attributes
     ----------
     candidate : who.
-    signature : at the shape that was best with all poses; in large campaigns it is made again when it is asked for.
+    regressor : at the shape that was best with all poses; in large campaigns it is made again when it is asked for.
     score : its errors.
     n_variants : how many shapes were tried.
     """
 
     candidate: Candidate
-    signature: Signature | RecalledSignature
+    regressor: Regressor | StoredRegressor
     score: Score
     n_variants: int
 
@@ -91,20 +91,20 @@ class Scan:
     columns: Floats
     residual: Floats
     bounds: tuple[Floats, Floats]
-    source: SignatureSource
+    source: RegressorSource
 
 
 def weights_of(fit: Fit) -> Whitening:
     """Return the whitening of the fit's data with the fit's noise (residuals' own size where none is known)."""
     data = fit.data
     if fit.noise is None:
-        squares = np.where(data.seen, fit.residual**2, 0.0)
+        squares = np.where(data.measured_mask, fit.residual**2, 0.0)
         size = raw_whitening(data, None).scale.copy()
         for kind in np.unique(data.kind):
             rows = data.kind == kind
-            n_seen = max(1, int(np.count_nonzero(data.seen[rows])))
+            n_seen = max(1, int(np.count_nonzero(data.measured_mask[rows])))
             rms = max(float(np.sqrt(np.sum(squares[rows]) / n_seen)), LEAST_RMS)
-            size[rows] = np.where(data.seen[rows], 1.0 / rms, 0.0)
+            size[rows] = np.where(data.measured_mask[rows], 1.0 / rms, 0.0)
         return Whitening(size)
     pieces = [block.sensitivity for block in evaluate(fit.robot, data, (), with_sensitivity=True, rigid=True)]
     sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)
@@ -168,9 +168,9 @@ class _Ground:
             state, space, rows[:-1], rows[-1:], order, cuts, inner, inner.sum(axis=0), groups, low, high, base
         )  # fmt: skip
 
-    def rows_of(self, signature: Signature) -> Floats:
+    def rows_of(self, regressor: Regressor) -> Floats:
         """Return (q + 1, m · n): the candidate's columns and what is left of the residual, sorted by fold."""
-        rows = self.space.rows(np.concatenate([signature.columns, signature.fixed[None]]))[:, self.order]
+        rows = self.space.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))[:, self.order]
         rows[-1] = self.residual[0] - rows[-1]
         return np.asarray(rows)
 
@@ -185,33 +185,33 @@ class _Ground:
         result[:, p:, :p] = np.swapaxes(result[:, :p, p:], 1, 2)
         return result
 
-    def bounds(self, signature: Signature) -> tuple[Floats, Floats]:
+    def bounds(self, regressor: Regressor) -> tuple[Floats, Floats]:
         """Return the bounds of base and candidate."""
-        low, high = _bounds(signature)
+        low, high = _bounds(regressor)
         return np.concatenate([self.low, low]), np.concatenate([self.high, high])
 
-    def fitted(self, signature: Signature) -> float:
+    def fitted(self, regressor: Regressor) -> float:
         """Return the squares that a candidate leaves with all poses."""
-        mine, p = self.rows_of(signature), len(self.rows)
+        mine, p = self.rows_of(regressor), len(self.rows)
         total = np.empty((p + len(mine), p + len(mine)))
         total[:p, :p] = self.inner_sum
         total[:p, p:], total[p:, p:] = self.rows @ mine.T, mine @ mine.T
         total[p:, :p] = total[:p, p:].T
-        solution = solve_within(total[:-1, :-1], total[:-1, -1], *self.bounds(signature))
+        solution = solve_within(total[:-1, :-1], total[:-1, -1], *self.bounds(regressor))
         return float(quadratic(total, solution))
 
-    def score(self, signatures: Sequence[Signature]) -> tuple[Score, Signature]:
+    def score(self, regressors: Sequence[Regressor]) -> tuple[Score, Regressor]:
         """Score a candidate, the choice among its foremost shapes repeated in every fold; and the best of them."""
-        rows = (self.rows_of(one) for one in signatures)
-        score = score_variants(map(self.products, rows), *self.bounds(signatures[0]), self.groups, self.base)
-        best = signatures[score.variant]
+        rows = (self.rows_of(one) for one in regressors)
+        score = score_variants(map(self.products, rows), *self.bounds(regressors[0]), self.groups, self.base)
+        best = regressors[score.variant]
         if best.fixed.any():
             score = replace(score, moved=self._moved(best, score))
         return score, best
 
-    def _moved(self, signature: Signature, score: Score) -> Floats:
+    def _moved(self, regressor: Regressor, score: Score) -> Floats:
         """Return (F,) by how much a candidate moves each pose left out, what it adds without a parameter included."""
-        mine, p = self.rows_of(signature), len(self.rows)
+        mine, p = self.rows_of(regressor), len(self.rows)
         change = score.without.copy()
         change[:, :p] -= self.base.without
         shift = self.residual[0] - mine[-1]
@@ -231,18 +231,18 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     whitening : weights to use in place of the fit's own.
     """
     data = fit.data
-    source = SignatureSource(fit.robot, data)
+    source = RegressorSource(fit.robot, data)
     state = source.state()
     space = Projection.of(data, weights_of(fit) if whitening is None else whitening)
     fixed = fit.held | {one.name for one in fit.parameters if one.fixed}
     columns = free_columns(fit.robot, fixed)
     own = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
-    residual = np.where(data.seen, data.measured - state.predicted, 0.0)
+    residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
     fold = pose_folds(data)
     folds = fold_rows(data, fold)
     ground = _Ground.of(state, space, np.concatenate([own, residual[None]]), folds, *_base_bounds(fit, columns))
     trials = [
-        replace(trial, signature=source.kept(trial.signature))
+        replace(trial, regressor=source.kept(trial.regressor))
         for one in candidates
         if (trial := _tried(one, ground, residual, fold)) is not None
     ]
@@ -250,9 +250,11 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     trials.sort(key=ranked_error)
     for place, trial in enumerate(trials[:REFINED]):
         refined = _refined(trial, ground)
-        trials[place] = replace(refined, signature=source.kept(refined.signature))
+        trials[place] = replace(refined, regressor=source.kept(refined.regressor))
     trials.sort(key=ranked_error)
-    dof = int(np.count_nonzero(data.seen)) - (len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0)
+    dof = int(np.count_nonzero(data.measured_mask)) - (
+        len(np.unique(data.run)) * len(data.measured) if data.free_offset else 0
+    )
     return Scan(
         fit, ground.base, tuple(trials), tuple(folds), fold, ground.groups, dof, len(columns), max(n_tried, 1), space,
         own, residual, (ground.low, ground.high), source,
@@ -261,10 +263,10 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
 
 def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     """Score several candidates as one, each at the shape that was best alone."""
-    signatures = [trial.signature for trial in trials]
-    left = scan.residual - sum(one.fixed for one in signatures)
-    rows = scan.space.rows(np.concatenate([scan.columns, *(one.columns for one in signatures), left[None]]))
-    bounds = [scan.bounds, *(_bounds(one) for one in signatures)]
+    regressors = [trial.regressor for trial in trials]
+    left = scan.residual - sum(one.fixed for one in regressors)
+    rows = scan.space.rows(np.concatenate([scan.columns, *(one.columns for one in regressors), left[None]]))
+    bounds = [scan.bounds, *(_bounds(one) for one in regressors)]
     low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
     return score_variants([fold_products(rows, list(scan.folds))], low, high, scan.groups, scan.base)
 
@@ -274,8 +276,8 @@ def _tried(candidate: Candidate, ground: _Ground, residual: Floats, fold: Intege
     if is_slip(candidate.effect):
         return _slip(candidate, ground, residual, fold)
     shapes = _Foremost(ground)
-    for signature in variants(candidate, ground.state, ground.state.robot.chain):
-        shapes.add(signature)
+    for regressor in variants(candidate, ground.state, ground.state.robot.chain):
+        shapes.add(regressor)
     if not shapes.n_tried:
         return None
     score, best = shapes.score()
@@ -290,12 +292,12 @@ class _Foremost:
 
     def __init__(self, ground: _Ground) -> None:
         self._ground = ground
-        self._best: list[tuple[float, int, Signature]] = []
+        self._best: list[tuple[float, int, Regressor]] = []
         self.n_tried = 0
 
-    def add(self, signature: Signature) -> None:
+    def add(self, regressor: Regressor) -> None:
         """Try a shape."""
-        self._best.append((self._ground.fitted(signature), self.n_tried, signature))
+        self._best.append((self._ground.fitted(regressor), self.n_tried, regressor))
         self._best.sort(key=lambda entry: entry[:2])
         del self._best[VARIANTS_IN_FOLDS:]
         self.n_tried += 1
@@ -305,9 +307,9 @@ class _Foremost:
         """The best shape so far."""
         return self._best[0][2].shape
 
-    def score(self) -> tuple[Score, Signature]:
+    def score(self) -> tuple[Score, Regressor]:
         """Score the candidate in poses left out, and return the best of its shapes."""
-        return self._ground.score([signature for _, _, signature in self._best])
+        return self._ground.score([regressor for _, _, regressor in self._best])
 
 
 def _slip(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integers) -> Trial | None:
@@ -318,9 +320,9 @@ def _slip(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integer
     first = best_slip(ground.space, residual)
     if first is None:
         return None
-    signature = ground.state.signature(candidate.effect, candidate.place, {"state": float(data.order.number[first])})
-    mine = ground.rows_of(signature)
-    products, bounds = ground.products(mine), ground.bounds(signature)
+    regressor = ground.state.regressor(candidate.effect, candidate.place, {"state": float(data.order.number[first])})
+    mine = ground.rows_of(regressor)
+    products, bounds = ground.products(mine), ground.bounds(regressor)
     score = score_variants([products], *bounds, ground.groups, ground.base)
     rows = np.empty((len(ground.rows) + len(mine), mine.shape[1]))
     rows[:, ground.order] = np.concatenate([ground.rows, mine])
@@ -331,18 +333,20 @@ def _slip(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integer
     ]
     number = int(np.searchsorted(np.unique(fold), fold[first]))
     score = score_in_run(score, ground.base, products, rows, stretches, number, ground.groups, *bounds)
-    return Trial(candidate, signature, score, data.n_states)
+    return Trial(candidate, regressor, score, data.n_states)
 
 
 def _refined(trial: Trial, ground: _Ground) -> Trial:
     """Narrow a law's continuous shape down, between the neighbours of the best of its grid, in all folds alike."""
     effect, place = trial.candidate.effect, trial.candidate.place
-    continuous = [spec.symbol for spec in effect.parameters if spec.sort is Sort.SHAPE and not spec.discrete]
+    continuous = [
+        spec.symbol for spec in effect.parameters if spec.role is ParameterRole.NONLINEAR and not spec.discrete
+    ]
     if not continuous:
         return trial
-    best, spread = dict(trial.signature.shape), REFINING_FACTOR
+    best, spread = dict(trial.regressor.shape), REFINING_FACTOR
     known, shapes = {tuple(best[s] for s in continuous)}, _Foremost(ground)
-    shapes.add(ground.state.signature(effect, place, best))
+    shapes.add(ground.state.regressor(effect, place, best))
     for _ in range(REFINING_ROUNDS):
         for symbol in continuous:
             for factor in (1.0 / spread, spread):
@@ -350,13 +354,13 @@ def _refined(trial: Trial, ground: _Ground) -> Trial:
                 shape = {**best, symbol: float(np.clip(best[symbol] * factor, spec.lower, spec.upper))}
                 key = tuple(shape[s] for s in continuous)
                 if key not in known:
-                    signature = ground.state.signature(effect, place, shape)
-                    if signature.symbols == trial.signature.symbols:
+                    regressor = ground.state.regressor(effect, place, shape)
+                    if regressor.symbols == trial.regressor.symbols:
                         known.add(key)
-                        shapes.add(signature)
+                        shapes.add(regressor)
         best, spread = dict(shapes.shape), np.sqrt(spread)
-    score, signature = shapes.score()
-    return Trial(trial.candidate, signature, score, trial.n_variants + shapes.n_tried)
+    score, regressor = shapes.score()
+    return Trial(trial.candidate, regressor, score, trial.n_variants + shapes.n_tried)
 
 
 def _base_bounds(fit: Fit, columns: Sequence[object]) -> tuple[Floats, Floats]:
@@ -369,19 +373,19 @@ def _base_bounds(fit: Fit, columns: Sequence[object]) -> tuple[Floats, Floats]:
         one = fit.robot.placed[column.placed]
         spec = one.effect.spec(column.symbol)
         edge = -np.inf
-        if column.sort is Sort.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
+        if column.role is ParameterRole.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
             edge = min(0.0, -one.amplitude(column.symbol))
         low.append(edge)
         high.append(np.inf)
     return np.array(low), np.array(high)
 
 
-def _bounds(signature: Signature | RecalledSignature) -> tuple[Floats, Floats]:
+def _bounds(regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
     """Return the bounds of a candidate's amplitudes: what cannot be negative is not."""
     low, high = [], []
-    for symbol in signature.symbols:
-        spec = signature.effect.spec(symbol)
-        low.append(0.0 if spec.inverse or (spec.lower >= 0.0 and spec.sort is Sort.AMPLITUDE) else -np.inf)
+    for symbol in regressor.symbols:
+        spec = regressor.effect.spec(symbol)
+        low.append(0.0 if spec.inverse or (spec.lower >= 0.0 and spec.role is ParameterRole.AMPLITUDE) else -np.inf)
         high.append(np.inf)
     return np.array(low), np.array(high)
 
@@ -391,4 +395,4 @@ def ranked_error(trial: Trial) -> float:
 
     Candidates that explain nothing all have the model's own error, and keep their order on every processor.
     """
-    return float(f"{np.sum(trial.score.unseen):.8e}")
+    return float(f"{np.sum(trial.score.heldout):.8e}")

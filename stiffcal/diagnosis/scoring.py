@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.bounded import least_squares_within
+from stiffcal.bounded_least_squares import least_squares_within
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -112,8 +112,8 @@ class Score:
     Attributes
     ----------
     fitted : with all poses.
-    unseen : (F,) on each pose left out.
-    nested : (F, F) on pose g with poses f and g left out (row f, column g; the diagonal is ``unseen``).
+    heldout : (F,) on each pose left out.
+    nested : (F, F) on pose g with poses f and g left out (row f, column g; the diagonal is ``heldout``).
     solution : (k,) parameters with all poses, base model first.
     without : (F, k) parameters with each pose left out, at the shape that is best with all.
     variant : which shape was best with all poses.
@@ -123,7 +123,7 @@ class Score:
     """
 
     fitted: float
-    unseen: Floats
+    heldout: Floats
     nested: Floats
     solution: Floats
     without: Floats
@@ -187,7 +187,7 @@ def score_variants(
     """
     n_groups = int(groups.max()) + 1
     member = groups[None, :] == np.arange(n_groups)[:, None]
-    fitted, solutions, normals, unseen, training, without, moved = [], [], [], [], [], [], []
+    fitted, solutions, normals, heldout, training, without, moved = [], [], [], [], [], [], []
     nested, nested_training = [], []
     for one in products:
         total = one.sum(axis=0)
@@ -198,7 +198,7 @@ def score_variants(
         x, left = _solve_folds(total, one, lower, upper, solution)
         without.append(x)
         training.append(left)
-        unseen.append(quadratic(one, x))
+        heldout.append(quadratic(one, x))
         change = x.copy()
         before = x if base is None else base.without
         change[:, : before.shape[1]] -= before
@@ -215,7 +215,7 @@ def score_variants(
     folds = np.arange(len(groups))
     return Score(
         fitted[best],
-        np.stack(unseen)[chosen, folds],
+        np.stack(heldout)[chosen, folds],
         np.take_along_axis(np.stack(nested), picked[None], axis=0)[0],
         solutions[best],
         without[best],

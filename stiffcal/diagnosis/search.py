@@ -23,7 +23,7 @@ from stiffcal.diagnosis.judge import (
     judge,
     judge_choice,
     lack_of_fit,
-    leaders,
+    near_best,
     possible_values,
 )
 from stiffcal.diagnosis.pairs import best_pair
@@ -36,7 +36,7 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, Settings, fit_observations, fit_problem
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Effect, Sort
+from stiffcal.model.effect import Effect, ParameterRole
 
 
 @dataclass(frozen=True)
@@ -97,13 +97,13 @@ class Pace:
     ----------
     models : beside how many models the catalogue was tried.
     candidates : effects at places, all models together.
-    signatures : the same with every shape.
+    regressors : the same with every shape.
     seconds : spent on them, the models' own fits not counted.
     """
 
     models: int
     candidates: int
-    signatures: int
+    regressors: int
     seconds: float
 
 
@@ -149,7 +149,9 @@ class Workbench:
 
 def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
     """Return the model with a candidate added, its shape where the scan found it best."""
-    values = {s: v for s, v in fitted_values(trial).items() if trial.candidate.effect.spec(s).sort is Sort.SHAPE}
+    values = {
+        s: v for s, v in fitted_values(trial).items() if trial.candidate.effect.spec(s).role is ParameterRole.NONLINEAR
+    }
     added = PlacedEffect(trial.candidate.effect, trial.candidate.place, values)
     # What the newcomer includes goes: its part is in the whole.
     kept = tuple(
@@ -224,13 +226,13 @@ def _promising(scan: Scan) -> Trial | None:
     Where two effects are missing, now the one, now the other is chosen without some of the poses, and the error of
     either alone hardly falls in the others: that speaks against neither. Each has to stand when all the others are in.
     """
-    near = leaders(scan)
+    near = near_best(scan)
     return near[0] if near and judge(scan, near[0]).supported else None
 
 
 def _supported(scan: Scan) -> Trial | None:
     """Return the leader of a scan where it is supported."""
-    near = leaders(scan)
+    near = near_best(scan)
     if not near or not judge_choice(scan, near[0]).supported:
         return None
     return near[0]
@@ -257,7 +259,7 @@ def _pair(bench: Workbench, scan: Scan, progress: Progress) -> tuple[list[Candid
 
 def _found(scan: Scan, candidate: Candidate) -> Found | None:
     """Return what a scan says of a candidate: itself or the one that beats it; None where neither is supported."""
-    near = leaders(scan)
+    near = near_best(scan)
     if not near or not judge_choice(scan, near[0]).supported:
         return None
     # The one that is in the model already stays unless another is really better.
@@ -325,7 +327,7 @@ def one_for_two(
 def _error(scan: Scan, trial: Trial | None = None) -> float:
     """Return the unseen error over the noise, of the scan's model or of a candidate beside it."""
     score = scan.base if trial is None else trial.score
-    return float(np.sqrt(np.sum(score.unseen) / scan.dof))
+    return float(np.sqrt(np.sum(score.heldout) / scan.dof))
 
 
 def _conclude(bench: Workbench, first: Scan, scan: Scan, tried: tuple[Found, ...]) -> Search:
@@ -337,8 +339,8 @@ def _conclude(bench: Workbench, first: Scan, scan: Scan, tried: tuple[Found, ...
     after = lack_of_fit(fit, scan)
     before = _against_noise_of(fit, present, first)
     # Both errors in units of the final model's noise, which no missing effect has swollen.
-    e_before = before.ratio**2 if before is not None else float(np.sum(first.base.unseen) / first.dof)
-    e_after = after.ratio**2 if after is not None else float(np.sum(scan.base.unseen) / scan.dof)
+    e_before = before.ratio**2 if before is not None else float(np.sum(first.base.heldout) / first.dof)
+    e_after = after.ratio**2 if after is not None else float(np.sum(scan.base.heldout) / scan.dof)
     floor = 0.0 if after is None else 1.0 / after.wander**2 if after.wanders else 1.0
     avoidable = e_before - floor
     explained = float(np.clip((e_before - e_after) / avoidable, 0.0, 1.0)) if avoidable > ROUNDING * e_before else 1.0

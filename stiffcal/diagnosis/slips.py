@@ -21,7 +21,7 @@ from stiffcal.diagnosis.scoring import Score, quadratic, solve_within, without_r
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, TRANSLATION
-from stiffcal.model.effect import Effect, Sort
+from stiffcal.model.effect import Effect, ParameterRole
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 
 Floats = NDArray[np.float64]
@@ -30,7 +30,9 @@ Integers = NDArray[np.int64]
 
 def is_slip(effect: Effect) -> bool:
     """Return whether an effect begins at one state of the campaign."""
-    return any(spec.sort is Sort.SHAPE and spec.discrete and spec.symbol == "state" for spec in effect.parameters)
+    return any(
+        spec.role is ParameterRole.NONLINEAR and spec.discrete and spec.symbol == "state" for spec in effect.parameters
+    )
 
 
 def best_slip(space: Projection, residual: Floats) -> int | None:
@@ -109,9 +111,9 @@ def score_in_run(
     fall = float(np.sum(quadratic(part[plain], y) - quadratic(part, x)))
     change = x.copy()
     change[:, :p] -= y
-    unseen, moved, nested = score.unseen.copy(), score.moved.copy(), score.nested.copy()
-    better = base.unseen[fold] - fall
-    nested[:, groups[fold]] += better - unseen[fold]
-    unseen[fold] = better
+    heldout, moved, nested = score.heldout.copy(), score.moved.copy(), score.nested.copy()
+    better = base.heldout[fold] - fall
+    nested[:, groups[fold]] += better - heldout[fold]
+    heldout[fold] = better
     moved[fold] = float(np.einsum("fk,fkl,fl->", change, part[:, :-1, :-1], change))
-    return replace(score, unseen=unseen, moved=moved, nested=nested)
+    return replace(score, heldout=heldout, moved=moved, nested=nested)

@@ -13,7 +13,7 @@ from stiffcal.diagnosis.judge import f_tail, possible_values
 from stiffcal.diagnosis.scan import Scan, Trial, ranked_error
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO, LACK_OF_FIT_P
-from stiffcal.model.effect import Sort
+from stiffcal.model.effect import ParameterRole
 
 
 def sufficient_alone(scan: Scan) -> tuple[Candidate, ...]:
@@ -36,9 +36,9 @@ def sufficient_alone(scan: Scan) -> tuple[Candidate, ...]:
 def _fits(scan: Scan, trial: Trial, known: float) -> bool:
     if is_slip(trial.candidate.effect) or not possible_values(scan, trial):
         return False
-    shapes = sum(1 for spec in trial.candidate.effect.parameters if spec.sort is Sort.SHAPE)
+    shapes = sum(1 for spec in trial.candidate.effect.parameters if spec.role is ParameterRole.NONLINEAR)
     return _is_noise(
-        trial.score.fitted, float(scan.dof - scan.n_columns - len(trial.signature.symbols) - shapes), known
+        trial.score.fitted, float(scan.dof - scan.n_columns - len(trial.regressor.symbols) - shapes), known
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-# Unseen error within this multiple of the noise is as good as the instruments (physics, section 5.1).
+# HeldoutResiduals error within this multiple of the noise is as good as the instruments (physics, section 5.1).
 ADEQUATE_RATIO = 1.05
 # The lack of fit must be as sure as this before something is called missing on its ground alone: with one campaign in
 # a hundred judged wrongly the rest of the two per cent allowed for false alarms is left to the candidates.
@@ -37,7 +37,7 @@ MANY_SHAPES = 60
 # correlation of 0.6 from one reading to the next has died away to 2 %, a random walk has hardly begun.
 LINGERING = 8
 # Correlation of successive residuals beyond which this is told: uncertainties are then too small by a fifth or more.
-TOLD_LINGERING = 0.2
+REPORTED_LINGERING = 0.2
 # For so many look-alikes of the first missing effect a measurement is looked for that separates them.
 PAIRS_PLANNED = 3
 # What of a simpler effect's unit columns may be left beside those of one that holds it as a special case: one percent.

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.heldout_error import poses_helped, size_at_tool
 from stiffcal.diagnosis.judge import fitted_values
 from stiffcal.diagnosis.scan import Scan, Trial
-from stiffcal.diagnosis.unseen_error import poses_helped, size_at_tool
 from stiffcal.model.effect import Place
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}

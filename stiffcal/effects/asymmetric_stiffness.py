@@ -9,8 +9,8 @@ import numpy as np
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Kind,
     NodeLoads,
     ParameterSpec,
@@ -59,7 +59,7 @@ class AsymmetricStiffness(DocumentedEffect):
         joint = place.joints[0]
         return drive_terms(chain, joint, "c", np.maximum(drive_torque(chain, loads.wrench, joint), 0.0))
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         joint = place.joints[0]
-        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Kind,
     NodeLoads,
     ParameterSpec,
@@ -63,7 +63,7 @@ class AxisCoupling(DocumentedEffect):
             *drive_terms(chain, b, "c", drive_torque(chain, loads.wrench, a)),
         )
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque on the outboard joint, which turns the inboard one at the longer lever."""
         joint = place.joints[1]
-        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -9,14 +9,14 @@ import numpy as np
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Floats,
     Kind,
     NodeLoads,
+    ParameterRole,
     ParameterSpec,
     Place,
-    Sort,
     Term,
     TorqueAngle,
     Values,
@@ -53,7 +53,7 @@ class Backlash(DocumentedEffect):
         ParameterSpec(
             "band", "N·m", "torque within which the gap is crossed", 1e-3, 1e4, 5.0,
             "makers of cycloidal gears state lost motion within ±3 % of the rated torque of some 10² to 10³ N·m",
-            Sort.SHAPE,
+            ParameterRole.NONLINEAR,
         ),
     )  # fmt: skip
     needs = ("torque of both signs on the joint",)
@@ -77,11 +77,11 @@ class Backlash(DocumentedEffect):
             return {"band": np.zeros(0)}
         return {"band": np.clip(_BANDS * float(np.abs(torque).max()), 1e-3, 1e4)}
 
-    def from_torque_angle(self, told: TorqueAngle, beside: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+    def from_torque_angle(self, told: TorqueAngle, other_effects: Iterable[str]) -> Mapping[str, tuple[float, float]]:
         """The lost motion itself, and the band where there is one."""
         return {"width": told.width} | ({"band": told.band} if told.band is not None else {})
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         joint = place.joints[0]
-        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

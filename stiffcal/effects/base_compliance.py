@@ -12,8 +12,8 @@ from stiffcal.model.effect import (
     BASE_NODE,
     RX,
     RY,
+    Covariate,
     DocumentedEffect,
-    Driver,
     Kind,
     NodeLoads,
     Place,
@@ -62,7 +62,7 @@ class BaseCompliance(DocumentedEffect):
         """A diagonal compliance at the base's origin."""
         return diagonal_terms(BASE_NODE, loads)
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The tilting moment on the foundation."""
         moment = np.hypot(loads.wrench[BASE_NODE, RX], loads.wrench[BASE_NODE, RY])
-        return Driver("tilting moment on the base", "N·m", moment)
+        return Covariate("tilting moment on the base", "N·m", moment)

@@ -12,8 +12,8 @@ from stiffcal.model.curved import curve_specs, curve_symbols, curved_terms
 from stiffcal.model.effect import (
     RX,
     RY,
+    Covariate,
     DocumentedEffect,
-    Driver,
     Effect,
     Kind,
     NodeLoads,
@@ -73,11 +73,11 @@ class BearingTilt(DocumentedEffect):
         node = joint_node(place.joints[0])
         return (Term(node, RX, "x", loads.wrench[node, RX]), Term(node, RY, "y", loads.wrench[node, RY]))
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The moment across the joint's axis."""
         node = joint_node(place.joints[0])
         moment = np.hypot(loads.wrench[node, RX], loads.wrench[node, RY])
-        return Driver(f"moment across joint {place.joints[0]}", "N·m", moment)
+        return Covariate(f"moment across joint {place.joints[0]}", "N·m", moment)
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of: straight lines, or curves."""

@@ -50,7 +50,7 @@ class ClockOffset(DocumentedEffect):
         """Return dy/dt of the displacement in sweeps, m/s and rad/s; nothing where loads are held."""
         return {"offset": _rate(observed)}
 
-    def seen_at(self, time: Floats, value: Floats, offset: float) -> Floats:
+    def measured_at(self, time: Floats, value: Floats, offset: float) -> Floats:
         """Return y(t + offset) of a logged signal, straight between readings, constant beyond its ends.
 
         Parameters

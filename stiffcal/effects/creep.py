@@ -10,14 +10,14 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Floats,
     Kind,
     NodeLoads,
+    ParameterRole,
     ParameterSpec,
     Place,
-    Sort,
     StateOrder,
     Term,
     Values,
@@ -54,7 +54,7 @@ class Creep(DocumentedEffect):
         ),
         ParameterSpec(
             "time", "s", "time after which 63 % have come", 1e-2, 1e6, 30.0,
-            "Wang, Zhang and Fuhlbrigge 2009 wait one minute at each load, paper 001 a few seconds", Sort.SHAPE,
+            "Wang, Zhang and Fuhlbrigge 2009 wait one minute at each load, paper 001 a few seconds", ParameterRole.NONLINEAR,
         ),
     )  # fmt: skip
     needs = ("time stamps of the states",)
@@ -92,11 +92,11 @@ class Creep(DocumentedEffect):
         longest = max(float(np.ptp(loads.order.time[number == k])) for k in range(number.max() + 1))
         return {"time": np.clip(np.geomspace(float(steps.min()) / 3.0, max(longest, float(steps.min())), 6), 1e-2, 1e6)}
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver | None:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """Time since the run's first state."""
         if loads.order is None:
             return None
-        return Driver("time since the reference", "s", loads.order.since_reference)
+        return Covariate("time since the reference", "s", loads.order.since_reference)
 
 
 def _crept(torque: Floats, weight: Floats, order: StateOrder, time: float) -> Floats:

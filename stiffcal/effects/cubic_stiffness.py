@@ -9,14 +9,14 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.cubic_curve import angle_of_torque
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Effect,
     Kind,
     NodeLoads,
+    ParameterRole,
     ParameterSpec,
     Place,
-    Sort,
     Term,
     TorqueAngle,
     Values,
@@ -65,12 +65,12 @@ class CubicStiffness(DocumentedEffect):
         torque = drive_torque(chain, loads.wrench, joint)
         return (*drive_terms(chain, joint, "c2", torque**2), *drive_terms(chain, joint, "c3", torque**3))
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         joint = place.joints[0]
-        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
 
-    def from_torque_angle(self, told: TorqueAngle, beside: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+    def from_torque_angle(self, told: TorqueAngle, other_effects: Iterable[str]) -> Mapping[str, tuple[float, float]]:
         """The curve as it is, torque over angle: `form` of these symbols."""
         return dict(zip(("p1", "p2", "p3"), told.curve, strict=True))
 
@@ -84,9 +84,22 @@ class _TorqueOverAngle(CubicStiffness):
 
     excludes = ("joint-compliance",)
     parameters = (
-        ParameterSpec("p1", "N·m/rad", "slope of torque over angle at the flank", 0.0, 1e10, 4e5, _CLAMPED, Sort.SHAPE),
-        ParameterSpec("p2", "N·m/rad²", "quadratic term of torque over angle", -1e14, 1e14, 0.0, _CLAMPED, Sort.SHAPE),
-        ParameterSpec("p3", "N·m/rad³", "cubic term of torque over angle", -1e18, 1e18, 0.0, _CLAMPED, Sort.SHAPE),
+        ParameterSpec(
+            "p1",
+            "N·m/rad",
+            "slope of torque over angle at the flank",
+            0.0,
+            1e10,
+            4e5,
+            _CLAMPED,
+            ParameterRole.NONLINEAR,
+        ),
+        ParameterSpec(
+            "p2", "N·m/rad²", "quadratic term of torque over angle", -1e14, 1e14, 0.0, _CLAMPED, ParameterRole.NONLINEAR
+        ),
+        ParameterSpec(
+            "p3", "N·m/rad³", "cubic term of torque over angle", -1e18, 1e18, 0.0, _CLAMPED, ParameterRole.NONLINEAR
+        ),
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

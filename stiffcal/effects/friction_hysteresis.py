@@ -10,14 +10,14 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Floats,
     Kind,
     NodeLoads,
+    ParameterRole,
     ParameterSpec,
     Place,
-    Sort,
     Term,
     Values,
 )
@@ -55,7 +55,7 @@ class FrictionHysteresis(DocumentedEffect):
         ParameterSpec(
             "slip", "N·m", "torque by which the part stays behind", 1e-2, 1e5, 150.0,
             "as c: 1 arc minute; of the order of the friction torque of a loaded robot joint (paper 004, section 3.2)",
-            Sort.SHAPE,
+            ParameterRole.NONLINEAR,
         ),
     )  # fmt: skip
     needs = ("loading and unloading in one run",)
@@ -92,7 +92,7 @@ class FrictionHysteresis(DocumentedEffect):
         swing = float((high - low).max())
         return {"slip": np.clip(_SLIPS * swing, 1e-2, 1e5) if swing > 0.0 else np.zeros(0)}
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis; the residual runs in loops over it."""
         joint = place.joints[0]
-        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -7,14 +7,14 @@ import numpy as np
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Floats,
     Kind,
     NodeLoads,
+    ParameterRole,
     ParameterSpec,
     Place,
-    Sort,
     Values,
 )
 
@@ -46,7 +46,7 @@ class GravityCompensator(DocumentedEffect):
         ParameterSpec(
             "rate", "N/m", "rate of the balancing spring", 0.0, 1e8, 1e5,
             "a balancer of the 200 kg class: some 10 kN over a stroke of 0.1 m; makers of robots give no numbers",
-            Sort.SETUP,
+            ParameterRole.SETUP,
         ),
     )  # fmt: skip
     needs = ("the compensator's geometry in robot.toml",)
@@ -77,10 +77,10 @@ class GravityCompensator(DocumentedEffect):
         stretched = 0.0 if nominal is None else float(str(preload)) / float(str(nominal))
         return np.asarray(-rate * (length - (at_zero - stretched)) * slope)
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The joint's angle."""
         joint = place.joints[0]
-        return Driver(f"angle of joint {joint}", "rad", loads.angles[joint - 1])
+        return Covariate(f"angle of joint {joint}", "rad", loads.angles[joint - 1])
 
 
 def _joint(chain: Chain) -> int:

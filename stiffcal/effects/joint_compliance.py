@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Kind,
     NodeLoads,
     ParameterSpec,
@@ -59,11 +59,11 @@ class JointCompliance(DocumentedEffect):
         joint = place.joints[0]
         return drive_terms(chain, joint, "c", drive_torque(chain, loads.wrench, joint))
 
-    def from_torque_angle(self, told: TorqueAngle, beside: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+    def from_torque_angle(self, told: TorqueAngle, other_effects: Iterable[str]) -> Mapping[str, tuple[float, float]]:
         """The compliance from the flanks to the ends; none where a curved law beside it holds the linear term too."""
-        return {} if "cubic-stiffness" in beside else {"c": told.compliance}
+        return {} if "cubic-stiffness" in other_effects else {"c": told.compliance}
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         joint = place.joints[0]
-        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

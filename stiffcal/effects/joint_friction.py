@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Floats, Kind, ParameterSpec, Sort, Values
+from stiffcal.model.effect import DocumentedEffect, Floats, Kind, ParameterRole, ParameterSpec, Values
 
 _SOURCE = "some per cent of a large joint's rated torque of 10³ N·m; shape as drawn in paper 004, figure 4"
 
@@ -33,8 +33,10 @@ class JointFriction(DocumentedEffect):
     parameters = (
         ParameterSpec("coulomb", "N·m", "dry friction", 0.0, 1e5, 50.0, _SOURCE),
         ParameterSpec("stribeck", "N·m", "what comes on top at crawling speed", 0.0, 1e5, 20.0, _SOURCE),
-        ParameterSpec("velocity", "rad/s", "speed at which that has faded", 1e-5, 10.0, 0.05, _SOURCE, Sort.SHAPE),
-        ParameterSpec("exponent", "1", "how sharply it fades", 0.3, 4.0, 1.3, _SOURCE, Sort.SHAPE),
+        ParameterSpec(
+            "velocity", "rad/s", "speed at which that has faded", 1e-5, 10.0, 0.05, _SOURCE, ParameterRole.NONLINEAR
+        ),
+        ParameterSpec("exponent", "1", "how sharply it fades", 0.3, 4.0, 1.3, _SOURCE, ParameterRole.NONLINEAR),
         ParameterSpec("viscous", "N·m·s/rad", "friction in proportion to speed", 0.0, 1e6, 100.0, _SOURCE),
     )
     needs = ("friction runs: joint velocity and torque, best at constant speeds both ways",)

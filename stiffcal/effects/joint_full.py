@@ -9,8 +9,8 @@ import numpy as np
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     RZ,
+    Covariate,
     DocumentedEffect,
-    Driver,
     Floats,
     Kind,
     NodeLoads,
@@ -113,10 +113,10 @@ class JointFull(DocumentedEffect):
         known = [k for k, (i, j) in enumerate(_PAIRS) if f"c{i + 1}{j + 1}" in values]
         return self.impossible(values) is None or _nearest(fitted, known, information, reach) <= reach
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis, the largest part as a rule."""
         joint = place.joints[0]
-        return Driver(f"torque on joint {joint}", "N·m", loads.wrench[joint_node(joint), RZ])
+        return Covariate(f"torque on joint {joint}", "N·m", loads.wrench[joint_node(joint), RZ])
 
 
 def _matrix(elements: Sequence[float] | Floats) -> Floats:

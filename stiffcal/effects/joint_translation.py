@@ -12,8 +12,8 @@ from stiffcal.model.effect import (
     TX,
     TY,
     TZ,
+    Covariate,
     DocumentedEffect,
-    Driver,
     Effect,
     Kind,
     NodeLoads,
@@ -64,10 +64,10 @@ class JointTranslation(DocumentedEffect):
         node = joint_node(place.joints[0])
         return tuple(Term(node, axis, symbol, loads.wrench[node, axis]) for symbol, (axis, _) in _AXES.items())
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The force that the bearing carries."""
         force = np.linalg.norm(loads.wrench[joint_node(place.joints[0]), :3], axis=0)
-        return Driver(f"force on bearing {place.joints[0]}", "N", force)
+        return Covariate(f"force on bearing {place.joints[0]}", "N", force)
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of: straight lines, or curves."""

@@ -14,8 +14,8 @@ from stiffcal.model.effect import (
     TX,
     TY,
     TZ,
+    Covariate,
     DocumentedEffect,
-    Driver,
     Floats,
     Kind,
     NodeLoads,
@@ -89,9 +89,9 @@ class LinkBeam(DocumentedEffect):
             Term(node, RY, "EI2", length * m2 - square * f3),
         )
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The larger bending moment, at the clamped end."""
-        return Driver(f"bending moment in {place.link}", "N·m", _clamped_bending(chain, place.link, loads))
+        return Covariate(f"bending moment in {place.link}", "N·m", _clamped_bending(chain, place.link, loads))
 
 
 def _clamped_bending(chain: Chain, link: str, loads: NodeLoads) -> Floats:

@@ -13,8 +13,8 @@ from stiffcal.model.effect import (
     RZ,
     TY,
     TZ,
+    Covariate,
     DocumentedEffect,
-    Driver,
     Kind,
     NodeLoads,
     ParameterSpec,
@@ -71,9 +71,9 @@ class LinkSprings(DocumentedEffect):
             Term(node, TY, "k3", half * about_3),
         )
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The bending moment half-way along."""
         beam = chain.beams[place.link]
         _, f2, f3, _, m2, m3 = loads.wrench[link_node(beam.joint)]
         half = beam.length / 2.0
-        return Driver(f"bending moment half-way along {place.link}", "N·m", np.hypot(m2 - half * f3, m3 + half * f2))
+        return Covariate(f"bending moment half-way along {place.link}", "N·m", np.hypot(m2 - half * f3, m3 + half * f2))

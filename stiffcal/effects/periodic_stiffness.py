@@ -10,14 +10,14 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Floats,
     Kind,
     NodeLoads,
+    ParameterRole,
     ParameterSpec,
     Place,
-    Sort,
     Term,
     Values,
 )
@@ -49,7 +49,7 @@ class PeriodicStiffness(DocumentedEffect):
         ParameterSpec("b", "rad/(N·m)", "sine part of the compliance's swing", -1e-3, 1e-3, 2e-7, _SOURCE),
         ParameterSpec(
             "order", "1", "waves per turn of the joint", 1.0, 1e4, 2.0,
-            "physics of bearings and gears: 1 to 4, else the gear orders in robot.toml", Sort.SHAPE, discrete=True,
+            "physics of bearings and gears: 1 to 4, else the gear orders in robot.toml", ParameterRole.NONLINEAR, discrete=True,
         ),
     )  # fmt: skip
     needs = ("several angles of the joint",)
@@ -78,7 +78,7 @@ class PeriodicStiffness(DocumentedEffect):
         orders = {*_ORDERS, *chain.gear_orders[place.joints[0] - 1]}
         return {"order": np.array(sorted(orders), dtype=np.float64)}
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The joint's angle."""
         joint = place.joints[0]
-        return Driver(f"angle of joint {joint}", "rad", loads.angles[joint - 1])
+        return Covariate(f"angle of joint {joint}", "rad", loads.angles[joint - 1])

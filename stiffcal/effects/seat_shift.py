@@ -7,15 +7,15 @@ import numpy as np
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Floats,
     Kind,
     NodeLoads,
     Observed,
+    ParameterRole,
     ParameterSpec,
     Place,
-    Sort,
     StateOrder,
     Values,
 )
@@ -43,7 +43,7 @@ class SeatShift(DocumentedEffect):
     parameters = (
         ParameterSpec(
             "state", "1", "number of the first shifted state in the campaign, from 1", 1.0, 1e9, 2.0,
-            "any state but the first of a run", Sort.SHAPE, discrete=True,
+            "any state but the first of a run", ParameterRole.NONLINEAR, discrete=True,
         ),
         ParameterSpec("x", "m", "shift along the base's x axis", -0.1, 0.1, 5e-5, _SOURCE),
         ParameterSpec("y", "m", "shift along the base's y axis", -0.1, 0.1, 5e-5, _SOURCE),
@@ -73,11 +73,11 @@ class SeatShift(DocumentedEffect):
             columns[symbol] = column
         return columns
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver | None:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """The state's number."""
         if loads.order is None or not loads.order.number.size:
             return None
-        return Driver("state of the campaign", "1", loads.order.number.astype(np.float64))
+        return Covariate("state of the campaign", "1", loads.order.number.astype(np.float64))
 
     def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Every state but the first of each run."""

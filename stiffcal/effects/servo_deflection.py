@@ -10,8 +10,8 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     RZ,
+    Covariate,
     DocumentedEffect,
-    Driver,
     Kind,
     NodeLoads,
     Place,
@@ -66,9 +66,9 @@ class ServoDeflection(DocumentedEffect):
         joint = place.joints[0]
         return (Term(joint_node(joint), RZ, "", loads.order.motor[joint - 1]),)
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver | None:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """The motor's motion since the reference."""
         if loads.order is None:
             return None
         joint = place.joints[0]
-        return Driver(f"motion of motor {joint}", "rad", loads.order.motor[joint - 1])
+        return Covariate(f"motion of motor {joint}", "rad", loads.order.motor[joint - 1])

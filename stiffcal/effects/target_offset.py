@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterSpec, Place, Sort, Values
+from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
 
 _SOURCE = "a reflector's place measured with a ruler: a millimetre or two"
 
@@ -31,7 +31,14 @@ class TargetOffset(DocumentedEffect):
     summary = "the reflector is not where the manifest says"
     parameters = tuple(
         ParameterSpec(
-            axis, "m", f"true minus manifest along the flange's {axis} axis", -0.5, 0.5, 2e-3, _SOURCE, Sort.SETUP
+            axis,
+            "m",
+            f"true minus manifest along the flange's {axis} axis",
+            -0.5,
+            0.5,
+            2e-3,
+            _SOURCE,
+            ParameterRole.SETUP,
         )
         for axis in "xyz"
     )

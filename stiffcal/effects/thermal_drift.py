@@ -8,8 +8,8 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Floats,
     Kind,
     NodeLoads,
@@ -75,13 +75,13 @@ class ThermalDrift(DocumentedEffect):
             columns[symbol] = column
         return columns
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver | None:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """Time or temperature since the reference."""
         if loads.order is None:
             return None
         by_temperature = bool(np.isfinite(loads.order.temperature).any())
         label, unit = ("temperature", "K") if by_temperature else ("time", "s")
-        return Driver(f"{label} since the reference", unit, _since_reference(loads.order))
+        return Covariate(f"{label} since the reference", unit, _since_reference(loads.order))
 
 
 def _since_reference(order: StateOrder) -> Floats:

@@ -11,8 +11,8 @@ from stiffcal.model.diagonal import Give, diagonal_parameters, diagonal_terms
 from stiffcal.model.effect import (
     RX,
     RY,
+    Covariate,
     DocumentedEffect,
-    Driver,
     Kind,
     NodeLoads,
     Place,
@@ -60,7 +60,7 @@ class ToolCompliance(DocumentedEffect):
         """A diagonal compliance at the flange's origin."""
         return diagonal_terms(tool_node(chain), loads)
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The bending moment at the flange."""
         moment = np.hypot(loads.wrench[-1, RX], loads.wrench[-1, RY])
-        return Driver("bending moment at the flange", "N·m", moment)
+        return Covariate("bending moment at the flange", "N·m", moment)

@@ -9,14 +9,14 @@ import numpy as np
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    Covariate,
     DocumentedEffect,
-    Driver,
     Floats,
     Kind,
     NodeLoads,
+    ParameterRole,
     ParameterSpec,
     Place,
-    Sort,
     Term,
     Values,
 )
@@ -45,7 +45,9 @@ class TwoSlope(DocumentedEffect):
     summary = "softer inside a wind-up torque than outside"
     parameters = (
         ParameterSpec("c", "rad/(N·m)", "extra compliance inside the knee", 0.0, 1e-3, 6e-6, _SOURCE, compliance=False),
-        ParameterSpec("knee", "N·m", "torque up to which the drive winds up", 1e-2, 1e5, 30.0, _SOURCE, Sort.SHAPE),
+        ParameterSpec(
+            "knee", "N·m", "torque up to which the drive winds up", 1e-2, 1e5, 30.0, _SOURCE, ParameterRole.NONLINEAR
+        ),
     )
     needs = ("loads of several sizes",)
     looks_like = ("cubic-stiffness", "backlash", "friction-hysteresis")
@@ -69,7 +71,7 @@ class TwoSlope(DocumentedEffect):
             return {"knee": np.zeros(0)}
         return {"knee": np.unique(np.clip(np.quantile(size, [0.1, 0.25, 0.4, 0.55, 0.7, 0.85]), 1e-2, 1e5))}
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         joint = place.joints[0]
-        return Driver(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
+        return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

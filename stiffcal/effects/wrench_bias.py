@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterSpec, Place, Sort, Values
+from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
 
 _SYMBOLS = ("fx", "fy", "fz", "mx", "my", "mz")
 _BIAS = "a per cent of a sensor's range of 10² N and 10 N·m: drift since the last taring"
@@ -21,7 +21,7 @@ _TINY_MASS = 1e-9
 def _bias(symbol: str) -> ParameterSpec:
     unit, widest, typical = ("N", 1e3, 2.0) if symbol[0] == "f" else ("N·m", 300.0, 0.2)
     meaning = f"bias of {symbol.capitalize()}, sensor axes"
-    return ParameterSpec(symbol, unit, meaning, -widest, widest, typical, _BIAS, Sort.SETUP)
+    return ParameterSpec(symbol, unit, meaning, -widest, widest, typical, _BIAS, ParameterRole.SETUP)
 
 
 class WrenchBias(DocumentedEffect):
@@ -46,7 +46,7 @@ class WrenchBias(DocumentedEffect):
         *(_bias(symbol) for symbol in _SYMBOLS),
         ParameterSpec(
             "mass", "kg", "mass whose weight is read and should not be", -500.0, 500.0, 5.0,
-            "tools of robots for machining: a spindle or gripper of some kilograms", Sort.SETUP,
+            "tools of robots for machining: a spindle or gripper of some kilograms", ParameterRole.SETUP,
         ),
     )  # fmt: skip
     needs = ("several orientations of the sensor within a run, or deflections without a free reference",)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterSpec, Place, Sort, Values
+from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
 
 _SOURCE = "half a degree: a sensor bolted on without a dowel"
 
@@ -29,7 +29,9 @@ class WrenchFrame(DocumentedEffect):
     place_kind = "setup"
     summary = "the force sensor is turned against the flange"
     parameters = tuple(
-        ParameterSpec(f"r{axis}", "rad", f"turn about the sensor's {axis} axis", -0.5, 0.5, 0.01, _SOURCE, Sort.SETUP)
+        ParameterSpec(
+            f"r{axis}", "rad", f"turn about the sensor's {axis} axis", -0.5, 0.5, 0.01, _SOURCE, ParameterRole.SETUP
+        )
         for axis in "xyz"
     )
     looks_like = ("tracker-frame", "load-point-offset", "axis-coupling")

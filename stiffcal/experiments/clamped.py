@@ -19,7 +19,7 @@ from stiffcal.experiments.branches import Branches, average_branches, reversal_e
 from stiffcal.experiments.clamped_chain import ClampedChain, give_of
 from stiffcal.experiments.clamped_faults import why_no_sweep
 from stiffcal.experiments.saturation import Saturation, find_saturation
-from stiffcal.experiments.torque_angle import Law, PlaySegment, SeriesFit, fit_series, play_segment
+from stiffcal.experiments.torque_angle import PlaySegment, SeriesFit, TorqueAngleLaw, fit_series, play_segment
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.reduction.sweeps import Sweeps, cut_sweeps
 
@@ -104,13 +104,13 @@ def analyse_runs(
     ------
     InputError : the passes do not settle.
     """
-    laws: dict[int, Law] = {}
-    coupled = any(not one.told_apart for one in chains)
+    laws: dict[int, TorqueAngleLaw] = {}
+    coupled = any(not one.is_distinguishable for one in chains)
     runs: list[ClampedRun] = []
     for number in range(1, MOST_PASSES + 1):
         before = laws
         runs = [
-            _analysed(own, one, laws) if one.is_seen else _unseen(own, one)
+            _analysed(own, one, laws) if one.is_excited else _unseen(own, one)
             for own, one in zip(readings, chains, strict=True)
         ]
         runs = judged(runs)
@@ -123,7 +123,7 @@ def analyse_runs(
     )  # fmt: skip
 
 
-def _agree(before: Mapping[int, Law], after: Mapping[int, Law]) -> bool:
+def _agree(before: Mapping[int, TorqueAngleLaw], after: Mapping[int, TorqueAngleLaw]) -> bool:
     """Return True where the drives give alike under both passes' laws."""
     if before.keys() != after.keys():
         return False
@@ -140,7 +140,7 @@ def widest(runs: Sequence[ClampedRun], joint: int) -> ClampedRun:
     return max((run for run in runs if run.joint == joint and not run.left_out), key=lambda run: run.motion - run.play)
 
 
-def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int, Law]) -> ClampedRun:
+def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int, TorqueAngleLaw]) -> ClampedRun:
     angle, torque = chain.angle(laws), chain.torque[:, chain.joint - 1]
     sweeps = cut_sweeps(angle, torque)
     saturation = find_saturation(readings, angle, torque, chain)
@@ -181,7 +181,7 @@ def _unseen(readings: ClampedReadings, chain: ClampedChain) -> ClampedRun:
     """Return a run that says nothing of its joint."""
     name = readings.runs[int(readings.run[0])].name
     nothing = Branches(*(np.zeros(0),) * 2, np.zeros(0, dtype=np.bool_), np.zeros(0), np.zeros(0, dtype=np.int64), 0.0)
-    law = Law(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0))
+    law = TorqueAngleLaw(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0))
     none = np.zeros(len(readings), dtype=np.int64) - 1
     return ClampedRun(
         name, chain.joint, False, chain, Sweeps(none, none > 0, 0), nothing,

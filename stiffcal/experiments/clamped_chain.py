@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.torque_angle import Law
+from stiffcal.experiments.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 # Singular values below this share of the largest count as none: two axes within about a sixth of a degree.
 RANK = 0.003
 # A joint of which less than this share is seen in a pose is not measured there.
-LEAST_SEEN = 0.1
+LEAST_EXCITED = 0.1
 
 
 @dataclass(frozen=True)
@@ -61,17 +61,17 @@ class ClampedChain:
     lever: float
 
     @property
-    def is_seen(self) -> bool:
+    def is_excited(self) -> bool:
         """False where this pose does not show the moved joint's drive."""
-        return bool(self.seen[self.joint - 1] > LEAST_SEEN)
+        return bool(self.seen[self.joint - 1] > LEAST_EXCITED)
 
     @property
-    def told_apart(self) -> bool:
+    def is_distinguishable(self) -> bool:
         """True where no other drive's give looks like the moved one's."""
         others = np.delete(self.seen, self.joint - 1)
         return bool(np.abs(others).max(initial=0.0) < 1e-3 * self.seen[self.joint - 1])
 
-    def angle(self, laws: Mapping[int, Law]) -> Floats:
+    def angle(self, laws: Mapping[int, TorqueAngleLaw]) -> Floats:
         """Return (n,) φ = φ_a − φ_m of the moved joint, rad: its drive's give, the others' taken off.
 
         Parameters
@@ -80,21 +80,21 @@ class ClampedChain:
         """
         k = self.joint - 1
         total = self.motion @ self.seen + self.fixture
-        if not self.told_apart:
+        if not self.is_distinguishable:
             for joint, law in laws.items():
                 if joint != self.joint and abs(self.seen[joint - 1]) > 1e-3:
                     total = total + self.seen[joint - 1] * give_of(law, self.torque[:, joint - 1])
         return np.asarray(-total / self.seen[k])
 
-    def share_of_others(self, laws: Mapping[int, Law]) -> float:
+    def share_of_others(self, laws: Mapping[int, TorqueAngleLaw]) -> float:
         """Return the largest part of the motion that other drives take up, as a share of it."""
         span = float(np.ptp(self.motion[:, self.joint - 1]))
-        if self.told_apart or span <= 0.0:
+        if self.is_distinguishable or span <= 0.0:
             return 0.0
         return float(np.ptp(self.angle(laws) - self.angle({}))) / span
 
 
-def give_of(law: Law, torque: Floats) -> Floats:
+def give_of(law: TorqueAngleLaw, torque: Floats) -> Floats:
     """Return (n,) rad: how far a joint's drive gives under torques, play included, from the middle of its play."""
     angle, grid = law.grid()
     return np.asarray(np.interp(torque, grid, angle) - law.middle)

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.experiments.friction_rows import FrictionRows, felt_columns, together
-from stiffcal.experiments.friction_solving import Law, PartFit, law_of
+from stiffcal.experiments.friction_solving import FrictionLaw, PartFit, law_of
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import ParameterSpec, Sort
+from stiffcal.model.effect import ParameterRole, ParameterSpec
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -83,7 +83,7 @@ class FrictionFit:
     Attributes
     ----------
     joints : fits by joint, in order. rows : what was fitted.
-    friction : (k,) N·m, the model's friction. beside : (k,) N·m, weight, inertia and zeros as fitted.
+    friction : (k,) N·m, the model's friction. nuisance : (k,) N·m, weight, inertia and zeros as fitted.
     unknowns, unknowns_std : (m,) of weight, inertia and zeros, and standard uncertainty; of those that hang together
         the combination of least size.
     residual : (k,) N·m, measured minus both. sigma : (k,) N·m each row was weighted with.
@@ -94,7 +94,7 @@ class FrictionFit:
     joints: tuple[JointFrictionFit, ...]
     rows: FrictionRows
     friction: Floats
-    beside: Floats
+    nuisance: Floats
     unknowns: Floats
     unknowns_std: Floats
     residual: Floats
@@ -107,7 +107,7 @@ class FrictionFit:
     @property
     def friction_measured(self) -> Floats:
         """(k,) N·m: measured torque less weight, inertia and zeros."""
-        return np.asarray(self.rows.torque - self.beside)
+        return np.asarray(self.rows.torque - self.nuisance)
 
 
 def fit_friction(
@@ -139,15 +139,15 @@ def fit_friction(
 
 def _whole(rows: FrictionRows, parts: list[tuple[Booleans, PartFit]]) -> FrictionFit:
     """Put the parts together in the order of the rows."""
-    friction, beside, sigma = np.zeros(len(rows)), np.zeros(len(rows)), np.ones(len(rows))
-    unknowns, spread = np.zeros(rows.beside.shape[1]), np.zeros(rows.beside.shape[1])
+    friction, nuisance, sigma = np.zeros(len(rows)), np.zeros(len(rows)), np.ones(len(rows))
+    unknowns, spread = np.zeros(rows.nuisance.shape[1]), np.zeros(rows.nuisance.shape[1])
     joints: list[JointFrictionFit] = []
     condition, dof, chi2, scaled = 1.0, 0, 0.0, False
     for part, fit in parts:
         friction[part], sigma[part] = fit.friction(), fit.sigma
-        felt = felt_columns(rows.beside[part])
+        felt = felt_columns(rows.nuisance[part])
         unknowns[felt], spread[felt] = fit.unknowns(), fit.unknowns_std()
-        beside[part] = rows.beside[np.ix_(part, felt)] @ unknowns[felt]
+        nuisance[part] = rows.nuisance[np.ix_(part, felt)] @ unknowns[felt]
         condition = max(condition, fit.condition())
         estimated = sum(len(law.free_shape) for law in fit.laws) + fit.matrix.shape[1]
         dof += len(fit.rows) - fit.basis.shape[1] - estimated
@@ -158,10 +158,10 @@ def _whole(rows: FrictionRows, parts: list[tuple[Booleans, PartFit]]) -> Frictio
         joints=tuple(sorted(joints, key=lambda one: one.joint)),
         rows=rows,
         friction=friction,
-        beside=beside,
+        nuisance=nuisance,
         unknowns=unknowns,
         unknowns_std=spread,
-        residual=rows.torque - friction - beside,
+        residual=rows.torque - friction - nuisance,
         sigma=sigma,
         dof=max(dof, 0),
         reduced_chi2=None if scaled or dof <= 0 else chi2 / dof,
@@ -170,7 +170,7 @@ def _whole(rows: FrictionRows, parts: list[tuple[Booleans, PartFit]]) -> Frictio
     )
 
 
-def _joint_fit(fit: PartFit, law: Law) -> JointFrictionFit:
+def _joint_fit(fit: PartFit, law: FrictionLaw) -> JointFrictionFit:
     free, covariance = fit.covariance(law)
     speed = np.abs(fit.rows.velocity[fit.own[law.joint]])
     own = fit.own[law.joint]
@@ -190,15 +190,17 @@ def _joint_fit(fit: PartFit, law: Law) -> JointFrictionFit:
     )
 
 
-def _parameter(fit: PartFit, law: Law, spec: ParameterSpec, free: list[str], covariance: Floats) -> FrictionParameter:
+def _parameter(
+    fit: PartFit, law: FrictionLaw, spec: ParameterSpec, free: list[str], covariance: Floats
+) -> FrictionParameter:
     name = law.placed.parameter_name(spec.symbol)
     effect = law.placed.effect.name
-    unseen = [one for one, shapes in law.placed.effect.optional.items()
+    unmeasured = [one for one, shapes in law.placed.effect.optional.items()
               if spec.symbol in (one, *shapes) and one not in law.amplitudes]  # fmt: skip
-    if unseen:
-        why = f"{unseen[0]} friction is not seen: {law.verdict.get(unseen[0], '')}"
+    if unmeasured:
+        why = f"{unmeasured[0]} friction is not seen: {law.verdict.get(unmeasured[0], '')}"
         return FrictionParameter(name, effect, law.joint, spec, None, None, None, False, False, why)
-    shape = spec.sort is Sort.SHAPE
+    shape = spec.role is ParameterRole.NONLINEAR
     value = law.shape[spec.symbol] if shape else fit.amplitude[law.joint, spec.symbol]
     if spec.symbol not in free:
         why = "" if law.held(spec.symbol) else "these data do not tell it; the usual value is taken"

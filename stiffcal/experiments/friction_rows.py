@@ -34,7 +34,7 @@ class FrictionRows:
     Attributes
     ----------
     joint : (k,) from 1. velocity : (k,) rad/s, of the drive at the joint's side. torque : (k,) N·m.
-    beside : (k, m) what weight, inertia and zeros add per unit of their m unknowns. unknown : names of these.
+    nuisance : (k, m) what weight, inertia and zeros add per unit of their m unknowns. unknown : names of these.
     steady : (k,) True for a pass at constant velocity, False for a sample of other motion.
     repeat : (k,) rows with one number here are repeats of each other.
     piece : (k,) what stays together when a part is left out: a speed, or a second of motion.
@@ -45,7 +45,7 @@ class FrictionRows:
     joint: Integers
     velocity: Floats
     torque: Floats
-    beside: Floats
+    nuisance: Floats
     steady: Booleans
     repeat: Integers
     piece: Integers
@@ -63,20 +63,20 @@ class FrictionRows:
         return _felt(picked)
 
 
-def felt_columns(beside: Floats) -> Booleans:
+def felt_columns(nuisance: Floats) -> Booleans:
     """Return (p,) True for the unknowns that rows (n, p) feel by more than rounding.
 
     Weight about a vertical axis is 1e-16 of what it is about others. Scaled to the others' size, such a column would
     take whatever is left of the torque.
     """
-    size = np.abs(beside).max(axis=0, initial=0.0)
+    size = np.abs(nuisance).max(axis=0, initial=0.0)
     return np.asarray(size > ROUNDING * size.max(initial=0.0), dtype=np.bool_)
 
 
 def _felt(rows: FrictionRows) -> FrictionRows:
     """Return rows without the unknowns that none of them feels."""
-    felt = np.flatnonzero(felt_columns(rows.beside))
-    return replace(rows, beside=rows.beside[:, felt], unknown=tuple(rows.unknown[k] for k in felt))
+    felt = np.flatnonzero(felt_columns(rows.nuisance))
+    return replace(rows, nuisance=rows.nuisance[:, felt], unknown=tuple(rows.unknown[k] for k in felt))
 
 
 def steady_rows(readings: SteadyReadings) -> FrictionRows:
@@ -90,7 +90,7 @@ def steady_rows(readings: SteadyReadings) -> FrictionRows:
         joint=picked.joint,
         velocity=picked.velocity,
         torque=picked.torque,
-        beside=np.eye(stretches.size)[number],
+        nuisance=np.eye(stretches.size)[number],
         steady=np.ones(index.size, dtype=np.bool_),
         repeat=2 * number + forward,
         piece=number,
@@ -109,11 +109,11 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
     for j in range(count):
         rotor[:, j, j], zero[:, j, j] = motion.drive_acceleration[:, j], 1.0
     bearing, names_of_bearing, clear = _bearings(motion, chain)
-    beside = np.concatenate([inertia, rotor, zero, bearing], axis=2)
+    nuisance = np.concatenate([inertia, rotor, zero, bearing], axis=2)
     unknown = [f"inertia {k + 1}" for k in range(inertia.shape[2])]
     unknown += [f"rotor j{j + 1}" for j in range(count)] + [f"zero j{j + 1}" for j in range(count)] + names_of_bearing
     sample, joint = np.nonzero(motion.one_way & clear)
-    rows = beside[sample, joint]
+    rows = nuisance[sample, joint]
     second = np.floor((motion.time - motion.time.min()) / PIECE_S).astype(np.int64)
     pieces = np.unique(np.stack([motion.run, second], axis=1), axis=0, return_inverse=True)[1].ravel()
     names = np.array([run.name for run in motion.runs], dtype=np.str_)[motion.run]
@@ -121,7 +121,7 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
         joint=joint + 1,
         velocity=motion.drive_velocity[sample, joint],
         torque=motion.torque[sample, joint],
-        beside=rows,
+        nuisance=rows,
         steady=np.zeros(sample.size, dtype=np.bool_),
         repeat=np.arange(sample.size),
         piece=pieces[sample],
@@ -161,13 +161,13 @@ def _bearings(motion: FreeMotion, chain: Chain) -> tuple[Floats, list[str], Bool
 
 def stacked_rows(parts: Sequence[FrictionRows]) -> FrictionRows:
     """Return the equations of several kinds, each with unknowns of its own beside friction."""
-    total = sum(part.beside.shape[1] for part in parts)
-    beside, done = [], 0
+    total = sum(part.nuisance.shape[1] for part in parts)
+    nuisance, done = [], 0
     for part in parts:
         wide = np.zeros((len(part), total))
-        wide[:, done : done + part.beside.shape[1]] = part.beside
-        done += part.beside.shape[1]
-        beside.append(wide)
+        wide[:, done : done + part.nuisance.shape[1]] = part.nuisance
+        done += part.nuisance.shape[1]
+        nuisance.append(wide)
     repeat, piece, ahead_repeat, ahead_piece = [], [], 0, 0
     for part in parts:
         repeat.append(part.repeat + ahead_repeat)
@@ -182,7 +182,7 @@ def stacked_rows(parts: Sequence[FrictionRows]) -> FrictionRows:
         joint=np.asarray(joined("joint"), dtype=np.int64),
         velocity=np.asarray(joined("velocity"), dtype=np.float64),
         torque=np.asarray(joined("torque"), dtype=np.float64),
-        beside=np.concatenate(beside),
+        nuisance=np.concatenate(nuisance),
         steady=np.asarray(joined("steady"), dtype=np.bool_),
         repeat=np.concatenate(repeat),
         piece=np.concatenate(piece),

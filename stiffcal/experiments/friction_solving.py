@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stiffcal.errors import InputError
 from stiffcal.experiments.friction_rows import FrictionRows
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import Sort
+from stiffcal.model.effect import ParameterRole
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -27,7 +27,7 @@ SETTLED, MOST_ROUNDS = 1e-6, 100
 
 
 @dataclass
-class Law:
+class FrictionLaw:
     """The law of one joint while it is being fitted: which amplitudes and shapes are in, and with which values."""
 
     placed: PlacedEffect
@@ -52,18 +52,18 @@ class Law:
         return self.placed.effect.torque_columns(velocity, self.shape if shape is None else shape)
 
 
-def law_of(placed: PlacedEffect, fixed: frozenset[str]) -> Law:
+def law_of(placed: PlacedEffect, fixed: frozenset[str]) -> FrictionLaw:
     """Begin without the optional parts, but for those that the model file gives."""
     optional = placed.effect.optional
-    amplitudes = [spec.symbol for spec in placed.specs(Sort.AMPLITUDE)]
+    amplitudes = [spec.symbol for spec in placed.specs(ParameterRole.AMPLITUDE)]
     kept = [s for s in amplitudes if s not in optional or placed.parameter_name(s) in fixed]
-    return Law(placed, fixed, kept, dict(placed.shape()))
+    return FrictionLaw(placed, fixed, kept, dict(placed.shape()))
 
 
 class PartFit:
     """The fit of rows that share unknowns, in whitened form with weight and inertia projected out."""
 
-    def __init__(self, rows: FrictionRows, laws: list[Law]) -> None:
+    def __init__(self, rows: FrictionRows, laws: list[FrictionLaw]) -> None:
         self.rows, self.laws = rows, laws
         self.own = {law.joint: rows.joint == law.joint for law in laws}
         self.noise = {law.joint: _repeat_noise(rows, rows.joint == law.joint) for law in laws}
@@ -88,9 +88,9 @@ class PartFit:
         return self
 
     def _whiten(self) -> None:
-        beside = self.rows.beside / self.sigma[:, None]
-        size = np.linalg.norm(beside, axis=0)
-        u, s, _ = np.linalg.svd(beside / np.where(size > 0.0, size, 1.0), full_matrices=False)
+        nuisance = self.rows.nuisance / self.sigma[:, None]
+        size = np.linalg.norm(nuisance, axis=0)
+        u, s, _ = np.linalg.svd(nuisance / np.where(size > 0.0, size, 1.0), full_matrices=False)
         self.basis = u[:, s > RANK * s.max(initial=1e-300)]
         self.target = self._projected(self.rows.torque / self.sigma)
 
@@ -127,7 +127,7 @@ class PartFit:
         """Unknowns that these rows pay for: those beside friction by their leverage, and the amplitudes."""
         return float((self.basis[part] ** 2).sum()) + 2.0
 
-    def whitened(self, law: Law, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
+    def whitened(self, law: FrictionLaw, shape: Mapping[str, float] | None = None) -> dict[str, Floats]:
         """Return the columns of one joint, whitened and projected, for all rows."""
         own = self.own[law.joint]
         found = {}
@@ -142,7 +142,7 @@ class PartFit:
         from scipy.optimize import lsq_linear
 
         target = self.target.copy()
-        self.names: list[tuple[Law, str]] = []
+        self.names: list[tuple[FrictionLaw, str]] = []
         columns: list[Floats] = []
         self.amplitude: dict[tuple[int, str], float] = {}
         for law in self.laws:
@@ -168,7 +168,7 @@ class PartFit:
         self.residual = target
         return target
 
-    def _try(self, law: Law, symbol: str) -> None:
+    def _try(self, law: FrictionLaw, symbol: str) -> None:
         """Put an optional part in where some shape of it explains more than chance would."""
         own = self.own[law.joint]
         if not (own & self.rows.steady).any():
@@ -204,7 +204,7 @@ class PartFit:
         stretches = np.unique(self.rows.repeat[steady] // 2).size
         return float(steady.sum() - stretches + 0.5 * (own & ~self.rows.steady).sum())
 
-    def _refine(self, laws: list[Law]) -> None:
+    def _refine(self, laws: list[FrictionLaw]) -> None:
         """Find the shapes of all that have some, from where they are."""
         from scipy.optimize import least_squares
 
@@ -230,7 +230,7 @@ class PartFit:
             )  # fmt: skip
         at(found.x)
 
-    def _judge(self, law: Law) -> None:
+    def _judge(self, law: FrictionLaw) -> None:
         """Take an optional part out again where its interval holds zero; hold shapes that nothing tells."""
         for symbol, shapes in law.placed.effect.optional.items():
             if not law.seen.get(symbol):
@@ -254,7 +254,7 @@ class PartFit:
                 law.free_shape = [one for one in law.free_shape if one not in shapes]
                 self.solve()
 
-    def covariance(self, law: Law) -> tuple[list[str], Floats]:
+    def covariance(self, law: FrictionLaw) -> tuple[list[str], Floats]:
         """Return the free symbols of a joint and their covariance: amplitudes, then shapes."""
         names, matrix = self._jacobian()
         inverse = np.linalg.pinv(matrix.T @ matrix, rcond=1e-13)
@@ -281,18 +281,18 @@ class PartFit:
 
     def unknowns(self) -> Floats:
         """Return (m,) weight, inertia and zeros."""
-        beside = self.rows.beside / self.sigma[:, None]
-        size = np.linalg.norm(beside, axis=0)
+        nuisance = self.rows.nuisance / self.sigma[:, None]
+        size = np.linalg.norm(nuisance, axis=0)
         scale = np.where(size > 0.0, size, 1.0)
         left = (self.rows.torque - self.friction()) / self.sigma
-        return np.asarray(np.linalg.lstsq(beside / scale, left, rcond=RANK)[0] / scale)
+        return np.asarray(np.linalg.lstsq(nuisance / scale, left, rcond=RANK)[0] / scale)
 
     def unknowns_std(self) -> Floats:
         """Return (m,) standard uncertainties of these, neighbouring samples taken by whole pieces of motion."""
-        beside = self.rows.beside / self.sigma[:, None]
-        size = np.linalg.norm(beside, axis=0)
+        nuisance = self.rows.nuisance / self.sigma[:, None]
+        size = np.linalg.norm(nuisance, axis=0)
         scale = np.where(size > 0.0, size, 1.0)
-        inverse = np.linalg.pinv(np.concatenate([beside / scale, self.matrix], axis=1), rcond=RANK)[: scale.size]
+        inverse = np.linalg.pinv(np.concatenate([nuisance / scale, self.matrix], axis=1), rcond=RANK)[: scale.size]
         keys = np.stack([self.rows.joint, self.rows.piece], axis=1)
         clusters = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
         scores = np.zeros((int(clusters.max()) + 1, scale.size))
@@ -306,7 +306,7 @@ class PartFit:
             return 1.0
         return float(np.linalg.cond(self.matrix / size))
 
-    def _jacobian(self) -> tuple[list[tuple[Law, str]], Floats]:
+    def _jacobian(self) -> tuple[list[tuple[FrictionLaw, str]], Floats]:
         names, columns = list(self.names), [self.matrix]
         for law in self.laws:
             for symbol in law.free_shape:
@@ -321,7 +321,7 @@ class PartFit:
         return names, np.concatenate(columns, axis=1)
 
 
-def _grid(law: Law, symbol: str, speed: Floats) -> list[dict[str, float]]:
+def _grid(law: FrictionLaw, symbol: str, speed: Floats) -> list[dict[str, float]]:
     """Return shapes to try: fading within the slower part of the speeds, bluntly or sharply."""
     values = []
     for shape in law.placed.effect.optional[symbol]:
@@ -337,7 +337,7 @@ def _grid(law: Law, symbol: str, speed: Floats) -> list[dict[str, float]]:
     return [law.shape | dict(zip(names, one, strict=True)) for one in product(*values)]
 
 
-def _shape_bounds(law: Law, symbol: str, speed: Floats) -> tuple[float, float]:
+def _shape_bounds(law: FrictionLaw, symbol: str, speed: Floats) -> tuple[float, float]:
     """A speed of fading outside the slower half of what was measured would be dry or viscous friction."""
     spec = law.placed.effect.spec(symbol)
     if spec.unit != "rad/s":

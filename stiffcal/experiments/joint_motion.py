@@ -132,7 +132,7 @@ class _Motion:
         """Return where points (n, 3) that ride on the body are now."""
         return np.asarray(np.einsum("nij,nj->ni", self.turn, points - self.there) + self.here)
 
-    def seen_from(self, points: Floats) -> Floats:
+    def measured_from(self, points: Floats) -> Floats:
         """Return where points (n, 3) of now were on the body in the reference."""
         return np.asarray(np.einsum("nji,nj->ni", self.turn, points - self.here) + self.there)
 
@@ -181,7 +181,7 @@ def _relative(outboard: _Motion, inboard: _Motion, place: Floats, axes: Floats) 
     ----------
     place : (n, 3) the joint's origin, base axes, m. axes : (n, 3, 3) base_from_joint.
     """
-    moved = inboard.seen_from(outboard.carried(place)) - place
+    moved = inboard.measured_from(outboard.carried(place)) - place
     turn = np.swapaxes(inboard.turn, 1, 2) @ outboard.turn
     shift = np.einsum("nji,nj->ni", axes, moved)
     return np.concatenate([shift, np.einsum("nji,nj->ni", axes, vector_from_rotation(turn))], axis=1)
@@ -202,7 +202,7 @@ def _spread(states: LoadStates, kept: Integers, pair: tuple[int, int], place: Fl
         markers = states.setup.markers[body] if states.setup.markers else None
         if markers is None:
             return np.ones((n, 6))
-        seen = states.markers_seen[kept, body, : len(markers.names)]
+        seen = states.markers_measured[kept, body, : len(markers.names)]
         pose = markers.covariance(seen, states.rotation[kept, body])
         # the joint's origin goes with the body: its place errs with the turn too
         lever = np.cross(np.eye(3)[None], (place - states.position[kept, body])[:, None, :])

@@ -31,8 +31,8 @@ from stiffcal.mechanics.beam import (
 )
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rods import rod_fields
+from stiffcal.model.deformed_chain import deformed_chain
 from stiffcal.model.equilibrium import displacement_between
-from stiffcal.model.shape import chain_shape
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -120,13 +120,13 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     if not whole and _twist_is_guessed(solved, stated):
         rows[:, TWIST] = 0.0
         solved = _solve(rows, target, offsets, stated)
-    told = _told(slopes / solved.size, solved.lost, estimate.torsion.identifiable or not whole)
+    told = _identified(slopes / solved.size, solved.lost, estimate.torsion.identifiable or not whole)
     matrix = np.where(told, (slopes @ solved.coefficients).reshape(6, 6), np.nan)
     std = np.sqrt(np.einsum("ip,pq,iq->i", slopes, solved.covariance, slopes)).reshape(6, 6)
     return LinkCompliance(
         estimate.rods.link, matrix, np.where(told, std, np.nan), slopes, solved.coefficients, solved.covariance,
         "symmetric" if whole else "beam", solved.chi2 if stated else np.nan, solved.dof,
-        _factor(solved.dof, stated), _untold(estimate, told),
+        _factor(solved.dof, stated), _unidentified(estimate, told),
     )  # fmt: skip
 
 
@@ -196,7 +196,7 @@ def _centring(run: Integers | None, n: int) -> Callable[[Floats], Floats]:
     return centred
 
 
-def _told(slopes: Floats, lost: Floats, twist: bool) -> NDArray[np.bool_]:
+def _identified(slopes: Floats, lost: Floats, twist: bool) -> NDArray[np.bool_]:
     """Return (6, 6) True where an element hangs on no combination of coefficients that the loads left open."""
     told = np.ones((6, 6), dtype=np.bool_)
     if len(lost):
@@ -213,7 +213,7 @@ def _factor(dof: int, stated: bool) -> float:
     return float(ndtri(0.975) if stated else stdtrit(max(dof, 1), 0.975))
 
 
-def _untold(estimate: LinkEstimate, told: NDArray[np.bool_]) -> tuple[str, ...]:
+def _unidentified(estimate: LinkEstimate, told: NDArray[np.bool_]) -> tuple[str, ...]:
     sentences = []
     if not told[3, 3]:
         sentences.append(f"the link's twist: {estimate.torsion.why}")
@@ -250,9 +250,9 @@ def carried_to_target(
         small[:] = np.moveaxis(others, 0, -1)
     node = 2 * chain.beams[link].joint
     small[node] = 0.0
-    before = chain_shape(chain, joints, small).bodies[target.body].moved(target.transform)
+    before = deformed_chain(chain, joints, small).bodies[target.body].moved(target.transform)
     small[node] = tip.T
-    after = chain_shape(chain, joints, small).bodies[target.body].moved(target.transform)
+    after = deformed_chain(chain, joints, small).bodies[target.body].moved(target.transform)
     return np.ascontiguousarray(displacement_between(after, before).T)
 
 

@@ -42,7 +42,7 @@ EVALUATIONS, MOST_EVALUATIONS = 80, 2000
 
 
 @dataclass(frozen=True)
-class Law:
+class TorqueAngleLaw:
     """Spring, play and friction of one joint.
 
     Attributes
@@ -132,7 +132,7 @@ class SeriesFit:
     settled : False where the steps ended before they had become small.
     """
 
-    law: Law
+    law: TorqueAngleLaw
     covariance: Floats
     rms: float
     dof: int
@@ -277,7 +277,7 @@ def _bounds(scaled: _Scaled) -> tuple[Floats, Floats]:
     return lower, upper
 
 
-def _law_of(scaled: _Scaled, v: Floats) -> Law:
+def _law_of(scaled: _Scaled, v: Floats) -> TorqueAngleLaw:
     """Return the law in the data's own units."""
     middle, width, band, zero, friction, lag, drag, first, last, more = (float(value) for value in v)
     low = min(float(scaled.angle.min()) - middle + 0.5 * width, -1e-3)
@@ -286,10 +286,10 @@ def _law_of(scaled: _Scaled, v: Floats) -> Law:
     size = high - low
     rise, bend = 2.0 * (inner - first) / size, (first - 2.0 * inner + last) / size**2
     curve = (first - rise * low + bend * low * low, 0.5 * rise - bend * low, bend / 3.0)
-    return Law(middle, max(width, 0.0), float(np.exp(band)), zero, friction, lag, curve, (low, high), drag)
+    return TorqueAngleLaw(middle, max(width, 0.0), float(np.exp(band)), zero, friction, lag, curve, (low, high), drag)
 
 
-def _unscaled(scaled: _Scaled, law: Law, centre: float) -> SeriesFit:
+def _unscaled(scaled: _Scaled, law: TorqueAngleLaw, centre: float) -> SeriesFit:
     """Return the fit in rad and N·m, with the covariance of its parameters at that place."""
     a, t = scaled.angle_unit, scaled.torque_unit
     values = np.array([law.middle, law.width, law.band, law.zero, law.friction, law.drag, *law.curve])
@@ -298,7 +298,7 @@ def _unscaled(scaled: _Scaled, law: Law, centre: float) -> SeriesFit:
     up = scaled.data.up
 
     def at(v: Floats, lag: float) -> Floats:
-        moved = Law(v[0], v[1], v[2], v[3], v[4], lag, (v[6], v[7], v[8]), law.reach, v[5])
+        moved = TorqueAngleLaw(v[0], v[1], v[2], v[3], v[4], lag, (v[6], v[7], v[8]), law.reach, v[5])
         return moved.torque_at(scaled.angle, up)
 
     residual = at(values, law.lag) - scaled.torque
@@ -324,7 +324,7 @@ def _unscaled(scaled: _Scaled, law: Law, centre: float) -> SeriesFit:
     units = np.array([a, a, t, t, t, 1.0, t / a, t / a**2, t / a**3])
     covariance *= units[:, None] * units
     p = law.curve
-    real = Law(
+    real = TorqueAngleLaw(
         centre + a * law.middle, a * law.width, t * law.band, t * law.zero, t * law.friction, a * law.lag,
         (t / a * p[0], t / a**2 * p[1], t / a**3 * p[2]), (a * law.reach[0], a * law.reach[1]), law.drag,
     )  # fmt: skip
@@ -351,7 +351,7 @@ class PlaySegment:
         return self.high - self.low
 
 
-def play_segment(law: Law, share: float = SLOPE_SHARE) -> PlaySegment | None:
+def play_segment(law: TorqueAngleLaw, share: float = SLOPE_SHARE) -> PlaySegment | None:
     """Return the segment about the crossing whose slope stays below `share` of the outer slope; None without one.
 
     The outer slope is the chord from the flanks to the ends of what was reached, both sides together. The law stands

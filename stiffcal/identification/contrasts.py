@@ -84,7 +84,7 @@ def contrasts(data: Observations, predicted: Floats, sensitivity: Floats, groups
     differences, levers, runs = [], [], []
     spreads: list[tuple[Floats, Floats]] = []
     for group in groups:
-        group = group[data.seen[:, group].all(axis=0)]
+        group = group[data.measured_mask[:, group].all(axis=0)]
         if len(group) < 2:
             continue
         moved = (data.measured[:, group] - predicted[:, group]).T

@@ -14,7 +14,7 @@ from stiffcal.model.composite import CompliantRobot
 
 SCHEMA = "stiffcal/identify/1"
 # So many springs of one effect in the noise are named in one line.
-LOST_TOGETHER = 4
+JOINTLY_UNIDENTIFIABLE = 4
 
 
 def finite(value: float | None) -> float | None:
@@ -155,7 +155,7 @@ def fit_warnings(fit: Fit) -> list[str]:
             f"{' or the noise is larger than stated' if stated else ''}, "
             "and the stated uncertainties cover the instruments only"
         )
-    lost = _lost_together(fit)
+    lost = _jointly_unidentifiable(fit)
     words += [
         f"{effect} at {', '.join(places)}: within the noise, told from none at all by less than three standard "
         "uncertainties"
@@ -173,13 +173,15 @@ def fit_warnings(fit: Fit) -> list[str]:
     return words
 
 
-def _lost_together(fit: Fit) -> dict[str, list[str]]:
+def _jointly_unidentifiable(fit: Fit) -> dict[str, list[str]]:
     """Return the effects of which several springs are lost in the noise, with the places where they are."""
     lost: dict[str, list[str]] = {}
     for one in fit.parameters:
         if one.above_noise is False:
             lost.setdefault(one.effect, []).append(one.place.label)
-    return {effect: list(dict.fromkeys(places)) for effect, places in lost.items() if len(places) >= LOST_TOGETHER}
+    return {
+        effect: list(dict.fromkeys(places)) for effect, places in lost.items() if len(places) >= JOINTLY_UNIDENTIFIABLE
+    }
 
 
 def values_of(document: Mapping[str, Any]) -> dict[str, float]:

@@ -204,8 +204,8 @@ def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats
             mine = task.data.run == run
             shown = offsets[mine].reshape(-1, offsets.shape[2])
             size = np.linalg.norm(shown, axis=0)
-            seen = shown[:, size > ROUNDING * size.max(initial=0.0)]
-            basis = np.linalg.qr(seen)[0]
+            measured_mask = shown[:, size > ROUNDING * size.max(initial=0.0)]
+            basis = np.linalg.qr(measured_mask)[0]
             flat = rows[mine].reshape(len(shown), -1)
             rows[mine] = (flat - basis @ (basis.T @ flat)).reshape(rows[mine].shape)
     flat = rows.reshape(-1, rows.shape[2])
@@ -226,13 +226,13 @@ def _matrix_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
     except NoBalanceError as error:
         raise error.at_state(error.state, f"{data.place_of(error.state)}, {error.where}") from None
     moved = np.stack(displacements(robot, loaded, unloaded))[data.body, data.component]
-    missing = np.where(data.seen, data.measured - moved, 0.0)
+    missing = np.where(data.measured_mask, data.measured - moved, 0.0)
     drives = robot.chain.drive_axes
     nodes = [joint_node(k + 1) for k in range(robot.chain.n_joints)]
     torque = drives.T @ (loaded.wrench[nodes, RZ] - unloaded.wrench[nodes, RZ])
     lever = np.stack([lever_of(loaded, data, node, RZ) for node in nodes])
     columns = np.einsum("jmn,jd->dmn", lever, drives)[list(task.joints)] * torque[list(task.joints), None, :]
-    stack = np.moveaxis(np.concatenate([np.where(data.seen, columns, 0.0), missing[None]]), (1, 2), (2, 0))
+    stack = np.moveaxis(np.concatenate([np.where(data.measured_mask, columns, 0.0), missing[None]]), (1, 2), (2, 0))
     rows = np.einsum("nab,npb->nap", task.factor, stack)
     return _without_offsets(task, rows, task.factor)
 
@@ -276,7 +276,7 @@ def _dual_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
             [slope[:, :, list(task.joints)] * torque[:, None, list(task.joints)], there @ missing[:, :, None]], axis=2
         )
         rows.append((back @ eight)[:, data.component[mine]])
-    stack = np.concatenate(rows, axis=1) * data.seen.T[:, :, None]
+    stack = np.concatenate(rows, axis=1) * data.measured_mask.T[:, :, None]
     return _without_offsets(task, task.factor @ stack, task.factor)
 
 
@@ -290,7 +290,7 @@ def _unweighted(task: _Task, value: Floats, per_metre: float) -> Floats:
     """
     data = task.data
     whole = np.zeros(len(task.joints))
-    if not data.seen.all() or len(data.measured) != 6 * len(data.setup.targets):
+    if not data.measured_mask.all() or len(data.measured) != 6 * len(data.setup.targets):
         return np.full_like(whole, np.nan)
     after, _, slopes, (torque,) = _dual_parts(task, value)
     left, right = [], []

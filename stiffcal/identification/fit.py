@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stiffcal.identification.noise import Noise
 from stiffcal.identification.readings import Observations
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import ParameterSpec, Place, Sort
+from stiffcal.model.effect import ParameterRole, ParameterSpec, Place
 
 Floats = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ class Parameter:
     @property
     def above_noise(self) -> bool | None:
         """Whether a size is told from none at all, at three standard uncertainties; None where it is not free."""
-        if self.value is None or self.std is None or self.spec.sort is not Sort.AMPLITUDE or self.spec.inverse:
+        if self.value is None or self.std is None or self.spec.role is not ParameterRole.AMPLITUDE or self.spec.inverse:
             return None
         return bool(abs(self.value) > ABOVE_NOISE * self.std)
 

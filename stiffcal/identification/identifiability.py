@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.bounded import column_scale
+from stiffcal.bounded_least_squares import column_scale
 from stiffcal.identification.fit import Ambiguity
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 
 # Signatures that agree to this are one signature.
-SAME_SIGNATURE = 1e-3
+SAME_REGRESSOR = 1e-3
 # In a direction that the data do not see, parameters with a share above this take part.
 TAKES_PART = 0.1
 
@@ -44,13 +44,13 @@ class Identifiability:
     ambiguities: tuple[Ambiguity, ...]
 
 
-def tell_apart(
+def check_identifiability(
     factor: Floats,
     names: tuple[str, ...],
     upper: Floats,
     yielding: Booleans | None = None,
     needed: Booleans | None = None,
-    drowned: Booleans | None = None,
+    noise_dominated: Booleans | None = None,
 ) -> Identifiability:
     """Find what the whitened, triangular observation matrix cannot tell.
 
@@ -62,7 +62,7 @@ def tell_apart(
     yielding : (p,) True for shape parameters: where one of them takes part, it alone is called unknown, because the
         law's size is still known with the shape at its best value.
     needed : (p,) True for those that should not stand back where another of their set can.
-    drowned : (p,) True for those that only the force sensor's noise turns (`stiffcal.identification.drowned`).
+    noise_dominated : (p,) True for those that only the force sensor's noise turns (`stiffcal.identification.noise_dominated`).
     """
     p = len(names)
     gives_way = np.zeros(p, dtype=np.bool_) if yielding is None else yielding
@@ -73,7 +73,7 @@ def tell_apart(
     identifiable = np.ones(p, dtype=np.bool_)
     held = np.zeros(p, dtype=np.bool_)
     ambiguities: list[Ambiguity] = []
-    under = np.zeros(p, dtype=np.bool_) if drowned is None else drowned
+    under = np.zeros(p, dtype=np.bool_) if noise_dominated is None else noise_dominated
     # One standard uncertainty, all else known, is 1 / length.
     for i in np.flatnonzero((length * upper < 1.0) | under):
         identifiable[i], held[i] = False, True
@@ -90,7 +90,7 @@ def tell_apart(
             least = p * float(np.finfo(np.float64).eps) * float(singular[0])
             condition = float(singular[0] / singular[-1]) if singular[-1] > least else np.inf
         stays = np.zeros(p, dtype=np.bool_) if needed is None else needed
-        found = _stand_back(unit, held, gives_way, stays, SAME_SIGNATURE * float(singular[0]))
+        found = _stand_back(unit, held, gives_way, stays, SAME_REGRESSOR * float(singular[0]))
         identifiable[held & gives_way] = False
         for one in found:
             blind = _made_of_others(unit, held, one)
@@ -109,7 +109,7 @@ def _stand_back(unit: Floats, held: Booleans, gives_way: Booleans, stays: Boolea
 
     Of a set that cannot be told apart the one that came last into the model stands back; the others then stand for the
     set in predictions. One at a time: sets that overlap mix in the singular vectors, and two taken at once could both
-    be what one set needs. Shape parameters that take part are held all at once, and are not returned.
+    be what one set needs. DeformedChain parameters that take part are held all at once, and are not returned.
 
     Parameters
     ----------

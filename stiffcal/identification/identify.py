@@ -14,29 +14,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Progress, no_progress
-from stiffcal.identification.drowned import drowned_parameters
 from stiffcal.identification.fit import NORMAL_95, Ambiguity, Fit
-from stiffcal.identification.identifiability import Identifiability, tell_apart
+from stiffcal.identification.identifiability import Identifiability, check_identifiability
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
 from stiffcal.identification.noise import Noise, rms_by_measure, rms_length, stated_noise
+from stiffcal.identification.noise_dominated import noise_dominated_parameters
 from stiffcal.identification.observation import Column, Evaluation, Observations, evaluate, free_columns, observe
 from stiffcal.identification.reported import amplitudes, bounds_of, reported_parameters, student_95
 from stiffcal.identification.shapes import lacks_shape, start_shapes
 from stiffcal.identification.starting import starting_runs
-from stiffcal.identification.weighing import (
+from stiffcal.identification.weights import (
     Weights,
+    estimate_weights,
     huber_whitening,
     offset_free_residual,
     predict_observations,
     raw_whitening,
-    tell_weights,
     weighed_alike,
     without_offsets,
     wrench_matters,
 )
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Sort
+from stiffcal.model.effect import ParameterRole
 from stiffcal.reduction.load_cycles import find_load_cycles, repeat_groups
 
 __all__ = [
@@ -69,14 +69,14 @@ class Settings:
     equal_weights : leave the wrench's noise out of the weights: every reading of a kind counts alike.
     fixed : full parameter names that keep the model file's values.
     noise : take this noise instead of estimating it.
-    drowned : full names of parameters that only the wrench's noise turns: not told.
+    noise_dominated : full names of parameters that only the wrench's noise turns: not told.
     """
 
     loss: str = "linear"
     equal_weights: bool = False
     fixed: frozenset[str] = field(default_factory=frozenset)
     noise: Noise | None = None
-    drowned: frozenset[str] = field(default_factory=frozenset)
+    noise_dominated: frozenset[str] = field(default_factory=frozenset)
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class _Settled:
     weights: Weights
     columns: list[Column]
     reduced: Reduced
-    told: Identifiability
+    checked: Identifiability
     iterations: int
     left: float | None = None
 
@@ -155,19 +155,21 @@ def identify_parameters(
     """
     problem, settings = fit_problem(states, robot), settings or Settings()
     known = settings.noise or problem.stated
-    fit = fit_observations(problem, robot, _without_drowned(problem, robot, settings, known), progress)
+    fit = fit_observations(problem, robot, _without_noise_dominated(problem, robot, settings, known), progress)
     if known is None and fit.noise is not None:
-        rest = _without_drowned(problem, robot, settings, fit.noise)
+        rest = _without_noise_dominated(problem, robot, settings, fit.noise)
         return fit if rest == settings else fit_observations(problem, robot, rest, progress)
     return fit
 
 
-def _without_drowned(problem: Problem, robot: CompliantRobot, settings: Settings, noise: Noise | None) -> Settings:
+def _without_noise_dominated(
+    problem: Problem, robot: CompliantRobot, settings: Settings, noise: Noise | None
+) -> Settings:
     """Return the settings with what only the wrench's noise turns, as far as that noise is known."""
     if noise is None:
         return settings
-    names = drowned_parameters(_some_runs(problem).data, robot, settings.fixed, noise)
-    return replace(settings, drowned=settings.drowned | names)
+    names = noise_dominated_parameters(_some_runs(problem).data, robot, settings.fixed, noise)
+    return replace(settings, noise_dominated=settings.noise_dominated | names)
 
 
 def fit_observations(
@@ -190,7 +192,7 @@ def _gauss_newton(
     columns = free_columns(robot, settings.fixed)
     amplitude = amplitudes(robot, columns)
     iterations, last, robust = 0, np.inf, settings.loss == "huber"
-    rough = given is not None or any(c.sort is Sort.SHAPE for c in columns)
+    rough = given is not None or any(c.role is ParameterRole.NONLINEAR for c in columns)
     small = ROUGH_STEP if rough else SMALL_STEP
     weights, lowered = given, None
     while True:
@@ -205,25 +207,25 @@ def _gauss_newton(
         else:
             blocks = list(evaluate(robot, data, columns, with_sensitivity=renew and wrench_matters(settings.noise)))
             if renew or weights is None:
-                weights = tell_weights(
+                weights = estimate_weights(
                     data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights
                 )
         if robust:
             predicted = np.concatenate([block.predicted for block in blocks], axis=1)
             lowered = huber_whitening(weights.whitening, lowered or weights.whitening, data, predicted)
         reduced = reduce_blocks(blocks, data, lowered or weights.whitening)
-        updated, told = _solve(reduced, robot, columns, amplitude, settings.drowned)
+        updated, checked = _solve(reduced, robot, columns, amplitude, settings.noise_dominated)
         # |factor @ Δ| is the step measured in standard uncertainties, whatever their correlations; here per parameter.
-        n_free = max(1, len(columns) - int(told.held.sum()))
+        n_free = max(1, len(columns) - int(checked.held.sum()))
         change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)) / np.sqrt(n_free))
         amplitude, iterations = updated, iterations + 1
         robot = _valued(robot, columns, amplitude)
         # Steps contract evenly: the next one is foretold by this one and the ratio to the last.
-        foretold = change * min(1.0, change / last) if iterations > 1 else change
-        settled = change < small or (foretold < small and not robust)
+        predicted_without_pose = change * min(1.0, change / last) if iterations > 1 else change
+        settled = change < small or (predicted_without_pose < small and not robust)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             left = change if (robot.deformed or robust) and not settled else None
-            return _Settled(robot, weights, columns, reduced, told, iterations, left)
+            return _Settled(robot, weights, columns, reduced, checked, iterations, left)
         last = change
 
 
@@ -242,46 +244,46 @@ def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> 
     """Return a start: amplitudes from the rigid chain, shapes from a profile about it."""
     data = problem.data
     whitening = raw_whitening(data, settings.noise or problem.stated)
-    columns = [c for c in free_columns(robot, settings.fixed) if c.sort is Sort.AMPLITUDE]
+    columns = [c for c in free_columns(robot, settings.fixed) if c.role is ParameterRole.AMPLITUDE]
     unshaped = [one for one in robot.placed if lacks_shape(one)]
     # Laws whose shape is not known yet wait for it: their columns at some typical shape would mislead the others.
     known = [c for c in columns if robot.placed[c.placed] not in unshaped]
     reduced = reduce_blocks(evaluate(robot, data, known, rigid=True), data, whitening)
-    start = _valued(robot, known, _solve(reduced, robot, known, amplitudes(robot, known), settings.drowned)[0])
+    start = _valued(robot, known, _solve(reduced, robot, known, amplitudes(robot, known), settings.noise_dominated)[0])
     if not unshaped:
         return start
     blocks = list(evaluate(start, data, (), with_sensitivity=wrench_matters(settings.noise)))
-    weights = tell_weights(data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights)
+    weights = estimate_weights(data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights)
     return start_shapes(start, data, weights.whitening, settings.fixed)
 
 
-def _tell_apart(
+def _check_identifiability(
     reduced: Reduced,
     robot: CompliantRobot,
     columns: Sequence[Column],
-    drowned: frozenset[str],
+    noise_dominated: frozenset[str],
     needed: Booleans | None = None,
 ) -> Identifiability:
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     lower, upper = bounds_of(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
-    under = np.array([name in drowned for name in names], dtype=np.bool_)
-    return tell_apart(reduced.factor, names, widest, _are_shapes(columns), needed, under)
+    under = np.array([name in noise_dominated for name in names], dtype=np.bool_)
+    return check_identifiability(reduced.factor, names, widest, _are_shapes(columns), needed, under)
 
 
 def _are_shapes(columns: Sequence[Column]) -> Booleans:
-    return np.array([column.sort is Sort.SHAPE for column in columns], dtype=np.bool_)
+    return np.array([column.role is ParameterRole.NONLINEAR for column in columns], dtype=np.bool_)
 
 
 def _solve(
-    reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], start: Floats, drowned: frozenset[str]
+    reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], start: Floats, noise_dominated: frozenset[str]
 ) -> tuple[Floats, Identifiability]:
     """Solve for the new amplitudes; those that cannot be told apart stay neutral: at zero, shapes where they are.
 
     Where sets overlap, the others can carry what is known only if the right ones stand back, because compliances
     cannot be negative: those are told by the solution with all of them free.
     """
-    told = _tell_apart(reduced, robot, columns, drowned)
+    checked = _check_identifiability(reduced, robot, columns, noise_dominated)
     lower, upper = bounds_of(robot, columns)
     shapes = _are_shapes(columns)
     # A law bends with its shape: no step beyond a factor of two.
@@ -290,27 +292,27 @@ def _solve(
     # The reduced target is for the step; bounds hold for the sum.
     target = reduced.target + reduced.factor @ start
     whole = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)
-    result = _solve_free(whole, told, shapes, start, lower, upper)
-    if not told.held.any():
-        return result, told
+    result = _solve_free(whole, checked, shapes, start, lower, upper)
+    if not checked.held.any():
+        return result, checked
     every, at_bound = whole.solve_bounded(lower, upper)
     # Who is pressed against a bound stands back: of all free at once, else of what was left free.
-    pressed = ~told.held & ((result <= lower) | (result >= upper))
+    pressed = ~checked.held & ((result <= lower) | (result >= upper))
     for useless in (at_bound, pressed):
         if whole.cost(result) <= WORSE_WITHOUT * whole.cost(every):
             break
-        other = _tell_apart(reduced, robot, columns, drowned, ~useless)
+        other = _check_identifiability(reduced, robot, columns, noise_dominated, ~useless)
         better = _solve_free(whole, other, shapes, start, lower, upper)
         if whole.cost(better) < whole.cost(result):
-            result, told = better, other
-    return result, told
+            result, checked = better, other
+    return result, checked
 
 
 def _solve_free(
-    whole: Reduced, told: Identifiability, shapes: Booleans, start: Floats, lower: Floats, upper: Floats
+    whole: Reduced, checked: Identifiability, shapes: Booleans, start: Floats, lower: Floats, upper: Floats
 ) -> Floats:
     """Return the best amplitudes with those held that stand back."""
-    free = ~told.held
+    free = ~checked.held
     result = np.where(free | shapes, start, 0.0)
     if free.any():
         target = whole.target - whole.factor[:, ~free & shapes] @ start[~free & shapes]
@@ -329,12 +331,12 @@ def _valued(robot: CompliantRobot, columns: Sequence[Column], amplitude: Floats)
 
 def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
     data, robot, weights = problem.data, settled.robot, settled.weights
-    columns, reduced, told = settled.columns, settled.reduced, settled.told
+    columns, reduced, checked = settled.columns, settled.reduced, settled.checked
     # The last step was a small share of a standard uncertainty: what it moved in the predictions is invisible.
     predicted = reduced.predicted if robot.deformed else predict_observations(robot, data)
     residual = without_offsets(data, predicted, weights.whitening)
     white = weights.whitening.apply(residual)
-    free, known_ones = ~told.held, told.identifiable
+    free, known_ones = ~checked.held, checked.identifiable
     dof = reduced.dof - int(np.count_nonzero(free))
     chi2 = float(np.sum(white**2)) / dof if dof > 0 else np.nan
     known = weights.noise is not None and not settings.equal_weights
@@ -347,7 +349,9 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     free_names = tuple(name for name, one in zip(names, known_ones, strict=True) if one)
     solved = [name for name, one in zip(names, free, strict=True) if one]
-    told_apart = tuple(_with_value(one, robot, columns, names, solved, covariance) for one in told.ambiguities)
+    is_distinguishable = tuple(
+        _with_value(one, robot, columns, names, solved, covariance) for one in checked.ambiguities
+    )
     kept = known_ones[free]
     covariance = covariance[np.ix_(kept, kept)]
     spread = dict(zip(free_names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
@@ -360,19 +364,19 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
         parameters=parameters,
         covariance=covariance,
         free_names=free_names,
-        condition=told.condition,
-        ambiguities=told_apart,
+        condition=checked.condition,
+        ambiguities=is_distinguishable,
         noise=weights.noise,
         noise_length=noise_length,
         scaled=not known,
         reduced_chi2=chi2 if known else None,
         dof=dof,
         residual=residual,
-        predicted=np.where(data.seen, data.measured - residual, 0.0),
+        predicted=np.where(data.measured_mask, data.measured - residual, 0.0),
         data=data,
         iterations=settled.iterations,
         left=settled.left,
-        held=frozenset(name for name, one in zip(names, told.held, strict=True) if one),
+        held=frozenset(name for name, one in zip(names, checked.held, strict=True) if one),
     )
 
 

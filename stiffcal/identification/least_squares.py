@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.bounded import column_scale, least_squares, least_squares_within
+from stiffcal.bounded_least_squares import column_scale, least_squares, least_squares_within
 from stiffcal.identification.noise import Whitening, times
 from stiffcal.identification.observation import Evaluation, Observations
 
@@ -248,9 +248,9 @@ def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whiteni
         predicted[:, part] = block.predicted
         stack = np.empty((len(block.columns) + 1, *block.predicted.shape))
         stack[:-1] = block.columns
-        stack[-1] = np.where(data.seen[:, part], data.measured[:, part] - block.predicted, 0.0)
+        stack[-1] = np.where(data.measured_mask[:, part], data.measured[:, part] - block.predicted, 0.0)
         local = whitening.part(part)
-        dof += int(np.count_nonzero(data.seen[:, part]))
+        dof += int(np.count_nonzero(data.measured_mask[:, part]))
         if data.free_offset:
             rows, n_offsets = _whitened_without_offsets(stack, data.run[part], local)
             dof -= n_offsets

@@ -17,17 +17,17 @@ from stiffcal.identification.noise import whiten
 from stiffcal.identification.observation import evaluate, free_columns
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.weighing import raw_whitening
+from stiffcal.identification.weights import raw_whitening
 
 Floats = NDArray[np.float64]
 
 
-def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], seen: Observations) -> dict[str, float]:
+def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], observations: Observations) -> dict[str, float]:
     """Return each amplitude's standard uncertainty by the rods' noise, by full parameter name, SI.
 
     Parameters
     ----------
-    fit : of the motion without the links' part. links : as they were taken out. seen : what they were measured in.
+    fit : of the motion without the links' part. links : as they were taken out. observations : what they were measured in.
     """
     data = fit.data
     fixed = fit.held | {one.name for one in fit.parameters if one.fixed}
@@ -45,7 +45,7 @@ def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], seen: Observations
     scaled = (rows / np.where(size > 0.0, size, 1.0)[:, None]).T
     variance = np.zeros(len(columns))
     for link in links:
-        errors = np.stack([_taken_out(error, link, fit, seen) for error in _directions(link.compliance)])
+        errors = np.stack([_taken_out(error, link, fit, observations) for error in _directions(link.compliance)])
         moved = np.linalg.lstsq(scaled, space.rows(errors).T, rcond=1e-12)[0] / np.where(size > 0.0, size, 1.0)[:, None]
         variance += np.sum(moved**2, axis=1)
     names = [fit.robot.placed[column.placed].parameter_name(column.symbol) for column in columns]
@@ -60,13 +60,13 @@ def _directions(compliance: LinkCompliance) -> Floats:
     return np.asarray(np.where(np.isfinite(compliance.matrix), errors, 0.0))
 
 
-def _taken_out(error: Floats, link: MeasuredLink, fit: Fit, seen: Observations) -> Floats:
+def _taken_out(error: Floats, link: MeasuredLink, fit: Fit, observations: Observations) -> Floats:
     """Return (m, n) what an error of a link's compliance adds to the rows of the fit."""
     data = fit.data
-    states = seen.index[link.index]
+    states = observations.index[link.index]
     place = np.searchsorted(data.index, states)
     there = (place < len(data.index)) & (data.index[np.minimum(place, len(data.index) - 1)] == states)
-    angles = np.ascontiguousarray(seen.angles[:, link.index[there]].T)
+    angles = np.ascontiguousarray(observations.angles[:, link.index[there]].T)
     moved = link.wrench[there] @ error.T
     parts = np.zeros((len(data.setup.targets), 6, data.n_states))
     for body, target in enumerate(data.setup.targets):

@@ -81,7 +81,7 @@ def measure_links(data: Observations, robot: CompliantRobot, sigma: float | None
 def _measured(
     data: Observations, robot: CompliantRobot, rods: Rods, shape: BeamShape, rows: Integers, wrench: Floats
 ) -> MeasuredLink:
-    index = np.flatnonzero(data.seen[rows].all(axis=0))
+    index = np.flatnonzero(data.measured_mask[rows].all(axis=0))
     lengths, run, carried = data.measured[np.ix_(rows, index)].T, data.run[index], wrench[index]
     estimate = estimate_link(rods, shape, lengths)
     angles = np.ascontiguousarray(data.angles[:, index].T)
@@ -89,8 +89,10 @@ def _measured(
     time = data.order.time[index]
     compliance = regress_compliance(estimate, carried, run)
     bounded = bounded_by_load(estimate.torsion, carried[:, 3], np.diag(compliance.matrix)[4:])
-    untold = tuple(sentence.replace(estimate.torsion.why, bounded.why) for sentence in compliance.not_identifiable)
-    estimate, compliance = replace(estimate, torsion=bounded), replace(compliance, not_identifiable=untold)
+    unidentified = tuple(
+        sentence.replace(estimate.torsion.why, bounded.why) for sentence in compliance.not_identifiable
+    )
+    estimate, compliance = replace(estimate, torsion=bounded), replace(compliance, not_identifiable=unidentified)
     return MeasuredLink(
         link=rods.link,
         index=index,
@@ -123,11 +125,11 @@ def _share(data: Observations, index: Integers, targets: list[Floats]) -> float:
         return np.nan
     some = data.part(index)
     part = some.layout.of_targets(np.moveaxis(np.stack(targets), 1, -1))[rows]
-    seen, whole = some.seen[rows], some.measured[rows]
+    measured_mask, whole = some.measured_mask[rows], some.measured[rows]
     along = beside = 0.0
     for run in np.unique(some.run):
         for row in range(len(rows)):
-            members = (some.run == run) & seen[row]
+            members = (some.run == run) & measured_mask[row]
             if members.any():
                 moved = whole[row, members] - whole[row, members].mean()
                 along += float(moved @ part[row, members])

@@ -92,7 +92,7 @@ class Noise:
         """Return (6, n) the standard uncertainty of the wrenches, N and N·m."""
         size = np.repeat([[self.force], [self.moment]], 3, axis=0) * np.ones(data.n_states)
         if self.held is not None:
-            clamped = data.seen[data.kind == MOTOR].any(axis=0)
+            clamped = data.measured_mask[data.kind == MOTOR].any(axis=0)
             size[:, clamped] = np.repeat([[self.held[0]], [self.held[1]]], 3, axis=0)
         return np.asarray(size)
 
@@ -198,20 +198,20 @@ def own_variance(noise: Noise, data: Observations) -> Floats:
 
 def whiten(noise: Noise, data: Observations, sensitivity: Floats | None) -> Whitening:
     """Return the whitening of the observations."""
-    scale = np.where(data.seen, 1.0 / np.sqrt(own_variance(noise, data)), 0.0)
+    scale = np.where(data.measured_mask, 1.0 / np.sqrt(own_variance(noise, data)), 0.0)
     exact = sensitivity is None or not noise.of_wrench
     if exact and data.spread is None:
         return Whitening(scale)
     full = covariance(noise, data, sensitivity)
-    unseen = ~data.seen
-    if unseen.any():
-        full = np.where(unseen[:, None] | unseen[None], 0.0, full)
-        full[range(len(full)), range(len(full))] += unseen
+    unmeasured = ~data.measured_mask
+    if unmeasured.any():
+        full = np.where(unmeasured[:, None] | unmeasured[None], 0.0, full)
+        full[range(len(full)), range(len(full))] += unmeasured
     # Components are scaled to unit variance first: metres and radians differ by orders.
     deviation = np.sqrt(np.einsum("aan->an", full))
     lower = _inverse_cholesky(full / deviation[:, None] / deviation[None]) / deviation[None]
-    if unseen.any():
-        lower = np.where(unseen[:, None] | unseen[None], 0.0, lower)
+    if unmeasured.any():
+        lower = np.where(unmeasured[:, None] | unmeasured[None], 0.0, lower)
     return Whitening(scale, lower)
 
 
@@ -254,8 +254,10 @@ def rms_by_measure(squares: Floats, data: Observations) -> dict[str, float | Non
     for measure, kinds in MEASURES.items():
         rows = np.isin(data.kind, kinds)
         if rows.any() or measure not in OPTIONAL:
-            n_vectors = sum(int(np.count_nonzero(data.seen[vector].any(axis=0))) for vector in reading_rows(data, rows))
-            total = float(np.sum(np.where(data.seen[rows], squares[rows], 0.0)))
+            n_vectors = sum(
+                int(np.count_nonzero(data.measured_mask[vector].any(axis=0))) for vector in reading_rows(data, rows)
+            )
+            total = float(np.sum(np.where(data.measured_mask[rows], squares[rows], 0.0)))
             found[measure] = float(np.sqrt(total / n_vectors)) if n_vectors else None
     return found
 
@@ -311,7 +313,7 @@ def _of_two_experiments(
         own = replace(
             data,
             measured=data.measured[rows],
-            seen=data.seen[rows],
+            measured_mask=data.measured_mask[rows],
             layout=layout_of(data.kind[rows].tolist(), data.body[rows].tolist(), data.component[rows].tolist()),
             spread=None if data.spread is None else data.spread.rows(rows),
         )

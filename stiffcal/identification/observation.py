@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from stiffcal.identification.readings import Observations, observe
 from stiffcal.mechanics.kinematics import cross
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Inputs, NodeLoads, Observed, Sort
+from stiffcal.model.deformed_chain import unit_wrenches
+from stiffcal.model.effect import Inputs, NodeLoads, Observed, ParameterRole
 from stiffcal.model.equilibrium import (
     NoBalanceError,
     Rest,
@@ -29,12 +30,19 @@ from stiffcal.model.equilibrium import (
     law_terms,
     rest_under_weight,
 )
-from stiffcal.model.shape import unit_wrenches
 
 __all__ = [
-    "Column", "Evaluation", "Observations", "evaluate", "free_columns", "lever_of", "observe", "predicted",
-    "predicted_rows", "rests",
-    "seen_displacement",
+    "Column",
+    "Evaluation",
+    "Observations",
+    "evaluate",
+    "free_columns",
+    "lever_of",
+    "observe",
+    "observed_displacement",
+    "predicted",
+    "predicted_rows",
+    "rests",
 ]  # fmt: skip
 
 Floats = NDArray[np.float64]
@@ -59,7 +67,7 @@ class Column:
 
     placed: int
     symbol: str
-    sort: Sort
+    role: ParameterRole
 
 
 @dataclass(frozen=True)
@@ -111,16 +119,20 @@ def _evaluate_block(
 ) -> Evaluation:
     model = replace(robot, deformed=False) if rigid else robot
     loaded, unloaded = rests(model, data)
-    seen = np.zeros((len(data.setup.targets), 6, data.n_states))
+    measured_mask = np.zeros((len(data.setup.targets), 6, data.n_states))
     here = np.zeros_like(data.measured)
     if not rigid:
-        seen = seen_displacement(model, data, loaded, unloaded)
-        here = predicted_rows(data, seen, loaded, unloaded)
+        measured_mask = observed_displacement(model, data, loaded, unloaded)
+        here = predicted_rows(data, measured_mask, loaded, unloaded)
     found = np.zeros((len(columns), len(data.measured), data.n_states))
-    rows = {(column.placed, column.symbol): row for row, column in enumerate(columns) if column.sort is Sort.AMPLITUDE}
+    rows = {
+        (column.placed, column.symbol): row
+        for row, column in enumerate(columns)
+        if column.role is ParameterRole.AMPLITUDE
+    }
     if rows:
         _law_columns(model, loaded, unloaded, _levers(loaded, data), rows, found)
-    _observation_columns(model, data, seen, found, rows)
+    _observation_columns(model, data, measured_mask, found, rows)
     if not rigid:
         _difference_columns(model, data, columns, here, found)
     sensitivity = _sensitivity(model, data, loaded) if with_sensitivity else None
@@ -138,7 +150,7 @@ def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, Unloaded]:
     return loaded, unloaded
 
 
-def seen_displacement(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
+def observed_displacement(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
     """Return (B, 6, n) predicted displacement of the targets, observation effects included."""
     displacement = np.stack(displacements(model, loaded, unloaded))
     shift = np.zeros_like(displacement)
@@ -153,9 +165,9 @@ def seen_displacement(model: CompliantRobot, data: Observations, loaded: Rest, u
     return np.asarray(displacement + shift)
 
 
-def predicted_rows(data: Observations, seen: Floats, loaded: Rest, unloaded: Unloaded) -> Floats:
+def predicted_rows(data: Observations, measured_mask: Floats, loaded: Rest, unloaded: Unloaded) -> Floats:
     """Return (m, n) what the rows read of the targets' displacements (B, 6, n) and of the links' own."""
-    rows = data.layout.of_targets(seen)
+    rows = data.layout.of_targets(measured_mask)
     if data.layout.rods:
         data.layout.add_rods(rows, loaded.displacement - unloaded.displacement)
     return rows
@@ -163,7 +175,7 @@ def predicted_rows(data: Observations, seen: Floats, loaded: Rest, unloaded: Unl
 
 def predicted(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
     """Return (m, n) what the rows read of the model at rest."""
-    return predicted_rows(data, seen_displacement(model, data, loaded, unloaded), loaded, unloaded)
+    return predicted_rows(data, observed_displacement(model, data, loaded, unloaded), loaded, unloaded)
 
 
 def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Floats:
@@ -213,9 +225,9 @@ def _law_columns(
 
 
 def _observation_columns(
-    model: CompliantRobot, data: Observations, seen: Floats, found: Floats, rows: dict[tuple[int, str], int]
+    model: CompliantRobot, data: Observations, measured_mask: Floats, found: Floats, rows: dict[tuple[int, str], int]
 ) -> None:
-    observed = Observed(seen, data.order)
+    observed = Observed(measured_mask, data.order)
     for number, one in enumerate(model.placed):
         for symbol, column in one.effect.observation_columns(one.place, observed, one.shape()).items():
             if (number, symbol) in rows:
@@ -227,11 +239,11 @@ def _difference_columns(
 ) -> None:
     """Fill the columns of shape and set-up parameters by a forward difference of the whole balance."""
     for row, column in enumerate(columns):
-        if column.sort is Sort.AMPLITUDE:
+        if column.role is ParameterRole.AMPLITUDE:
             continue
         one = model.placed[column.placed]
         spec = one.effect.spec(column.symbol)
-        value = one.values.get(column.symbol, spec.typical if column.sort is Sort.SHAPE else 0.0)
+        value = one.values.get(column.symbol, spec.typical if column.role is ParameterRole.NONLINEAR else 0.0)
         step = 1e-4 * max(abs(value), spec.typical)
         moved = model.with_values({one.parameter_name(column.symbol): value + step})
         loaded, unloaded = rests(moved, data)
@@ -265,7 +277,7 @@ def _sensitivity(model: CompliantRobot, data: Observations, loaded: Rest) -> Flo
 def free_columns(robot: CompliantRobot, fixed: frozenset[str] = frozenset()) -> list[Column]:
     """Return the robot's free parameters in order; ``fixed`` holds full names that keep their values."""
     return [
-        Column(number, spec.symbol, spec.sort)
+        Column(number, spec.symbol, spec.role)
         for number, one in enumerate(robot.placed)
         for spec in one.effect.parameters
         if one.parameter_name(spec.symbol) not in fixed and not spec.discrete

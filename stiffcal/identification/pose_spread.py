@@ -57,7 +57,7 @@ def pose_spread(states: LoadStates, layout: Layout) -> PoseSpread | None:
     for b, markers in enumerate(states.setup.markers):
         if markers is None:
             continue
-        share, turned = markers.spread(states.markers_seen[:, b, : len(markers.names)], states.rotation[:, b])
+        share, turned = markers.spread(states.markers_measured[:, b, : len(markers.names)], states.rotation[:, b])
         own = np.flatnonzero((layout.body == b) & np.isin(layout.kind, (TRANSLATION, ROTATION)))
         component = layout.component[own]
         translation[own] = np.where(component[:, None] < 3, share, 0.0)

@@ -58,7 +58,7 @@ class Projection:
 
     def centred(self, stack: Floats) -> Floats:
         """Return (k, m, n) with each run's weighted mean taken out (unchanged where runs carry no offset)."""
-        stack = np.where(self.data.seen, stack, 0.0)
+        stack = np.where(self.data.measured_mask, stack, 0.0)
         if not self.data.free_offset:
             return stack
         if self.precision is None:
@@ -71,7 +71,7 @@ class Projection:
                     weighted[:, a] += self.precision[a, b] * stack[:, b]
             sums = np.add.reduceat(weighted, self.edges, axis=2)
             mean = np.einsum("rab,kbr->kar", self.inverse_total, sums)
-        return np.where(self.data.seen, stack - np.repeat(mean, self.counts, axis=2), 0.0)
+        return np.where(self.data.measured_mask, stack - np.repeat(mean, self.counts, axis=2), 0.0)
 
     def rows(self, stack: Floats) -> Floats:
         """Return (k, m · n) whitened rows."""
@@ -81,7 +81,7 @@ class Projection:
             for start in range(0, len(stack), step):
                 result[start : start + step] = self.rows(stack[start : start + step])
             return result
-        white = self.whitening.apply(np.where(self.data.seen, stack, 0.0))
+        white = self.whitening.apply(np.where(self.data.measured_mask, stack, 0.0))
         k, m, _ = white.shape
         for states, basis in self.offsets:
             n_runs = len(basis)
@@ -96,7 +96,7 @@ def _offsets(
 ) -> Iterator[tuple[Integers | slice, Floats]]:
     """Yield, for each length of run, its states and an orthonormal basis of what the runs' offsets can make."""
     m = len(data.measured)
-    unit = whitening.apply(np.where(data.seen, np.eye(m)[:, :, None], 0.0))
+    unit = whitening.apply(np.where(data.measured_mask, np.eye(m)[:, :, None], 0.0))
     for length in np.unique(counts):
         picked = np.flatnonzero(counts == length)
         states: Integers | slice = (edges[picked][:, None] + np.arange(length)).ravel()

@@ -18,7 +18,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import turn_between
 from stiffcal.model.effect import StateOrder
 from stiffcal.reduction.load_cycles import run_members
-from stiffcal.reduction.screening import load_is_good
+from stiffcal.reduction.outliers import load_is_good
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -36,7 +36,7 @@ class Observations:
     order : order and time of the states.
     measured : (m, n) displacement since the run's reference reading, base axes, m and rad; change of a gauge or of a
         rod, m; 0 where not measured.
-    seen : (m, n) True where measured.
+    measured_mask : (m, n) True where measured.
     layout : what the rows are.
     free_offset : True where each run carries a free offset.
     run : (n,) run number.
@@ -50,7 +50,7 @@ class Observations:
     wrench: Floats
     order: StateOrder
     measured: Floats
-    seen: Booleans
+    measured_mask: Booleans
     layout: Layout
     free_offset: bool
     run: Integers
@@ -72,7 +72,7 @@ class Observations:
     @property
     def n_seen(self) -> int:
         """How many of the n states have a reading."""
-        return int(np.count_nonzero(self.seen.any(axis=0)))
+        return int(np.count_nonzero(self.measured_mask.any(axis=0)))
 
     @property
     def kind(self) -> Integers:
@@ -106,7 +106,7 @@ class Observations:
             wrench=self.wrench[:, pick],
             order=self.order.block(pick),
             measured=self.measured[:, pick],
-            seen=self.seen[:, pick],
+            measured_mask=self.measured_mask[:, pick],
             layout=self.layout.part(pick),
             run=self.run[pick],
             index=self.index[pick],
@@ -153,13 +153,13 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
     keep = np.flatnonzero(load_is_good(states) & np.isfinite(states.wrench[:, :3]).all(axis=1))
     spread = pose_spread(states, layout)
     measured = measured[:, keep]
-    seen = np.isfinite(measured) & states.used[keep]
+    measured_mask = np.isfinite(measured) & states.used[keep]
     return Observations(
         angles=_run_angles(states, chain)[:, keep],
         wrench=np.ascontiguousarray(np.nan_to_num(states.wrench[keep]).T),
         order=_order(states, chain, reference, keep),
-        measured=np.where(seen, measured, 0.0),
-        seen=seen,
+        measured=np.where(measured_mask, measured, 0.0),
+        measured_mask=measured_mask,
         layout=layout.part(keep),
         free_offset=not given,
         run=states.run[keep],

@@ -15,16 +15,16 @@ from stiffcal.identification.least_squares import triangular
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Observations
 from stiffcal.identification.projection import Projection
-from stiffcal.identification.signatures import Linearised
+from stiffcal.identification.regressors import Linearised
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Sort
+from stiffcal.model.effect import ParameterRole
 
 Floats = NDArray[np.float64]
 
 
 def lacks_shape(one: PlacedEffect) -> bool:
     """Return whether a shape parameter has no value yet."""
-    return any(spec.symbol not in one.values for spec in one.specs(Sort.SHAPE))
+    return any(spec.symbol not in one.values for spec in one.specs(ParameterRole.NONLINEAR))
 
 
 def start_shapes(
@@ -44,14 +44,14 @@ def start_shapes(
             continue
         others = replace(robot, placed=tuple(p for k, p in enumerate(robot.placed) if k != number))
         state = Linearised.about(others, data)
-        known = [state.signature(p.effect, p.place, p.shape()) for p in others.placed if not lacks_shape(p)]
+        known = [state.regressor(p.effect, p.place, p.shape()) for p in others.placed if not lacks_shape(p)]
         background = np.concatenate([s.columns for s in known] or [np.zeros((0, *data.measured.shape))])
-        residual = np.where(data.seen, data.measured - state.predicted, 0.0)
+        residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
         base = space.rows(np.concatenate([background, residual[None]]))
-        best, least = {spec.symbol: spec.typical for spec in one.specs(Sort.SHAPE)}, np.inf
+        best, least = {spec.symbol: spec.typical for spec in one.specs(ParameterRole.NONLINEAR)}, np.inf
         for shape in state.shapes(one.effect, one.place):
             trial = {**shape, **{s: v for s, v in one.values.items() if s in shape}}
-            left = remaining_squares(base, space.rows(state.signature(one.effect, one.place, trial).columns))
+            left = remaining_squares(base, space.rows(state.regressor(one.effect, one.place, trial).columns))
             if left < least:
                 best, least = trial, left
         robot = replace(

@@ -168,7 +168,7 @@ class LoadStates:
     lengths : (n, R) m, of each rod as read, less what it grows with the temperature where that is known: changes are
         what counts; NaN where not logged. R may be 0.
     displacement : (n, G) m, of each gauge as read, along its direction; NaN where not logged. G may be 0.
-    markers_seen : (n, B, K) which of a target's points were seen, in the order of ``setup.markers``; K is that of the
+    markers_measured : (n, B, K) which of a target's points were seen, in the order of ``setup.markers``; K is that of the
         target with most of them, 0 where poses are read.
     """
 
@@ -191,14 +191,14 @@ class LoadStates:
     setup: MeasurementSetup
     lengths: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     displacement: Floats = field(default_factory=lambda: np.zeros((0, 0)))
-    markers_seen: Booleans = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=np.bool_))
+    markers_measured: Booleans = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=np.bool_))
 
     def __post_init__(self) -> None:
         # Campaigns without rods or gauges need not say so: no columns, as many rows as there are states.
         for name in ("lengths", "displacement"):
             if getattr(self, name).size == 0:
                 object.__setattr__(self, name, np.zeros((len(self), 0)))
-        if self.markers_seen.size == 0:
+        if self.markers_measured.size == 0:
             nothing = np.zeros((len(self), self.position.shape[1], 0), dtype=np.bool_)
             object.__setattr__(self, "markers_seen", nothing)
 

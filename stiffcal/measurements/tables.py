@@ -130,7 +130,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
         setup=setup,
         lengths=block([f"{rod}_length_m" for rod in setup.rod_names]),
         displacement=block([f"{gauge.name}_displacement_m" for gauge in setup.gauges]),
-        markers_seen=_markers_seen(table, setup),
+        markers_measured=_markers_measured(table, setup),
     )
 
 
@@ -139,7 +139,7 @@ def _markers_columns(states: LoadStates) -> dict[str, list[str]]:
     found = {}
     for b, markers in enumerate(states.setup.markers):
         if markers is not None:
-            seen = states.markers_seen[:, b, : len(markers.names)]
+            seen = states.markers_measured[:, b, : len(markers.names)]
             patterns, number = np.unique(seen, axis=0, return_inverse=True)
             words = [
                 ",".join(name for name, shown in zip(markers.names, row, strict=True) if shown) for row in patterns
@@ -148,7 +148,7 @@ def _markers_columns(states: LoadStates) -> dict[str, list[str]]:
     return found
 
 
-def _markers_seen(table: pa.Table, setup: MeasurementSetup) -> NDArray[np.bool_]:
+def _markers_measured(table: pa.Table, setup: MeasurementSetup) -> NDArray[np.bool_]:
     """Return (n, B, K) which points were seen, back from the table's words."""
     most = max((len(markers.names) for markers in setup.markers if markers is not None), default=0)
     result = np.zeros((table.num_rows, len(setup.targets), most), dtype=np.bool_)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import Effect, ParameterSpec, Place, Sort
+from stiffcal.model.effect import Effect, ParameterRole, ParameterSpec, Place
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,12 @@ class PlacedEffect:
         return {
             spec.symbol: self.values.get(spec.symbol, spec.typical)
             for spec in self.effect.parameters
-            if spec.sort is Sort.SHAPE
+            if spec.role is ParameterRole.NONLINEAR
         }
 
-    def specs(self, sort: Sort) -> tuple[ParameterSpec, ...]:
+    def specs(self, role: ParameterRole) -> tuple[ParameterSpec, ...]:
         """The effect's parameters of one sort."""
-        return tuple(spec for spec in self.effect.parameters if spec.sort is sort)
+        return tuple(spec for spec in self.effect.parameters if spec.role is role)
 
 
 @dataclass(frozen=True)

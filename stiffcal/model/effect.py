@@ -43,7 +43,7 @@ class Kind(Enum):
     OBSERVATION = "observation"
 
 
-class Sort(Enum):
+class ParameterRole(Enum):
     """How the model depends on a parameter."""
 
     AMPLITUDE = "amplitude"
@@ -78,7 +78,7 @@ class ParameterSpec:
     upper: float
     typical: float
     source: str
-    sort: Sort = Sort.AMPLITUDE
+    role: ParameterRole = ParameterRole.AMPLITUDE
     inverse: bool = False
     compliance: bool = False
     discrete: bool = False
@@ -232,7 +232,7 @@ class Evidence:
 
 
 @dataclass(frozen=True)
-class Driver:
+class Covariate:
     """What the residual is to be plotted against.
 
     Attributes
@@ -321,12 +321,12 @@ class Effect(ABC):
         """Return (n,) torque that acts beside the drive of the place's joint, N·m, or None."""
         return None
 
-    def from_torque_angle(self, told: TorqueAngle, beside: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+    def from_torque_angle(self, told: TorqueAngle, other_effects: Iterable[str]) -> Mapping[str, tuple[float, float]]:
         """Return symbol to (value, standard uncertainty) of what a clamped joint's torque over angle says.
 
         Parameters
         ----------
-        told : of the place's joint. beside : the other effects that the model holds there, by name.
+        told : of the place's joint. other_effects : the other effects that the model holds there, by name.
         """
         return {}
 
@@ -365,7 +365,7 @@ class Effect(ABC):
         return {
             spec.symbol: np.clip(spec.typical * np.array([0.1, 0.3, 1.0, 3.0, 10.0]), spec.lower, spec.upper)
             for spec in self.parameters
-            if spec.sort is Sort.SHAPE
+            if spec.role is ParameterRole.NONLINEAR
         }
 
     def impossible(self, values: Values) -> str | None:
@@ -383,7 +383,7 @@ class Effect(ABC):
         """
         return self.impossible(values) is None
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Driver | None:
+    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """Return what the residual of this effect follows."""
         return None
 

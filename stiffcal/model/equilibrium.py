@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame, turn_between
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.deformed_chain import DeformedChain, deformed_chain, node_wrenches
 from stiffcal.model.effect import RZ, Inputs, NodeLoads, StateOrder, Term, tool_node
 from stiffcal.model.no_balance import NoBalanceError as NoBalanceError
 from stiffcal.model.no_balance import no_balance
-from stiffcal.model.shape import Shape, chain_shape, node_wrenches
 
 Floats = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class Rest:
     weight : what the nodes carry under weight alone, as it was handed in, or None.
     """
 
-    shape: Shape
+    shape: DeformedChain
     wrench: Floats
     displacement: Floats
     terms: list[tuple[PlacedEffect, Term]]
@@ -124,7 +124,7 @@ def find_rest(
     small = start if robot.deformed else None
     previous = np.inf
     for sweep in range(1, MAX_SWEEPS + 1):
-        shape = chain_shape(chain, inputs.angles, small)
+        shape = deformed_chain(chain, inputs.angles, small)
         wrench = node_wrenches(chain, shape, inputs)
         joint_turn = inputs.angles if small is None else inputs.angles + small[1 : 2 * chain.n_joints : 2, RZ]
         _add_side_torques(robot, joint_turn, wrench)
@@ -138,7 +138,7 @@ def find_rest(
         # Sweeps contract evenly: what the next one would still change is this change times the last ratio.
         ratio = change / previous if 0.0 < previous < np.inf else 1.0
         if change <= tolerance or (ratio < EVEN_CONTRACTION and ratio * change <= tolerance):
-            return Rest(chain_shape(chain, inputs.angles, small), wrench, small, terms, inputs, sweep, weight)
+            return Rest(deformed_chain(chain, inputs.angles, small), wrench, small, terms, inputs, sweep, weight)
         if not np.isfinite(change) or (sweep > 20 and change > 2.0 * previous):
             break
         previous = change

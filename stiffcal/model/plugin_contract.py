@@ -14,7 +14,7 @@ import numpy as np
 
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.errors import InputError
-from stiffcal.model.effect import Driver, Effect, Inputs, Kind, ParameterSpec, Place, PlaceKind, Sort, Term
+from stiffcal.model.effect import Covariate, Effect, Inputs, Kind, ParameterRole, ParameterSpec, Place, PlaceKind, Term
 
 MEND = "mend the file"
 _SYMBOL = re.compile(r"[^\W\d]\w{0,99}")
@@ -103,7 +103,7 @@ def _wrong_parameters(found: Any) -> str:
         sizes = (spec.lower, spec.typical, spec.upper)
         if not all(_is_real(size) for size in sizes) or not np.isfinite(spec.typical) or not spec.lower < spec.upper:
             return f"the parameter {spec.symbol} has no lower < upper with a typical size: {_shown(sizes)}"
-        if not isinstance(spec.sort, Sort) or not all(
+        if not isinstance(spec.role, ParameterRole) or not all(
             isinstance(flag, bool) for flag in (spec.inverse, spec.compliance, spec.discrete)
         ):
             return f"sort, inverse, compliance or discrete of the parameter {spec.symbol} is none"
@@ -214,7 +214,7 @@ def _places(effect: Effect, answer: Any, chain: Any) -> str:
 def _driver(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any) -> str:
     if answer is None:
         return ""
-    if not isinstance(answer, Driver) or not (_is_text(answer.label) and _is_text(answer.unit)):
+    if not isinstance(answer, Covariate) or not (_is_text(answer.label) and _is_text(answer.unit)):
         return f"no Driver: {_shown(answer)}"
     wrong = _wrong_array(answer.value, loads.wrench.shape[-1:])
     return f"a driver whose value {wrong}" if wrong else ""

@@ -76,7 +76,7 @@ class RodView:
     @property
     def sentences(self) -> tuple[str, ...]:
         """The view in words, for `check`."""
-        return (*_seen(self), *_not_seen(self), *(_advised(rod, self) for rod in self.advice[:1]))
+        return (*_seen(self), *_unmeasured(self), *(_advised(rod, self) for rod in self.advice[:1]))
 
 
 def rods_can_see(rods: Rods, shape: BeamShape, outline: Sequence[Floats] | None = None) -> RodView:
@@ -174,7 +174,7 @@ def _two_digits(value: float) -> str:
     return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
 
 
-def _not_seen(view: RodView) -> tuple[str, ...]:
+def _unmeasured(view: RodView) -> tuple[str, ...]:
     sentences = []
     if "torsion" in view.blind:
         sentences.append(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.measurements.clamped_readings import ClampedReadings
-from stiffcal.reduction.states import Gathered
+from stiffcal.reduction.states import RawStates
 from stiffcal.reduction.sweeps import cut_sweeps, leading_component
 
 Floats = NDArray[np.float64]
@@ -23,7 +23,7 @@ STEPS = 48
 ENOUGH = 5
 
 
-def clamped_states(readings: ClampedReadings, joint: int) -> Gathered | None:
+def clamped_states(readings: ClampedReadings, joint: int) -> RawStates | None:
     """Return the states of one clamped run; None where no wrench was read or no whole sweep was made.
 
     The first state is the rest before the sweeps, where the robot was clamped.
@@ -64,7 +64,7 @@ def clamped_states(readings: ClampedReadings, joint: int) -> Gathered | None:
     time = middles(readings.time[:, None])[:, 0]
     n = len(found) + 1
     name = readings.runs[int(readings.run[0])].name
-    return Gathered(
+    return RawStates(
         run=[name] * n,
         number=np.arange(1, n + 1),
         time=time,

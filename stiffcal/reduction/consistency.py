@@ -13,14 +13,14 @@ from itertools import combinations, permutations, product
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.bounded import least_squares_within
+from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.errors import Fault
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import inverse_transform, quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
-from stiffcal.reduction.motion import mean_seen, motion_of
+from stiffcal.reduction.motion import mean_measured, motion_of
 
 Floats = NDArray[np.float64]
 
@@ -92,13 +92,13 @@ def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = 
     )
     torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench)
     motion = motion_of(states, chain)
-    columns, seen = motion.columns(states, chain) * torque[:, None, :], motion.seen
+    columns, measured = motion.columns(states, chain) * torque[:, None, :], motion.measured
     if not states.deflection_given:
         for members in members_of(states.run):
             columns[members] -= columns[members].mean(axis=0)
-            seen[members] -= mean_seen(seen[members])
-    rows = np.isfinite(seen).ravel()
-    design, wanted = columns.reshape(-1, columns.shape[2])[rows], seen.ravel()[rows]
+            measured[members] -= mean_measured(measured[members])
+    rows = np.isfinite(measured).ravel()
+    design, wanted = columns.reshape(-1, columns.shape[2])[rows], measured.ravel()[rows]
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
     gram, right = np.linalg.qr(design / scale)
     zero = np.zeros(right.shape[1])
@@ -220,8 +220,10 @@ def match_kinematics(states: LoadStates, chain: Chain) -> KinematicsMatch:
 
 
 def _references(states: LoadStates) -> LoadStates:
-    seen = np.isfinite(states.position[:, :1]).all(axis=(1, 2)) if states.setup.targets else np.zeros(len(states), bool)
-    return states.select(states.reference & seen)
+    measured = (
+        np.isfinite(states.position[:, :1]).all(axis=(1, 2)) if states.setup.targets else np.zeros(len(states), bool)
+    )
+    return states.select(states.reference & measured)
 
 
 def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: str = "campaign.toml") -> list[Fault]:
@@ -252,13 +254,13 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
     ]
 
 
-def _miss(there: Floats, seen: Floats, estimated: bool) -> float:
+def _miss(there: Floats, measured: Floats, estimated: bool) -> float:
     """Return the median distance; a rigid motion apart where the tracker's frame is estimated."""
-    if estimated and len(seen) > 3:
-        left, _, right = np.linalg.svd((there - there.mean(axis=0)).T @ (seen - seen.mean(axis=0)))
+    if estimated and len(measured) > 3:
+        left, _, right = np.linalg.svd((there - there.mean(axis=0)).T @ (measured - measured.mean(axis=0)))
         turn = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
-        seen = (seen - seen.mean(axis=0)) @ turn.T + there.mean(axis=0)
-    return float(np.median(np.linalg.norm(there - seen, axis=1)))
+        measured = (measured - measured.mean(axis=0)) @ turn.T + there.mean(axis=0)
+    return float(np.median(np.linalg.norm(there - measured, axis=1)))
 
 
 def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floats, Floats]]:
@@ -288,16 +290,16 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
             if order == (0, 1, 2) and signs == (1.0, 1.0, 1.0):
                 continue
             axes = ", ".join(f"{'-' if s < 0 else ''}{'XYZ'[k]}" for k, s in zip(order, signs, strict=True))
-            seen = (own[:, order] * np.array(signs)) @ there[:3, :3].T + there[:3, 3]
+            measured = (own[:, order] * np.array(signs)) @ there[:3, :3].T + there[:3, 3]
             yield (
                 f"the tracker's axes as ({axes})",
                 "correct the order of position's columns, or the frame",
                 joints,
-                seen,
+                measured,
             )
     for factor, unit in ((1e-3, "mm"), (1e3, "m")):
-        seen = (own * factor) @ there[:3, :3].T + there[:3, 3]
-        yield f"positions in {unit}", f'write units = {{ position = "{unit}" }}', joints, seen
+        measured = (own * factor) @ there[:3, :3].T + there[:3, 3]
+        yield f"positions in {unit}", f'write units = {{ position = "{unit}" }}', joints, measured
     yield (
         "the tracker's frame the other way round",
         "frames.tracker is where the tracker stands seen from the base, not the base seen from the tracker",
@@ -314,10 +316,10 @@ def _check_orientation(
         return []
     _, rotation = attached_poses(chain, chain.model_angles(states.joints), states.setup.targets[0])
     there = states.setup.base_from_tracker[:3, :3]
-    seen = there.T @ states.rotation[:, 0]
-    if len(states) > 1 and _mounting_spread(rotation, there @ seen) <= TURNED_RAD:
+    measured = there.T @ states.rotation[:, 0]
+    if len(states) > 1 and _mounting_spread(rotation, there @ measured) <= TURNED_RAD:
         return []
-    quaternion = quaternion_from_rotation(seen)
+    quaternion = quaternion_from_rotation(measured)
     orders = {"x, y, z, w": quaternion[:, [3, 0, 1, 2]], "inverted": quaternion * np.array([1.0, -1.0, -1.0, -1.0])}
     reason = f"positions meet kinematics, orientations are off by {np.degrees(match.turned_rad):.0f}°"
     for words, values in orders.items():
@@ -328,7 +330,7 @@ def _check_orientation(
     return [Fault(file, "quaternion_wxyz", reason, "check the quaternion's columns and the tracker's frame")]
 
 
-def _mounting_spread(computed: Floats, seen: Floats) -> float:
+def _mounting_spread(computed: Floats, measured: Floats) -> float:
     """Return how much the target's orientation on the robot differs from state to state, rad."""
-    mounting = np.swapaxes(computed, -1, -2) @ seen
+    mounting = np.swapaxes(computed, -1, -2) @ measured
     return float(np.max(np.linalg.norm(rotation_vector(mounting @ mounting[0].T), axis=1)))

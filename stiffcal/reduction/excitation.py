@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.bounded import least_squares_within
+from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-from stiffcal.reduction.motion import mean_seen, motion_of
+from stiffcal.reduction.motion import mean_measured, motion_of
 
 Floats = NDArray[np.float64]
 
@@ -49,12 +49,12 @@ def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
     names = chain.joint_names
     if len(used) == 0 or not used.setup.targets or not np.any(used.wrench):
         return [JointExcitation(name, 0.0, np.nan, False, "no load was applied yet") for name in names]
-    torque, design, seen = _first_order(used, chain)
+    torque, design, measured = _first_order(used, chain)
     largest = np.abs(torque).max(axis=0)
     sees = largest > NO_TORQUE * largest.max()
     if not sees.any():  # every axis runs along or through every force
         return [_verdict(name, float(largest[k]), np.nan, False) for k, name in enumerate(names)]
-    relative = _relative_std(design[:, sees], seen)
+    relative = _relative_std(design[:, sees], measured)
     told = np.full(largest.size, np.nan)
     told[sees] = relative
     return [_verdict(name, float(largest[k]), float(told[k]), bool(sees[k])) for k, name in enumerate(names)]
@@ -72,26 +72,26 @@ def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floa
     drives = chain.drive_axes
     torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench) @ drives
     motion = motion_of(states, chain, every=True)
-    columns, seen = (motion.columns(states, chain) @ drives) * torque[:, None, :], motion.seen
+    columns, measured = (motion.columns(states, chain) @ drives) * torque[:, None, :], motion.measured
     if not states.deflection_given:
         for own in members_of(states.run):
             torque[own] -= torque[own].mean(axis=0)
             columns[own] -= columns[own].mean(axis=0)
-            seen[own] -= mean_seen(seen[own])
-    rows = np.isfinite(seen).ravel()
-    return torque, columns.reshape(-1, columns.shape[2])[rows], seen.ravel()[rows]
+            measured[own] -= mean_measured(measured[own])
+    rows = np.isfinite(measured).ravel()
+    return torque, columns.reshape(-1, columns.shape[2])[rows], measured.ravel()[rows]
 
 
-def _relative_std(design: Floats, seen: Floats) -> Floats:
+def _relative_std(design: Floats, measured: Floats) -> Floats:
     """Return standard uncertainty over value of non-negative compliances, errors scaled by what is left."""
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
     gram, right = np.linalg.qr(design / scale)
     zero = np.zeros(right.shape[1])
-    value, _ = least_squares_within(right, gram.T @ seen, zero, zero + np.inf)
+    value, _ = least_squares_within(right, gram.T @ measured, zero, zero + np.inf)
     free = design.shape[0] - design.shape[1]
     if free <= 0:
         return np.full(design.shape[1], np.inf)
-    left = seen - design / scale @ value
+    left = measured - design / scale @ value
     variance = float(left @ left) / free
     _, singular, turned = np.linalg.svd(right)
     safe = np.where(singular > 1e-9 * singular[0], singular, np.nan)

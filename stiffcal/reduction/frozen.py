@@ -21,7 +21,7 @@ LEAST_READINGS = 30
 
 
 @dataclass
-class FrozenWatch:
+class FrozenChannels:
     """Watch one group of channels (k, n) batch by batch: rows in which all of them stay the same.
 
     Attributes

@@ -65,7 +65,7 @@ class Rows:
 
 
 def read_rows(
-    folder: Path, name: str, source: Source, files: Mapping[str, str], watch: Callable[[Rows], None] | None = None
+    folder: Path, name: str, source: Source, files: Mapping[str, str], observer: Callable[[Rows], None] | None = None
 ) -> Iterator[Rows]:
     """Yield the rows of a source, streamed.
 
@@ -73,7 +73,7 @@ def read_rows(
     ----------
     folder : the campaign folder. name : the source's name, for messages.
     files : signal name to file; ``""`` for a file that holds all signals.
-    watch : called with all rows as they come; it may raise.
+    observer : called with all rows as they come; it may raise.
 
     Raises
     ------
@@ -85,8 +85,8 @@ def read_rows(
     for batch in _batches(folder, source, files):
         _check_sizes(batch, files)
         rows = rows_of(source, batch, name)
-        if watch is not None:
-            watch(rows)
+        if observer is not None:
+            observer(rows)
         yield rows
 
 

@@ -20,12 +20,12 @@ class Motion:
 
     Attributes
     ----------
-    seen : (n, k) m, NaN where not measured; an offset per run is without meaning.
+    measured : (n, k) m, NaN where not measured; an offset per run is without meaning.
     axes : (n, k, 3) the direction that each component is counted along, base axes.
     target : k indices of targets.
     """
 
-    seen: Floats
+    measured: Floats
     axes: Floats
     target: tuple[int, ...]
 
@@ -39,7 +39,7 @@ class Motion:
 
     def since(self, reference: NDArray[np.int64]) -> Floats:
         """Return (n, 3) the displacement since each state's reference, base axes; zero across what is not measured."""
-        moved = np.nan_to_num(self.seen - self.seen[reference])
+        moved = np.nan_to_num(self.measured - self.measured[reference])
         return np.asarray(np.einsum("nk,nki->ni", moved, self.axes))
 
 
@@ -54,18 +54,18 @@ def motion_of(states: LoadStates, chain: Chain, every: bool = False) -> Motion:
     if states.has_poses or not states.setup.gauges:
         whole = states.deflection[:, :, :3] if states.deflection_given else states.position
         count = whole.shape[1] if every else 1
-        seen = whole[:, :count].reshape(n, 3 * count).copy()
+        measured = whole[:, :count].reshape(n, 3 * count).copy()
         axes = np.broadcast_to(np.tile(np.eye(3), (count, 1)), (n, 3 * count, 3))
-        return Motion(seen, axes, tuple(np.repeat(np.arange(count), 3).tolist()))
+        return Motion(measured, axes, tuple(np.repeat(np.arange(count), 3).tolist()))
     return Motion(
         states.displacement.copy(), gauge_directions(states, chain), tuple(g.target for g in states.setup.gauges)
     )
 
 
-def mean_seen(seen: Floats) -> Floats:
+def mean_measured(measured: Floats) -> Floats:
     """Return (k,) the mean of what was seen, NaN (without a warning) where nothing was."""
-    count = np.isfinite(seen).sum(axis=0)
-    return np.asarray(np.where(count > 0, np.nansum(seen, axis=0) / np.maximum(count, 1), np.nan))
+    count = np.isfinite(measured).sum(axis=0)
+    return np.asarray(np.where(count > 0, np.nansum(measured, axis=0) / np.maximum(count, 1), np.nan))
 
 
 def gauge_directions(states: LoadStates, chain: Chain) -> Floats:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stiffcal.errors import Fault, InputError
 from stiffcal.measurements.load_states import members_of
-from stiffcal.reduction.frozen import FrozenWatch
+from stiffcal.reduction.frozen import FrozenChannels
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ SATURATED = 20  # readings in a row at the very same extreme
 
 
 @dataclass
-class LogWatch:
+class LogQuality:
     """Watch one log while it streams past.
 
     Attributes
@@ -66,7 +66,7 @@ class LogWatch:
     high: dict[str, Floats] = field(default_factory=dict)
     at_high: dict[str, NDArray[np.int64]] = field(default_factory=dict)
     gaps: list[tuple[float, float]] = field(default_factory=list)
-    frozen: dict[tuple[str, int], FrozenWatch] = field(default_factory=dict)
+    frozen: dict[tuple[str, int], FrozenChannels] = field(default_factory=dict)
 
     def see(self, number: NDArray[np.int64], time: Floats, signals: dict[str, Floats]) -> None:
         """Look at a batch: rows' numbers (n,), time (n,) s, signals name to (c, n) in SI.
@@ -144,7 +144,7 @@ class LogWatch:
         else:
             return
         for k, group in enumerate(groups):
-            self.frozen.setdefault((name, k), FrozenWatch()).see(number, values[group])
+            self.frozen.setdefault((name, k), FrozenChannels()).see(number, values[group])
 
     def _see_ends(self, name: str, values: Floats, low: Floats, high: Floats) -> None:
         if name not in self.low:
@@ -211,15 +211,15 @@ class LogWatch:
                 told.append(f"{file}: {self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}")
         ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
         stuck = {key: watch for key, watch in self.frozen.items() if watch.frozen}
-        told += [self._told_of_end(int(k), stuck.pop(("wrench", int(k)), None)) for k in ends]
-        return told + [self._told_of_frozen(name, channel, watch) for (name, channel), watch in stuck.items()]
+        told += [self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)) for k in ends]
+        return told + [self._frozen_remark(name, channel, watch) for (name, channel), watch in stuck.items()]
 
     def dead(self) -> list[int]:
         """Return the channels of the wrench that read zero all through the log, and nothing else."""
         low, high = self.low.get("wrench", np.zeros(0)), self.high.get("wrench", np.zeros(0))
         return [int(k) for k in np.flatnonzero((low == 0.0) & (high == 0.0))] if self.n_rows > SATURATED else []
 
-    def told_of_dead(self, k: int) -> str:
+    def dead_channel_remark(self, k: int) -> str:
         """Return what is said of a dead channel that is alive in other logs."""
         file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         return (
@@ -227,7 +227,7 @@ class LogWatch:
             "stands: see to the sensor, or leave this run out"
         )
 
-    def _told_of_end(self, k: int, watch: FrozenWatch | None) -> str:
+    def _end_remark(self, k: int, watch: FrozenChannels | None) -> str:
         file, place = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         what, times = self._column("wrench", k), int(self.at_high["wrench"][k])
         ends = (self.low["wrench"][k], self.high["wrench"][k])
@@ -238,7 +238,7 @@ class LogWatch:
             )
         return f"{file}: {what} stays at its extreme over {_rows(watch, place)}: saturated? {_AS_THEY_STAND}"
 
-    def _told_of_frozen(self, name: str, k: int, watch: FrozenWatch) -> str:
+    def _frozen_remark(self, name: str, k: int, watch: FrozenChannels) -> str:
         file, place = self.elsewhere.get(name, (self.file, self.place_of_row))
         target = name.split(".")[0] in ("position", "marker")
         what = f"the position ({', '.join(self.columns.get(name, ()))})" if target else self._column(name, k)
@@ -246,7 +246,7 @@ class LogWatch:
         return f"{file}: {what} does not change over {_rows(watch, place)}: {end}; {_AS_THEY_STAND}"
 
 
-def _rows(watch: FrozenWatch, place: Callable[[int], str]) -> str:
+def _rows(watch: FrozenChannels, place: Callable[[int], str]) -> str:
     """Return how long a row of equal readings is and where: places in the file, and rows as [[exclude]] counts them."""
     first, last = watch.first, watch.last
     return f"{watch.longest} readings, {place(first)} to {place(last)} (rows {first}-{last})"

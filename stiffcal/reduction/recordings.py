@@ -14,7 +14,7 @@ from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clock_course import clock_courses
 from stiffcal.reduction.clocks import ClockOffset, SharedSignal, align_clocks, moves
 from stiffcal.reduction.holds import BRIEF, Dropped, Holds, find_holds
-from stiffcal.reduction.states import Gathered
+from stiffcal.reduction.states import RawStates
 from stiffcal.reduction.swept_loads import find_sweeps, is_swept
 
 Floats = NDArray[np.float64]
@@ -26,7 +26,7 @@ _SHARED = ("wrench", "position.", "marker.", "lengths.", "displacement.", "joint
 STANDING_RAD = 1e-4
 JUMP_S = 1.0  # from one block to the next: a pause, or a clock that was set
 MISSED = 0.25  # of the holds, outside of a device's log: more is hardly an early end of logging
-LEAST_SEEN = 0.5  # of a hold, by every device: less is no state
+LEAST_EXCITED = 0.5  # of a hold, by every device: less is no state
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class ReducedRun:
     passes : of a load that was swept: how often it went from one turning point to the next; 0 where it was held.
     """
 
-    states: Gathered
+    states: RawStates
     clocks: dict[str, ClockOffset]
     holds: Holds
     dropped: tuple[Dropped, ...]
@@ -98,7 +98,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         # what the device saw of a hold is averaged, unless it missed the better half
         start = np.maximum(holds.start, blocks.start[0] - ahead)
         end = np.minimum(holds.end, blocks.end[-1] - ahead + blocks.interval)
-        seen = end - start >= LEAST_SEEN * (holds.end - holds.start)
+        seen = end - start >= LEAST_EXCITED * (holds.end - holds.start)
         for k in np.flatnonzero(keep & ~seen):
             dropped.append(Dropped(float(holds.start[k]), float(holds.end[k]), f"{source} was not logging"))
         if (~seen).sum() > MISSED * len(holds):
@@ -120,7 +120,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes)
 
 
-def beginning(run: Run, logs: Mapping[str, Blocks]) -> Gathered:
+def beginning(run: Run, logs: Mapping[str, Blocks]) -> RawStates:
     """Return one state from the beginning of each log: for a quick look, before a run has ended."""
     placed: list[tuple[str, Blocks, float | None]] = [
         (source, blocks, blocks.start[0] - next(iter(logs.values())).start[0]) for source, blocks in logs.items()
@@ -219,7 +219,7 @@ def _with_brief_ones(holds: Holds) -> tuple[Holds, NDArray[np.bool_]]:
 
 def _averaged(
     run: Run, holds: Holds, numbers: NDArray[np.int64], placed: list[tuple[str, Blocks, float | None]]
-) -> Gathered:
+) -> RawStates:
     """Average every signal over every hold."""
     signals: dict[str, Floats] = {}
     scatter: dict[str, Floats] = {}
@@ -231,7 +231,7 @@ def _averaged(
         scatter |= spreads
         if ahead is not None:
             n_readings = np.minimum(n_readings, counts)
-    return Gathered(
+    return RawStates(
         run=[run.id] * numbers.size,
         number=numbers + 1,
         time=0.5 * (start + end),

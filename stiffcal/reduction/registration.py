@@ -214,9 +214,9 @@ class _Problem:
                 break
         else:
             self._refuse(f"do not settle in {MOST_ROUNDS} steps")
-        return self._told(covariance, n_poses)
+        return self._identified(covariance, n_poses)
 
-    def _told(self, covariance: Floats, n_poses: int) -> Registration:
+    def _identified(self, covariance: Floats, n_poses: int) -> Registration:
         spread = np.sqrt(np.diag(covariance))
         uncertainty = {name: np.full(6, np.nan) for name in self.names}
         for (name, k), value in zip(self.free, spread, strict=True):

@@ -31,15 +31,15 @@ def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml"
     if not states.deflection_given or not states.has_poses or n < 2 * LEAST_ROWS:
         return []
     reading, per_reading, columns = _springs(states, chain)
-    seen = motion_of(states, chain, every=True).seen
+    measured = motion_of(states, chain, every=True).measured
     size = float(np.linalg.norm(states.wrench[:, :3], axis=1).max())
-    rows = np.isfinite(seen)
+    rows = np.isfinite(measured)
     free = int(rows.sum()) - columns.shape[2] - reading.shape[1] - 1
     if free < 1 or size == 0.0:
         return []
-    seen, columns = np.where(rows, seen, 0.0), np.where(rows[:, :, None], columns, 0.0)
-    unchanged = _left(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], seen)
-    start, step, left = _best_step(reading, per_reading, columns, seen)
+    measured, columns = np.where(rows, measured, 0.0), np.where(rows[:, :, None], columns, 0.0)
+    unchanged = _left(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], measured)
+    start, step, left = _best_step(reading, per_reading, columns, measured)
     sure = (unchanged - left) / (reading.shape[1] + 1) > SURE * left / free
     if not sure or left > MENDED * unchanged or np.linalg.norm(step[:3]) < LEAST_STEP * size:
         return []
@@ -66,7 +66,7 @@ def _springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
     return states.wrench[:, :known], (drives.T @ torque)[:, :, :known], motion.columns(states, chain) @ drives
 
 
-def _best_step(reading: Floats, per_reading: Floats, columns: Floats, seen: Floats) -> tuple[int, Floats, float]:
+def _best_step(reading: Floats, per_reading: Floats, columns: Floats, measured: Floats) -> tuple[int, Floats, float]:
     """Return from which row on which step explains most, and what is left: no end where it does not settle."""
     n, q = reading.shape
     starts = np.unique(np.linspace(LEAST_ROWS, n - LEAST_ROWS, min(MOST_STARTS, n)).astype(np.int64))
@@ -75,16 +75,16 @@ def _best_step(reading: Floats, per_reading: Floats, columns: Floats, seen: Floa
         before, at = step, start
         after = (np.arange(n) >= start)[:, None]
         design = columns * (per_reading @ np.where(after, reading - step, reading)[:, :, None])[:, None, :, 0]
-        compliance = _solved(design.reshape(-1, design.shape[2]), seen.ravel())
+        compliance = _solved(design.reshape(-1, design.shape[2]), measured.ravel())
         # what one unit of each reading does with these springs; products of the two unknowns are met by the turns
         give = (columns * compliance) @ per_reading
-        start, step, left = _scan(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], -give, seen, starts)
+        start, step, left = _scan(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], -give, measured, starts)
         if start == at and np.linalg.norm(step - before) <= SETTLED * np.linalg.norm(step):
             return start, step, left
     return start, step, np.inf
 
 
-def _scan(springs: Floats, give: Floats, seen: Floats, starts: NDArray[np.int64]) -> tuple[int, Floats, float]:
+def _scan(springs: Floats, give: Floats, measured: Floats, starts: NDArray[np.int64]) -> tuple[int, Floats, float]:
     """Fit compliances and one step, for every start: springs (n, 3, J), give (n, 3, q), seen (n, 3)."""
     J, q = springs.shape[2], give.shape[2]
     scale = np.maximum(np.sqrt(np.einsum("ncj,ncj->j", springs, springs)), 1e-300)
@@ -101,17 +101,17 @@ def _scan(springs: Floats, give: Floats, seen: Floats, starts: NDArray[np.int64]
     normal[:, :J, J:] = from_each_start_on(np.einsum("ncj,ncq->njq", springs, give))
     normal[:, J:, :J] = normal[:, :J, J:].swapaxes(1, 2)
     normal[:, J:, J:] = from_each_start_on(np.einsum("ncp,ncq->npq", give, give))
-    right[:, :J] = np.einsum("ncj,nc->j", springs, seen)
-    right[:, J:] = from_each_start_on(np.einsum("ncq,nc->nq", give, seen))
+    right[:, :J] = np.einsum("ncj,nc->j", springs, measured)
+    right[:, J:] = from_each_start_on(np.einsum("ncq,nc->nq", give, measured))
     normal += 1e-10 * np.eye(J + q)
     found = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
-    left = float(np.sum(seen**2)) - np.einsum("sk,sk->s", found, right)
+    left = float(np.sum(measured**2)) - np.einsum("sk,sk->s", found, right)
     k = int(np.argmin(left))
     return int(starts[k]), found[k, J:] / size, max(float(left[k]), 1e-300)
 
 
-def _left(design: Floats, seen: Floats) -> float:
-    design, wanted = design.reshape(-1, design.shape[2]), seen.ravel()
+def _left(design: Floats, measured: Floats) -> float:
+    design, wanted = design.reshape(-1, design.shape[2]), measured.ravel()
     return float(np.sum((wanted - design @ _solved(design, wanted)) ** 2))
 
 

@@ -29,7 +29,7 @@ STANDARD_GRAVITY = 9.80665  # m/s², where the robot file's gravity has no lengt
 
 
 @dataclass(frozen=True)
-class Gathered:
+class RawStates:
     """n states of one campaign, signal by signal, before they become load states.
 
     Attributes
@@ -53,18 +53,18 @@ class Gathered:
     set_aside: list[str]
 
 
-def no_states() -> Gathered:
+def no_states() -> RawStates:
     """Return the states of a campaign that holds none: its runs are of other kinds."""
     nothing = np.zeros(0)
-    return Gathered([], np.zeros(0, dtype=np.int64), nothing, nothing, {}, {}, np.zeros(0, dtype=np.int64), [])
+    return RawStates([], np.zeros(0, dtype=np.int64), nothing, nothing, {}, {}, np.zeros(0, dtype=np.int64), [])
 
 
 def tabled_states(
-    folder: Path, manifest: Manifest, watch: Callable[[str, str, Rows], None] | None = None
-) -> Gathered | None:
+    folder: Path, manifest: Manifest, observer: Callable[[str, str, Rows], None] | None = None
+) -> RawStates | None:
     """Read the sources that hold one row per load state; None where there is none.
 
-    `watch` is called with source, file and rows as they come, and may raise. Several such sources go together row by
+    `observer` is called with source, file and rows as they come, and may raise. Several such sources go together row by
     row within each run.
 
     Raises
@@ -72,14 +72,14 @@ def tabled_states(
     InputError
         Tables do not fit together, a file is faulty, time runs backwards.
     """
-    gathered: Gathered | None = None
+    gathered: RawStates | None = None
     for name, source in manifest.sources.items():
         if not source.is_states:
             continue
         parts = []
         for run, files in _files(manifest, name):
             shown = next(iter(files.values()), "")
-            seen = None if watch is None else partial(watch, name, shown)
+            seen = None if observer is None else partial(observer, name, shown)
             rows = _joined(list(read_rows(folder, name, source, files, seen)))
             parts.append(_labelled(manifest, name, run, rows, shown))
             _check_order(parts[-1], shown, partial(_place, folder, source, files))
@@ -105,7 +105,7 @@ def _joined(parts: Sequence[Rows]) -> Rows:
     )
 
 
-def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown: str) -> Gathered:
+def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown: str) -> RawStates:
     """Give every row its run, its exclusion, and states first."""
     source = manifest.sources[name]
     n = len(rows)
@@ -135,7 +135,7 @@ def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown:
             if int(rows.number[k]) in rows_out and exclusion.run in (None, labels[k]):
                 reasons[k] = f"excluded in the manifest: {exclusion.why}"
     hold = rows.signals["hold"][0] if "hold" in rows.signals else np.full(n, np.nan)
-    gathered = Gathered(
+    gathered = RawStates(
         labels, rows.number, rows.time, hold,
         {signal: np.ascontiguousarray(values.T) for signal, values in rows.signals.items() if signal != "hold"},
         {}, np.ones(n, dtype=np.int64), reasons,
@@ -143,7 +143,7 @@ def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown:
     return _by_run(gathered)
 
 
-def _by_run(gathered: Gathered) -> Gathered:
+def _by_run(gathered: RawStates) -> RawStates:
     """Bring the states of each run together, order within a run kept."""
     first: dict[str, int] = {}
     for name in gathered.run:
@@ -153,7 +153,7 @@ def _by_run(gathered: Gathered) -> Gathered:
     return pick(gathered, order)
 
 
-def _check_order(states: Gathered, shown: str, place: Callable[[int], str]) -> None:
+def _check_order(states: RawStates, shown: str, place: Callable[[int], str]) -> None:
     """Raise where time runs backwards within a run."""
     same = np.array([a == b for a, b in pairwise(states.run)], dtype=np.bool_)
     back = np.flatnonzero(same & (np.diff(states.time) < 0.0))
@@ -170,10 +170,10 @@ def _place(folder: Path, source: Source, files: Mapping[str, str], row: int) -> 
     return place_of_row(folder, source, files[""], row) if "" in files else f"data row {row}"
 
 
-def pick(gathered: Gathered, chosen: Integers | Booleans) -> Gathered:
+def pick(gathered: RawStates, chosen: Integers | Booleans) -> RawStates:
     """Return the states at the indices, or where the mask is True."""
     indices = np.arange(len(gathered.run))[chosen]
-    return Gathered(
+    return RawStates(
         run=[gathered.run[k] for k in indices],
         number=gathered.number[indices],
         time=gathered.time[indices],
@@ -185,15 +185,15 @@ def pick(gathered: Gathered, chosen: Integers | Booleans) -> Gathered:
     )
 
 
-def of_run(gathered: Gathered, name: str) -> Gathered:
+def of_run(gathered: RawStates, name: str) -> RawStates:
     """Return the states of one run alone."""
     return pick(gathered, np.array([run == name for run in gathered.run], dtype=np.bool_))
 
 
-def _stacked(parts: Sequence[Gathered]) -> Gathered:
+def _stacked(parts: Sequence[RawStates]) -> RawStates:
     if len(parts) == 1:
         return parts[0]
-    return Gathered(
+    return RawStates(
         run=[name for part in parts for name in part.run],
         number=np.concatenate([part.number for part in parts]),
         time=np.concatenate([part.time for part in parts]),
@@ -205,7 +205,7 @@ def _stacked(parts: Sequence[Gathered]) -> Gathered:
     )
 
 
-def stacked(parts: Sequence[Gathered]) -> Gathered:
+def stacked(parts: Sequence[RawStates]) -> RawStates:
     """Return the states of several runs one after the other; a signal that one of them lacks is NaN there."""
     return _stacked(parts)
 
@@ -220,7 +220,7 @@ def _stacked_signals(parts: Sequence[Mapping[str, Floats]], counts: Sequence[int
     }
 
 
-def _beside(one: Gathered, other: Gathered, source: str) -> Gathered:
+def _beside(one: RawStates, other: RawStates, source: str) -> RawStates:
     """Put the signals of a second table beside the first's, row by row; below it where it holds other runs."""
     if not set(one.run) & set(other.run):
         return _stacked([one, other])
@@ -236,7 +236,7 @@ def _beside(one: Gathered, other: Gathered, source: str) -> Gathered:
     )
 
 
-def load_states(gathered: Gathered, manifest: Manifest, chain: Chain, setup: MeasurementSetup) -> LoadStates:
+def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: MeasurementSetup) -> LoadStates:
     """Turn gathered states into load states: base axes, wrench on the robot, references marked.
 
     Raises
@@ -254,7 +254,7 @@ def load_states(gathered: Gathered, manifest: Manifest, chain: Chain, setup: Mea
             "add it to [[runs]], or leave [[runs]] out where a table names the runs",
         )  # fmt: skip
     run = np.array([names.index(name) for name in gathered.run], dtype=np.int64)
-    position, rotation, markers_seen = _poses(gathered, manifest, setup)
+    position, rotation, markers_measured = _poses(gathered, manifest, setup)
     deflection = _deflections(gathered, manifest, setup)
     states = LoadStates(
         runs=tuple(_run_info(name, written.get(name)) for name in names),
@@ -276,7 +276,7 @@ def load_states(gathered: Gathered, manifest: Manifest, chain: Chain, setup: Mea
         setup=setup,
         lengths=_side_by_side(gathered, [f"lengths.{rod}" for rod in setup.rod_names]),
         displacement=_side_by_side(gathered, [f"displacement.{gauge.name}" for gauge in setup.gauges]),
-        markers_seen=markers_seen,
+        markers_measured=markers_measured,
     )
     if states.deflection_given:
         return states
@@ -290,7 +290,7 @@ def _run_info(name: str, run: Run | None) -> RunInfo:
     return RunInfo(name, run.experiment, run.holdout, run.tags, run.compensation == "on", run.fixture_compliance)
 
 
-def _joints(gathered: Gathered, chain: Chain, written: Mapping[str, Run]) -> Floats:
+def _joints(gathered: RawStates, chain: Chain, written: Mapping[str, Run]) -> Floats:
     """Return (n, L) logged angles, rad: from the log, else the run's nominal ones."""
     n_logged = chain.coupling.shape[1]
     joints = gathered.signals.get("joints", np.full((len(gathered.run), n_logged), np.nan)).copy()
@@ -307,7 +307,7 @@ def _joints(gathered: Gathered, chain: Chain, written: Mapping[str, Run]) -> Flo
     return joints
 
 
-def _wrench(gathered: Gathered, chain: Chain) -> Floats:
+def _wrench(gathered: RawStates, chain: Chain) -> Floats:
     """Return (n, 6) on the robot: as measured, else the weight of a known mass, else none."""
     n = len(gathered.run)
     if "wrench" in gathered.signals:
@@ -318,13 +318,13 @@ def _wrench(gathered: Gathered, chain: Chain) -> Floats:
     return np.zeros((n, 6))
 
 
-def _poses(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> tuple[Floats, Floats, Booleans]:
+def _poses(gathered: RawStates, manifest: Manifest, setup: MeasurementSetup) -> tuple[Floats, Floats, Booleans]:
     """Return positions (n, B, 3) and rotations (n, B, 3, 3) in base axes, and (n, B, K) which points were seen."""
     n, n_targets = len(gathered.run), len(setup.targets)
     position = np.full((n, n_targets, 3), np.nan)
     rotation = np.full((n, n_targets, 3, 3), np.nan)
     most = max((len(markers.names) for markers in setup.markers if markers is not None), default=0)
-    markers_seen = np.zeros((n, n_targets, most), dtype=np.bool_)
+    markers_measured = np.zeros((n, n_targets, most), dtype=np.bool_)
     turn, shift = setup.base_from_tracker[:3, :3], setup.base_from_tracker[:3, 3]
     poses: dict[str, Pose] = {}
     for source in manifest.sources.values():
@@ -337,7 +337,7 @@ def _poses(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> t
         if markers is not None:
             shown = np.stack([gathered.signals[f"marker.{body}.{name}"] for name in markers.names], axis=1)
             seen, turned, shows = fitted_poses(markers, shown)
-            markers_seen[:, b, : shows.shape[1]] = shows
+            markers_measured[:, b, : shows.shape[1]] = shows
         else:
             missing = np.full((n, 3), np.nan)
             seen = gathered.signals.get(f"position.{body}", missing)
@@ -345,10 +345,10 @@ def _poses(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> t
             turned = np.full((n, 3, 3), np.nan) if quaternion is None else rotation_from_quaternion(quaternion)
         position[:, b] = seen @ turn.T + shift
         rotation[:, b] = turn @ turned
-    return position, rotation, markers_seen
+    return position, rotation, markers_measured
 
 
-def _deflections(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup) -> Floats:
+def _deflections(gathered: RawStates, manifest: Manifest, setup: MeasurementSetup) -> Floats:
     """Return (n, B, 6) displacements already taken, base axes; NaN where there are none."""
     deflection = np.full((len(gathered.run), len(setup.targets), 6), np.nan)
     if "translation" not in gathered.signals:
@@ -362,14 +362,14 @@ def _deflections(gathered: Gathered, manifest: Manifest, setup: MeasurementSetup
     return deflection
 
 
-def _side_by_side(gathered: Gathered, signals: Sequence[str]) -> Floats:
+def _side_by_side(gathered: RawStates, signals: Sequence[str]) -> Floats:
     """Return (n, c) of signals of one channel each; NaN where a run does not log one."""
     nothing = np.full((len(gathered.run), 1), np.nan)
     found = [gathered.signals.get(signal, nothing) for signal in signals]
     return np.concatenate(found, axis=1) if found else np.zeros((len(gathered.run), 0))
 
 
-def _scatter(gathered: Gathered, setup: MeasurementSetup) -> Floats:
+def _scatter(gathered: RawStates, setup: MeasurementSetup) -> Floats:
     """Return (n, B, 3) standard deviation of single positions within the hold, base axes.
 
     Noise is taken as alike along the instrument's axes as far as turning goes: variances are turned, not covariances.

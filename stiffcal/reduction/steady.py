@@ -256,7 +256,7 @@ class Moved:
 
 
 @dataclass(frozen=True)
-class Reading:
+class SteadyTorque:
     """A pass reduced to a torque at a velocity over the stretch that its level shares."""
 
     moved: Moved
@@ -270,7 +270,7 @@ class Reading:
     set_aside: str
 
 
-def readings_of(passes: Sequence[Moved]) -> list[Reading]:
+def readings_of(passes: Sequence[Moved]) -> list[SteadyTorque]:
     """Bring passes at one speed together and average each over the stretch of angle that all of them cover.
 
     Parameters
@@ -281,7 +281,7 @@ def readings_of(passes: Sequence[Moved]) -> list[Reading]:
     -------
     One reading per pass, in the order given; those without a pass the other way, or off the stretch, say so.
     """
-    found: dict[int, Reading] = {}
+    found: dict[int, SteadyTorque] = {}
     for number, level in enumerate(_levels(passes)):
         members, short = _sharing([passes[k].held for k in level])
         chosen = [level[k] for k in members]
@@ -296,7 +296,7 @@ def readings_of(passes: Sequence[Moved]) -> list[Reading]:
     return [found[k] for k in range(len(passes))]
 
 
-def _reading(moved: Moved, stretch: int, low: float, high: float, why: str) -> Reading:
+def _reading(moved: Moved, stretch: int, low: float, high: float, why: str) -> SteadyTorque:
     """Average a pass between two angles, to a fraction of a sample: weight must be alike in both directions."""
     held = moved.held
     slope = _slope(held.time, held.angle)
@@ -310,7 +310,7 @@ def _reading(moved: Moved, stretch: int, low: float, high: float, why: str) -> R
         torque = float(held.torque.mean())
     inside = held.torque[(held.time >= start) & (held.time <= end)]
     scatter = float(inside.std(ddof=1)) if inside.size > 1 else 0.0
-    return Reading(moved, stretch, low, high, held.velocity, torque, scatter, int(inside.size), why)
+    return SteadyTorque(moved, stretch, low, high, held.velocity, torque, scatter, int(inside.size), why)
 
 
 def _levels(passes: Sequence[Moved]) -> list[list[int]]:

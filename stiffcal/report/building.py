@@ -111,5 +111,5 @@ def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:
 
 
 def _write_whole(output: Path, content: bytes) -> None:
-    with replacing(output) as beside:
-        beside.write_bytes(content)
+    with replacing(output) as temporary:
+        temporary.write_bytes(content)

@@ -137,7 +137,7 @@ class ReportStates:
     measured : (n, 3) m or (n, 6) m, rad, base axes: displacement since the run's reference; NaN where not seen.
     predicted : the same shape; the fit's model at these states, the run's own offset (the reference reading's error)
         added, so that measured minus predicted is the fit's residual.
-    predicted_unseen : the same shape, the run's offset added; each run by a fit that has not seen its pose; None where
+    predicted_heldout : the same shape, the run's offset added; each run by a fit that has not seen its pose; None where
         not validated.
     set_aside : (n,) why a state was not used, "" where it was. Such states are drawn as crosses.
     reference : (n,) True for the run's reference state; it carries no information of its own.
@@ -152,7 +152,7 @@ class ReportStates:
     branch: Strings
     measured: Floats
     predicted: Floats
-    predicted_unseen: Floats | None = None
+    predicted_heldout: Floats | None = None
     set_aside: Strings | None = None
     reference: NDArray[np.bool_] | None = None
     along: Floats | None = None
@@ -184,7 +184,7 @@ class ReportStates:
     @property
     def best_prediction(self) -> Floats:
         """The prediction for unseen poses where there is one, else the fit's."""
-        return self.predicted if self.predicted_unseen is None else self.predicted_unseen
+        return self.predicted if self.predicted_heldout is None else self.predicted_heldout
 
     @property
     def residual(self) -> Floats:
@@ -193,7 +193,7 @@ class ReportStates:
 
 
 @dataclass(frozen=True)
-class Driver:
+class ResidualCovariate:
     """Something a residual might follow: a joint torque, time, a temperature.
 
     Attributes
@@ -314,7 +314,7 @@ class ReportContent:
     ingest: Document | None = None
     instruments: tuple[Instrument, ...] = ()
     set_aside: tuple[SetAside, ...] = ()
-    drivers: tuple[Driver, ...] = ()
+    drivers: tuple[ResidualCovariate, ...] = ()
     load_paths: tuple[LoadPath, ...] = ()
     diagnose: Document | None = None
     not_diagnosed: str = "the model has not been diagnosed yet: run “stiffcal diagnose”"

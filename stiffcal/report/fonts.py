@@ -93,7 +93,7 @@ def _drawable_ticks(format_ticks: Callable[[Any], list[str]], values: Any) -> li
 
 
 @contextmanager
-def no_notices_of_fonts() -> Iterator[None]:
+def silence_font_notices() -> Iterator[None]:
     """Keep matplotlib from printing that a further font has another weight than DejaVu."""
     log = logging.getLogger("matplotlib.font_manager")
     before = log.level

@@ -21,8 +21,8 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import RZ, NodeLoads, StateOrder, joint_node, tool_node
 from stiffcal.model.equilibrium import Balance, NoBalanceError, law_terms, node_displacements, solve_balance
 from stiffcal.simulation.motion import MotionProgram, motion_program
-from stiffcal.simulation.play import Act, Played, ToolWeight
 from stiffcal.simulation.settings import FILE_NAME, Clamping
+from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
 
 Floats = NDArray[np.float64]
 
@@ -76,14 +76,14 @@ def sweep_program(clamping: Clamping, joints: Floats, moved: int) -> MotionProgr
     return motion_program(node, path, moved)
 
 
-def play_clamped(
-    robot: CompliantRobot, act: Act, frames: Mapping[str, Attachment], tool: ToolWeight, fixture: Floats
-) -> Played:
+def simulate_clamped(
+    robot: CompliantRobot, planned: PlannedRun, frames: Mapping[str, Attachment], tool: ToolWeight, fixture: Floats
+) -> TrueRun:
     """Play one clamped run.
 
     Parameters
     ----------
-    robot : chain and valued effects. act : its program is a motion; its load point is where the fixture holds.
+    robot : chain and valued effects. planned : its program is a motion; its load point is where the fixture holds.
     frames : the frames that instruments look at. tool : what hangs on the flange.
     fixture : (6, 6) compliance of the fixture, m/N and rad/(N·m), base axes.
 
@@ -92,12 +92,12 @@ def play_clamped(
     InputError
         No wrench is found that holds the flange in place.
     """
-    program = act.program
+    program = planned.program
     assert isinstance(program, MotionProgram)
     # Without a memory the same motor angles meet the same wrench: each place is solved once.
     some, again = _distinct(program.joints[:, program.moved - 1], robot.has_memory)
-    held = _Held(robot, _nodes_of(program, some), act.load_point, tool, fixture, int(again[0]))
-    wrench, balance = held.solve(act.name)
+    held = _Held(robot, _nodes_of(program, some), planned.load_point, tool, fixture, int(again[0]))
+    wrench, balance = held.solve(planned.name)
     later = np.append(True, np.diff(program.node) > 0.0)  # without a rest before or after, two nodes share a moment
     moving = np.gradient(program.joints[later], program.node[later], axis=0)[np.cumsum(later) - 1]
     drives = robot.chain.drive_axes
@@ -113,7 +113,7 @@ def play_clamped(
         start[:3, :3], start[:3, 3] = rotations[0], places[0]
         position[name], unloaded[name] = places, start
         turn[name] = vector_from_rotation(rotations @ rotations[0].T)
-    return Played(replace(act, program=done), program.node, position, turn, unloaded)
+    return TrueRun(replace(planned, program=done), program.node, position, turn, unloaded)
 
 
 def _distinct(place: Floats, each: bool) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

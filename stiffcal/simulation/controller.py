@@ -25,14 +25,14 @@ from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotat
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.simulation.correction import Correction
-from stiffcal.simulation.play import Played, Settle, ToolWeight, play
 from stiffcal.simulation.secant import SecantSteps
 from stiffcal.simulation.settings import FILE_NAME, Controller
+from stiffcal.simulation.true_motion import Settle, ToolWeight, TrueRun, play
 
 Floats = NDArray[np.float64]
 
 # The controller runs from before any log starts until after all have stopped, s.
-_RUNS_BESIDE = 5.0
+_NON_LOAD_RUNS = 5.0
 # Settled: the corrections are those for the force that they lead to, to a millionth of the largest.
 _SETTLED, _MOST_ROUNDS = 1e-6, 60
 
@@ -61,18 +61,18 @@ def controllers_model(robot: CompliantRobot, controller: Controller) -> Complian
 
 def compensated(
     robot: CompliantRobot,
-    played: Sequence[Played],
+    true_run: Sequence[TrueRun],
     controller: Controller,
     frames: Mapping[str, Attachment],
     tool: ToolWeight,
     settle: Settle | None = None,
-) -> list[Played]:
+) -> list[TrueRun]:
     """Return runs as they go with the controller correcting.
 
     Parameters
     ----------
     robot : as it really is.
-    played : the runs without correction.
+    true_run : the runs without correction.
     controller : its model, filter and delay.
     frames, tool, settle : as in `play`.
 
@@ -80,17 +80,17 @@ def compensated(
     ------
     InputError : the controller's settings do not fit the robot, or no correction agrees with the force of a guide.
     """
-    if not played:
+    if not true_run:
         return []
     model = controllers_model(robot, controller)
-    acts = [off.act for off in played]
-    offsets = _joined(_offsets(model, off, tool) for off in played)
+    planned_runs = [off.planned for off in true_run]
+    offsets = _joined(_offsets(model, off, tool) for off in true_run)
     # Where a guide pushes a displaced tool back, the correction changes the force that it is made for.
-    guided = any(act.loads.guide_N_per_m > 0.0 for act in acts)
+    guided = any(planned.loads.guide_N_per_m > 0.0 for planned in planned_runs)
     steps = SecantSteps(np.ones(len(offsets)), offsets.shape[1])
     for _ in range(_MOST_ROUNDS):
-        corrections = _by_run(played, offsets)
-        on_runs = play(robot, acts, frames, tool, settle, corrections)
+        corrections = _by_run(true_run, offsets)
+        on_runs = play(robot, planned_runs, frames, tool, settle, corrections)
         left = _joined(_offsets(model, on, tool) for on in on_runs) - offsets if guided else np.zeros_like(offsets)
         if np.abs(left).max(initial=0.0) <= _SETTLED * np.abs(offsets).max(initial=0.0):
             break
@@ -104,9 +104,9 @@ def compensated(
         )  # fmt: skip
     return [
         replace(
-            off, wrench=on.wrench, correction=_in_time(off, on, corrections[off.act.name], list(frames), controller)
+            off, wrench=on.wrench, correction=_in_time(off, on, corrections[off.planned.name], list(frames), controller)
         )
-        for off, on in zip(played, on_runs, strict=True)
+        for off, on in zip(true_run, on_runs, strict=True)
     ]
 
 
@@ -115,18 +115,18 @@ def _joined(parts: Iterable[Floats]) -> Floats:
     return np.concatenate(list(parts))
 
 
-def _by_run(played: Sequence[Played], offsets: Floats) -> dict[str, Floats]:
+def _by_run(true_run: Sequence[TrueRun], offsets: Floats) -> dict[str, Floats]:
     """Return run to (s, L), the other way round."""
-    ends = np.cumsum([run.node.size for run in played])[:-1]
-    return {run.act.name: part for run, part in zip(played, np.split(offsets, ends), strict=True)}
+    ends = np.cumsum([run.node.size for run in true_run])[:-1]
+    return {run.planned.name: part for run, part in zip(true_run, np.split(offsets, ends), strict=True)}
 
 
-def _offsets(model: CompliantRobot, played: Played, tool: ToolWeight) -> Floats:
+def _offsets(model: CompliantRobot, true_run: TrueRun, tool: ToolWeight) -> Floats:
     """Return (s, L) the joint offsets that the controller settles to at each solved place of a run.
 
     It keeps the frame that the load acts on, the tool, where the load found it.
     """
-    point = played.act.load_point
+    point = true_run.planned.load_point
     setup = MeasurementSetup(
         wrench_axes=Attachment(0, np.eye(4)),
         wrench_point=point,
@@ -138,24 +138,24 @@ def _offsets(model: CompliantRobot, played: Played, tool: ToolWeight) -> Floats:
         tool_com=tool.com,
     )
     chain = model.chain
-    wrench = played.wrench_at(played.node)
-    angles = chain.model_angles(np.repeat(played.act.joints[None], len(wrench), axis=0))
+    wrench = true_run.wrench_at(true_run.node)
+    angles = chain.model_angles(np.repeat(true_run.planned.joints[None], len(wrench), axis=0))
     moved = solve_balance(model, angles, wrench, setup).displacement[:, 0]
     jacobian = jacobians(chain, angles[:1], point)[0] @ chain.coupling
     return np.asarray(-moved @ np.linalg.pinv(jacobian, rcond=1e-3).T)
 
 
-def _shift(off: Played, on: Played, frame: str) -> Floats:
+def _shift(off: TrueRun, on: TrueRun, frame: str) -> Floats:
     """Return (s, 6) how far the corrections move and turn a frame, base axes."""
     moved = on.position[frame] - off.position[frame]
     before, after = (rotation_from_vector(one.turn[frame]) @ one.unloaded[frame][:3, :3] for one in (off, on))
     return np.concatenate([moved, vector_from_rotation(after @ np.swapaxes(before, 1, 2))], axis=1)
 
 
-def _in_time(off: Played, on: Played, offset: Floats, names: Sequence[str], controller: Controller) -> Correction:
+def _in_time(off: TrueRun, on: TrueRun, offset: Floats, names: Sequence[str], controller: Controller) -> Correction:
     """Return what the controller does over time: read each cycle, filtered, and carried out after the delay."""
-    program = off.act.program
-    read = np.arange(-_RUNS_BESIDE, program.duration + _RUNS_BESIDE, controller.cycle_s)
+    program = off.planned.program
+    read = np.arange(-_NON_LOAD_RUNS, program.duration + _NON_LOAD_RUNS, controller.cycle_s)
     whole = np.concatenate([offset, *(_shift(off, on, name) for name in names)], axis=1)
     seen = off.between(whole, program.path(read))
     if controller.filter_hz is not None:

@@ -19,8 +19,8 @@ from stiffcal.mechanics.rigid_body import drive_matrix, rigid_torque
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.motion import MotionProgram, motion_program
-from stiffcal.simulation.play import Act, Played, ToolWeight
 from stiffcal.simulation.settings import FrictionMotion
+from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
 
 Floats = NDArray[np.float64]
 
@@ -112,18 +112,22 @@ def _stroke(distance: float, pace: float, acceleration: float) -> tuple[Floats, 
     return time, way * place, way * speed, way * change
 
 
-def play_friction(
-    robot: CompliantRobot, act: Act, frames: Mapping[str, Attachment], tool: ToolWeight, motion: FrictionMotion
-) -> Played:
+def simulate_friction(
+    robot: CompliantRobot,
+    planned: PlannedRun,
+    frames: Mapping[str, Attachment],
+    tool: ToolWeight,
+    motion: FrictionMotion,
+) -> TrueRun:
     """Play one friction run.
 
     Parameters
     ----------
     robot : chain and valued effects; those that show in motion make the friction.
-    act : its program is of `strokes_program`. frames : what instruments look at. tool : what hangs on the flange.
+    planned : its program is of `strokes_program`. frames : what instruments look at. tool : what hangs on the flange.
     motion : rotor inertia and gear ripple.
     """
-    program = act.program
+    program = planned.program
     assert isinstance(program, StrokesProgram)
     chain, k = robot.chain, program.moved - 1
     velocity, acceleration = np.zeros_like(program.joints), np.zeros_like(program.joints)
@@ -145,7 +149,7 @@ def play_friction(
         start[:3, :3], start[:3, 3] = rotations[0], places[0]
         position[name], unloaded[name] = places, start
         turn[name] = vector_from_rotation(rotations @ rotations[0].T)
-    return Played(replace(act, program=replace(program, torque=torque)), program.node, position, turn, unloaded)
+    return TrueRun(replace(planned, program=replace(program, torque=torque)), program.node, position, turn, unloaded)
 
 
 def _with_tool(chain: Chain, tool: ToolWeight) -> Chain:

@@ -32,9 +32,9 @@ from stiffcal.mechanics.rotations import (
     vector_from_rotation,
 )
 from stiffcal.simulation.motion import MotionProgram
-from stiffcal.simulation.play import Played
 from stiffcal.simulation.sensors import Channels
 from stiffcal.simulation.settings import TrueRobot
+from stiffcal.simulation.true_motion import TrueRun
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ class Samples:
 
     Attributes
     ----------
-    played : the run as it really was.
+    true_run : the run as it really was.
     time : (n,) s, true, from the run's first hold.
     path : (n,) path coordinates.
     frames : the true frames by name.
@@ -62,7 +62,7 @@ class Samples:
     gear_ratio : (L,) motor turns per joint turn.
     """
 
-    played: Played
+    true_run: TrueRun
     time: Floats
     path: Floats
     frames: Mapping[str, Attachment]
@@ -75,12 +75,12 @@ class Samples:
     @property
     def hours(self) -> Floats:
         """(n,) hours since the campaign's start."""
-        return np.asarray((self.played.act.begins + self.time) / 3600.0)
+        return np.asarray((self.true_run.planned.begins + self.time) / 3600.0)
 
     def place(self, frame: str) -> tuple[Floats, Floats]:
         """Return (n, 3) position and (n, 3, 3) rotation of a frame in base axes, as really seen."""
-        position = self.played.position_at(frame, self.path)
-        rotation = self.played.rotation_at(frame, self.path)
+        position = self.true_run.position_at(frame, self.path)
+        rotation = self.true_run.rotation_at(frame, self.path)
         if self.frames[frame].body == 0:
             return position, rotation
         shift = self._corrected(frame)
@@ -101,9 +101,9 @@ class Samples:
 
     def since_reference(self, frame: str) -> Floats:
         """Return (n, 6) displacement since the run's first hold: position, rotation vector of R R_refᵀ; base axes."""
-        start = self.played.unloaded[frame]
-        rotation = self.played.rotation_at(frame, self.path)
-        moved = self.played.position_at(frame, self.path) - start[:3, 3]
+        start = self.true_run.unloaded[frame]
+        rotation = self.true_run.rotation_at(frame, self.path)
+        moved = self.true_run.position_at(frame, self.path) - start[:3, 3]
         shift = self._corrected(frame)
         if shift is not None:
             moved, rotation = moved + shift[:, :3], rotation_from_vector(shift[:, 3:]) @ rotation
@@ -111,12 +111,12 @@ class Samples:
 
     def _corrected(self, frame: str) -> Floats | None:
         """Return (n, 6) how far a correcting controller moves and turns a frame; None where none corrects."""
-        correction = self.played.correction
+        correction = self.true_run.correction
         return None if correction is None else correction.shift_at(frame, self.time)
 
 
 @dataclass(frozen=True)
-class Reading:
+class SignalSamples:
     """One signal at n samples.
 
     Attributes
@@ -132,7 +132,7 @@ class Reading:
     rotation: Floats | None = None
 
 
-def frames_seen_by(signal: Signal) -> tuple[str, ...]:
+def frames_measured_by(signal: Signal) -> tuple[str, ...]:
     """Return the frames whose places a signal depends on."""
     if isinstance(signal, Wrench):
         return tuple(name for name in (signal.axes_frame, signal.point_frame) if name is not None)
@@ -144,7 +144,7 @@ def frames_seen_by(signal: Signal) -> tuple[str, ...]:
     return ()
 
 
-def true_reading(signal: Signal, samples: Samples, place: str) -> Reading:
+def true_reading(signal: Signal, samples: Samples, place: str) -> SignalSamples:
     """Return what a signal would show without any error.
 
     Parameters
@@ -170,63 +170,65 @@ def true_reading(signal: Signal, samples: Samples, place: str) -> Reading:
         moved = samples.since_reference(signal.body).reshape(size, 2, 3)
         turned = np.einsum("nji,nkj->nki", axes, moved).reshape(size, 6)
         if signal.rotation is None:
-            return Reading(Channels(("translation_m",) * 3), turned[:, :3])
-        return Reading(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), turned)
+            return SignalSamples(Channels(("translation_m",) * 3), turned[:, :3])
+        return SignalSamples(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), turned)
     if isinstance(signal, Displacement):
         along = np.array(signal.direction) / np.sqrt(np.sum(np.square(signal.direction)))
         direction = samples.stand(signal.axes)[1] @ along
         moved = samples.since_reference(signal.body)[:, :3]
-        return Reading(Channels(("translation_m",)), np.sum(direction * moved, axis=1)[:, None])
+        return SignalSamples(Channels(("translation_m",)), np.sum(direction * moved, axis=1)[:, None])
     if isinstance(signal, Lengths):
         return _lengths(signal, samples, place)
     if isinstance(signal, Temperature):
         kelvin = 273.15 + samples.robot.temperature_C + samples.robot.warming_K_per_hour * samples.hours
         count = len(signal.columns)
-        return Reading(Channels(("temperature_K",) * count), np.repeat(kelvin[:, None], count, axis=1))
+        return SignalSamples(Channels(("temperature_K",) * count), np.repeat(kelvin[:, None], count, axis=1))
     if isinstance(signal, Hold):
-        program = samples.played.act.program
+        program = samples.true_run.planned.program
         start = program.start[program.hold_at(samples.time)]
-        return Reading(Channels(("none",)), np.maximum(samples.time - start, 0.0)[:, None])
+        return SignalSamples(Channels(("none",)), np.maximum(samples.time - start, 0.0)[:, None])
     raise InputError.at(
         "campaign.toml", place, "this kind of signal cannot be simulated", "take it out of the folder given to --from"
     )
 
 
-def _lengths(signal: Lengths, samples: Samples, place: str) -> Reading:
+def _lengths(signal: Lengths, samples: Samples, place: str) -> SignalSamples:
     """Changes of rods, of what the displacement of their link's end does to them, and of their getting warmer."""
     found = []
     for name in signal.columns:
         node, row = samples.rods[name]
-        moved = samples.played.node_at(node, samples.path)
+        moved = samples.true_run.node_at(node, samples.path)
         if moved is None:
             raise InputError.at(
                 "campaign.toml", place, "the robot that answers does not say how its links bend",
                 "take the rods out, or let stiffcal's own balance answer",
             )  # fmt: skip
         found.append(moved @ row[:6] + row[6] * samples.robot.warming_K_per_hour * samples.hours)
-    return Reading(Channels(("length_m",) * len(found)), np.stack(found, axis=1))
+    return SignalSamples(Channels(("length_m",) * len(found)), np.stack(found, axis=1))
 
 
-def _wrench(signal: Wrench, samples: Samples) -> Reading:
+def _wrench(signal: Wrench, samples: Samples) -> SignalSamples:
     """Force and moment as the sensor's axes and origin see them, both moved along with the robot."""
-    played = samples.played
-    load = played.wrench_at(samples.path)
+    true_run = samples.true_run
+    load = true_run.wrench_at(samples.path)
     axes = samples.stand(signal.axes_frame or "base")[1]
-    point = samples.place(signal.point_frame or played.act.loads.point)[0]
-    acts_at = samples.place(played.act.loads.point)[0]
+    point = samples.place(signal.point_frame or true_run.planned.loads.point)[0]
+    acts_at = samples.place(true_run.planned.loads.point)[0]
     moment = load[:, 3:] + np.cross(acts_at - point, load[:, :3])
     force = np.einsum("nji,nj->ni", axes, load[:, :3])
     sign = 1.0 if signal.acts_on == "robot" else -1.0
     if len(signal.columns) == 1:
         along = np.array(signal.direction or (1.0, 0.0, 0.0))
-        return Reading(Channels(("force_N",)), sign * force @ (along / np.sqrt(along @ along))[:, None])
+        return SignalSamples(Channels(("force_N",)), sign * force @ (along / np.sqrt(along @ along))[:, None])
     if not signal.moments_measured:
-        return Reading(Channels(("force_N",) * 3), sign * force)
+        return SignalSamples(Channels(("force_N",) * 3), sign * force)
     turned = np.einsum("nji,nj->ni", axes, moment)
-    return Reading(Channels(("force_N",) * 3 + ("moment_Nm",) * 3), sign * np.concatenate([force, turned], axis=1))
+    return SignalSamples(
+        Channels(("force_N",) * 3 + ("moment_Nm",) * 3), sign * np.concatenate([force, turned], axis=1)
+    )
 
 
-def _markers(signal: Pose, samples: Samples) -> Reading:
+def _markers(signal: Pose, samples: Samples) -> SignalSamples:
     """Places of a body's markers in the instrument's own axes, (n, 3 m), in the manifest's order."""
     origin, axes = samples.stand(signal.frame)
     position, rotation = samples.place(signal.body or "target")
@@ -234,27 +236,27 @@ def _markers(signal: Pose, samples: Samples) -> Reading:
     for name, marker in signal.markers.items():
         there = samples.place(name)[0] if marker.at_m is None else position + rotation @ np.array(marker.at_m)
         seen.append(np.einsum("nji,nj->ni", axes, there - origin))
-    return Reading(Channels(("translation_m",) * (3 * len(seen))), np.concatenate(seen, axis=1))
+    return SignalSamples(Channels(("translation_m",) * (3 * len(seen))), np.concatenate(seen, axis=1))
 
 
-def _pose(signal: Pose, samples: Samples) -> Reading:
+def _pose(signal: Pose, samples: Samples) -> SignalSamples:
     """Place of the body in the instrument's own axes."""
     origin, axes = samples.stand(signal.frame)
     position, rotation = samples.place(signal.body or "target")
     seen = np.einsum("nji,nj->ni", axes, position - origin)
     if signal.orientation is None:
-        return Reading(Channels(("translation_m",) * 3), seen)
+        return SignalSamples(Channels(("translation_m",) * 3), seen)
     value = np.concatenate([seen, np.zeros_like(seen)], axis=1)
     turned = np.asarray(np.swapaxes(axes, 1, 2) @ rotation)
-    return Reading(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), value, turned)
+    return SignalSamples(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), value, turned)
 
 
-def _joints(signal: Joints, samples: Samples, place: str) -> Reading:
+def _joints(signal: Joints, samples: Samples, place: str) -> SignalSamples:
     """What the controller shows: held motors stand where they are, driven ones where they are driven.
 
     Motor-side logs carry motor angles, velocities and torques; currents are torques over the torque constant.
     """
-    program, n = samples.played.act.program, samples.time.size
+    program, n = samples.true_run.planned.program, samples.time.size
     driven = isinstance(program, MotionProgram)
     if not driven and set(signal.groups()) - {"position", "command"}:
         reason = "velocities, torques and currents are simulated where a motor is driven (clamped, friction)"
@@ -265,9 +267,9 @@ def _joints(signal: Joints, samples: Samples, place: str) -> Reading:
     parts, kinds = [], []
     for key in signal.groups():
         if not isinstance(program, MotionProgram):
-            value, kind = np.repeat(samples.played.act.joints[None, :], n, axis=0), "angle_rad"
-            if samples.played.correction is not None:
-                value = value + samples.played.correction.offset_at(samples.time)
+            value, kind = np.repeat(samples.true_run.planned.joints[None, :], n, axis=0), "angle_rad"
+            if samples.true_run.correction is not None:
+                value = value + samples.true_run.correction.offset_at(samples.time)
             value = value * ratio
         elif key in ("position", "command"):
             value, kind = program.joints_at(samples.path) * ratio, "angle_rad" if key == "position" else "none"
@@ -279,7 +281,7 @@ def _joints(signal: Joints, samples: Samples, place: str) -> Reading:
                 value, kind = value / _torque_constants(signal, place, value.shape[1]), "current_A"
         parts.append(value)
         kinds += [kind] * value.shape[1]
-    return Reading(Channels(tuple(kinds)), np.concatenate(parts, axis=1))
+    return SignalSamples(Channels(tuple(kinds)), np.concatenate(parts, axis=1))
 
 
 def _torque_constants(signal: Joints, place: str, count: int) -> Floats:
@@ -292,7 +294,7 @@ def _torque_constants(signal: Joints, place: str, count: int) -> Floats:
     return np.broadcast_to(np.array(signal.torque_constant), (count,))
 
 
-def as_columns(signal: Signal, reading: Reading) -> dict[str, Floats]:
+def as_columns(signal: Signal, reading: SignalSamples) -> dict[str, Floats]:
     """Return a signal's columns in the lab's units.
 
     Parameters

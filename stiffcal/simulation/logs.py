@@ -103,13 +103,13 @@ def write_log(path: Path, log_format: str, columns: Mapping[str, Column], dialec
         the format cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as beside:
+    with replacing(path) as temporary:
         if log_format == "csv":
-            _write_text(beside, columns, dialect)
+            _write_text(temporary, columns, dialect)
         elif log_format == "hdf5":
-            _write_hdf5(beside, columns, group)
+            _write_hdf5(temporary, columns, group)
         elif log_format == "parquet":
-            _write_parquet(beside, columns)
+            _write_parquet(temporary, columns)
         else:
             reason = f"logs of format {log_format} cannot be simulated"
             raise InputError.at("campaign.toml", path.name, reason, "use csv, hdf5 or parquet")

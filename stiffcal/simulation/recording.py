@@ -15,10 +15,9 @@ from stiffcal.campaign.signals import Pose
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.quantities import unit
-from stiffcal.simulation.instruments import Reading, Samples, as_columns, decimals_of, true_reading
+from stiffcal.simulation.instruments import Samples, SignalSamples, as_columns, decimals_of, true_reading
 from stiffcal.simulation.logs import Column
 from stiffcal.simulation.markers import hidden_in_holds, without_hidden
-from stiffcal.simulation.play import Played
 from stiffcal.simulation.sensors import (
     Clock,
     clock_of,
@@ -28,6 +27,7 @@ from stiffcal.simulation.sensors import (
     sample_times,
 )
 from stiffcal.simulation.settings import FILE_NAME, Sensor, SimulationSettings
+from stiffcal.simulation.true_motion import TrueRun
 
 Floats = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ class Stage:
     ----------
     settings : `simulate.toml`.
     frames : the true frames by name.
-    played : the runs.
+    true_run : the runs.
     seed : of the campaign.
     rods : rod to its link's node, and what it reads, (7,): of that node's displacement, and per kelvin.
     gear_ratio : (L,) motor turns per joint turn.
@@ -71,7 +71,7 @@ class Stage:
 
     settings: SimulationSettings
     frames: Mapping[str, Attachment]
-    played: tuple[Played, ...]
+    true_run: tuple[TrueRun, ...]
     seed: int
     gear_ratio: Floats
 
@@ -144,7 +144,7 @@ def devices_of(
         a log over time has no rate.
     """
     devices = []
-    played = stage.played[run]
+    true_run = stage.true_run[run]
     for number, (name, source) in enumerate(sources.items()):
         if not logs_run(name):
             continue
@@ -158,9 +158,9 @@ def devices_of(
             place = f"sensors.{name}.rate_hz"
             raise InputError.at(FILE_NAME, place, "a log over time needs a rate", "add it, e.g. rate_hz = 50.0")
         rng = stream(stage.seed, Stream.CLOCK, run, number)
-        clock = clock_of(sensor, played.act.begins, rng)
-        stops = played.act.program.duration + float(rng.uniform(*STOPS_AFTER))
-        devices.append(Device(name, number, source, sensor, run, played.act.name, clock, stops))
+        clock = clock_of(sensor, true_run.planned.begins, rng)
+        stops = true_run.planned.program.duration + float(rng.uniform(*STOPS_AFTER))
+        devices.append(Device(name, number, source, sensor, run, true_run.planned.name, clock, stops))
     return devices
 
 
@@ -172,8 +172,8 @@ def record(stage: Stage, device: Device) -> DeviceLog:
     InputError
         a signal is of a kind that is not simulated.
     """
-    played = stage.played[device.run]
-    program = played.act.program
+    true_run = stage.true_run[device.run]
+    program = true_run.planned.program
     kept_rows = None
     if device.source.is_states:
         time = 0.5 * (program.start + program.end)
@@ -182,7 +182,7 @@ def record(stage: Stage, device: Device) -> DeviceLog:
     else:
         time = sample_times(device.sensor, device.clock, device.stops)
     samples = Samples(
-        played, time, program.path(time), stage.frames, stage.settings.robot, stage.misplaced(device.run),
+        true_run, time, program.path(time), stage.frames, stage.settings.robot, stage.misplaced(device.run),
         stage.gear_ratio, stage.rods,
     )  # fmt: skip
     columns: dict[str, Column] = {}
@@ -190,7 +190,7 @@ def record(stage: Stage, device: Device) -> DeviceLog:
     units: dict[str, str] = {}
     bumped: set[int] = set()
     if device.source.run is not None and device.source.run.column is not None:
-        columns[device.source.run.column] = [played.act.name] * time.size
+        columns[device.source.run.column] = [true_run.planned.name] * time.size
     if device.source.time is not None and device.source.time.column is not None:
         column, places = _time_column(device.source.time, device.clock.shown(time))
         columns[device.source.time.column], decimals[device.source.time.column] = column, places
@@ -217,10 +217,10 @@ def _rows(column: Column, rows: NDArray[np.int64]) -> Column:
 
 
 def _disturbed(
-    stage: Stage, device: Device, signal: int, truth: Reading, samples: Samples
-) -> tuple[Reading, tuple[int, ...]]:
+    stage: Stage, device: Device, signal: int, truth: SignalSamples, samples: Samples
+) -> tuple[SignalSamples, tuple[int, ...]]:
     """Return a signal with its errors, and the holds that a knock has spoilt."""
-    program = samples.played.act.program
+    program = samples.true_run.planned.program
     place = (device.run, device.number, signal)
     errors = hold_errors(device.sensor, truth.channels, len(program), stream(stage.seed, Stream.HOLDS, *place))
     lasting = hold_errors_at(errors, program, samples.time, samples.path)

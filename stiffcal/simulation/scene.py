@@ -23,15 +23,15 @@ from stiffcal.model.effect import link_node
 from stiffcal.simulation.clamped import sweep_program
 from stiffcal.simulation.cycles import load_program
 from stiffcal.simulation.friction import strokes_program
-from stiffcal.simulation.instruments import frames_seen_by
-from stiffcal.simulation.play import Act, ToolWeight
+from stiffcal.simulation.instruments import frames_measured_by
 from stiffcal.simulation.recording import Stream, stream
 from stiffcal.simulation.settings import FILE_NAME, SimulatedRun, SimulationSettings
+from stiffcal.simulation.true_motion import PlannedRun, ToolWeight
 
 Floats = NDArray[np.float64]
 
 
-def valued_robot(campaign: Campaign) -> CompliantRobot:
+def robot_with_values(campaign: Campaign) -> CompliantRobot:
     """Return the robot as the campaign's model file describes it.
 
     Raises
@@ -108,7 +108,7 @@ def _needed(manifest: Manifest, settings: SimulationSettings, known: Mapping[str
             names.append(name)
     raise_faults(faults)
     for _, _, signal in manifest.signals():
-        names += frames_seen_by(signal)
+        names += frames_measured_by(signal)
     return list(dict.fromkeys(names))
 
 
@@ -130,7 +130,7 @@ def tool_weight(manifest: Manifest) -> ToolWeight:
 
 def draw_acts(
     campaign: Campaign, settings: SimulationSettings, frames: Mapping[str, Attachment], seed: int
-) -> list[Act]:
+) -> list[PlannedRun]:
     """Draw the load cycles of all runs, one after the other on the campaign's clock.
 
     Raises
@@ -140,20 +140,20 @@ def draw_acts(
     """
     _check_runs(campaign, settings)
     listed = {run.id: run for run in campaign.manifest.runs}
-    acts: list[Act] = []
+    planned_runs: list[PlannedRun] = []
     now = 0.0
     for number, run in enumerate(settings.runs):
         loads = settings.loads_of(run)
         joints = np.deg2rad(np.array(run.joints_deg))
-        now += run.pause_before_s if acts else 0.0
+        now += run.pause_before_s if planned_runs else 0.0
         entry = listed.get(run.id)
         if entry is not None and entry.experiment == "clamped":
-            acts.append(_clamped_act(settings, run, entry.moved_joint, frames, now))
-            now += acts[-1].program.duration
+            planned_runs.append(_clamped_run_plan(settings, run, entry.moved_joint, frames, now))
+            now += planned_runs[-1].program.duration
             continue
         if entry is not None and entry.experiment == "friction":
             program_of_motion = strokes_program(settings.friction_of(run), joints, _driven(run, entry.moved_joint))
-            acts.append(Act(run.id, joints, program_of_motion, loads, Attachment(0, np.eye(4)), now))
+            planned_runs.append(PlannedRun(run.id, joints, program_of_motion, loads, Attachment(0, np.eye(4)), now))
             now += program_of_motion.duration
             continue
         angles = campaign.chain.model_angles(joints[None, :])
@@ -161,20 +161,20 @@ def draw_acts(
         program = load_program(loads, axes, stream(seed, Stream.LOADS, number))
         if entry is not None and entry.experiment == "free":
             program = program.first_hold()
-        acts.append(Act(run.id, joints, program, loads, frames[loads.point], now))
+        planned_runs.append(PlannedRun(run.id, joints, program, loads, frames[loads.point], now))
         now += program.duration
-    return acts
+    return planned_runs
 
 
-def _clamped_act(
+def _clamped_run_plan(
     settings: SimulationSettings, run: SimulatedRun, moved: int | None, frames: Mapping[str, Attachment], begins: float
-) -> Act:
+) -> PlannedRun:
     """Return a clamped run; the fixture holds it where its loads would act."""
     clamping = settings.clamping_of(run)
     joints = np.deg2rad(np.array(run.joints_deg))
     loads = settings.loads_of(run).model_copy(update={"point": clamping.point})
     program = sweep_program(clamping, joints, _driven(run, moved))
-    return Act(run.id, joints, program, loads, frames[clamping.point], begins)
+    return PlannedRun(run.id, joints, program, loads, frames[clamping.point], begins)
 
 
 def _driven(run: SimulatedRun, moved: int | None) -> int:

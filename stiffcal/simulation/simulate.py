@@ -27,16 +27,16 @@ from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.files import check_regular, read_regular, replacing, write_whole
 from stiffcal.limits import TOML
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.simulation.clamped import play_clamped
+from stiffcal.simulation.clamped import simulate_clamped
 from stiffcal.simulation.controller import compensated
 from stiffcal.simulation.extent import check_extent
-from stiffcal.simulation.friction import StrokesProgram, play_friction
+from stiffcal.simulation.friction import StrokesProgram, simulate_friction
 from stiffcal.simulation.logs import Column, dialect_of, write_log
 from stiffcal.simulation.motion import MotionProgram
-from stiffcal.simulation.play import Settle, play
 from stiffcal.simulation.recording import Device, DeviceLog, Stage, devices_of, record
-from stiffcal.simulation.scene import draw_acts, rods_on_links, tool_weight, true_frames, valued_robot
+from stiffcal.simulation.scene import draw_acts, robot_with_values, rods_on_links, tool_weight, true_frames
 from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
+from stiffcal.simulation.true_motion import Settle, play
 from stiffcal.simulation.truth import TRUTH_FILE, truth_document
 
 
@@ -76,14 +76,14 @@ def simulate_campaign(
         raise InputError.at("command line", "--seed", f"{drawn} is negative", "give a whole number from 0")
     _check_out(out, campaign.folder)
     progress("setting loads", 0.0)
-    robot, stage = play_campaign(campaign, settings, drawn, settle)
+    robot, stage = simulate_runs(campaign, settings, drawn, settle)
     switched_on = [
-        devices_of(stage, campaign.manifest.sources, run, partial(_logs_run, campaign.manifest, played.act.name))
-        for run, played in enumerate(stage.played)
+        devices_of(stage, campaign.manifest.sources, run, partial(_logs_run, campaign.manifest, true_run.planned.name))
+        for run, true_run in enumerate(stage.true_run)
     ]
     logs: list[list[DeviceLog]] = []
     for number, devices in enumerate(switched_on):
-        progress(f"recording {stage.played[number].act.name}", 0.1 + 0.5 * number / len(switched_on))
+        progress(f"recording {stage.true_run[number].planned.name}", 0.1 + 0.5 * number / len(switched_on))
         logs.append([record(stage, device) for device in devices])
     corrects = any(run.compensation == "on" for run in campaign.manifest.runs)
     truth = truth_document(robot, stage, switched_on, logs, settings.controller if corrects else None)
@@ -94,12 +94,12 @@ def simulate_campaign(
         if out.resolve() != campaign.folder.resolve():
             files += _copy_documents(campaign, out)
     progress("simulated", 1.0)
-    states = sum(len(played.act.program) for played in stage.played)
-    runs = [played.act.name for played in stage.played]
+    states = sum(len(true_run.planned.program) for true_run in stage.true_run)
+    runs = [true_run.planned.name for true_run in stage.true_run]
     return {"folder": str(out), "files": files, "seed": drawn, "runs": runs, "states": states, "truth": truth}
 
 
-def play_campaign(
+def simulate_runs(
     campaign: Campaign, settings: SimulationSettings, seed: int, settle: Settle | None = None
 ) -> tuple[CompliantRobot, Stage]:
     """Draw the load cycles and find where the robot (``settle``, or the model file's) really is, without instruments.
@@ -110,27 +110,27 @@ def play_campaign(
         as `simulate_campaign`.
     """
     check_extent(settings, campaign.manifest)
-    robot = valued_robot(campaign)
+    robot = robot_with_values(campaign)
     frames = true_frames(campaign, settings)
     for name in settings.sensors:
         if name not in campaign.manifest.sources:
             known = ", ".join(campaign.manifest.sources)
             raise InputError.at(FILE_NAME, f"sensors.{name}", "campaign.toml has no such source", f"use one of {known}")
-    acts = draw_acts(campaign, settings, frames, seed)
+    planned_runs = draw_acts(campaign, settings, frames, seed)
     tool = tool_weight(campaign.manifest)
-    held = [act for act in acts if not isinstance(act.program, MotionProgram)]
-    played = {one.act.name: one for one in play(robot, held, frames, tool, settle)}
+    held = [planned for planned in planned_runs if not isinstance(planned.program, MotionProgram)]
+    true_run = {one.planned.name: one for one in play(robot, held, frames, tool, settle)}
     on = {run.id for run in campaign.manifest.runs if run.compensation == "on"}
-    correcting = [one for name, one in played.items() if name in on]
+    correcting = [one for name, one in true_run.items() if name in on]
     for one in compensated(robot, correcting, settings.controller, frames, tool, settle):
-        played[one.act.name] = one
-    for act, run in zip(acts, settings.runs, strict=True):
-        if isinstance(act.program, StrokesProgram):
-            played[act.name] = play_friction(robot, act, frames, tool, settings.friction_of(run))
-        elif isinstance(act.program, MotionProgram):
+        true_run[one.planned.name] = one
+    for planned, run in zip(planned_runs, settings.runs, strict=True):
+        if isinstance(planned.program, StrokesProgram):
+            true_run[planned.name] = simulate_friction(robot, planned, frames, tool, settings.friction_of(run))
+        elif isinstance(planned.program, MotionProgram):
             fixture = np.diag(settings.clamping_of(run).fixture_compliance)
-            played[act.name] = play_clamped(robot, act, frames, tool, fixture)
-    runs, rods = tuple(played[act.name] for act in acts), rods_on_links(campaign)
+            true_run[planned.name] = simulate_clamped(robot, planned, frames, tool, fixture)
+    runs, rods = tuple(true_run[planned.name] for planned in planned_runs), rods_on_links(campaign)
     return robot, Stage(settings, frames, runs, seed, campaign.chain.gear_ratio, rods)
 
 
@@ -230,8 +230,8 @@ def _copy_documents(campaign: Campaign, out: Path) -> list[str]:
         check_inside(out, name)
         check_regular(campaign.folder / name, name)
         (out / name).parent.mkdir(parents=True, exist_ok=True)
-        with replacing(out / name) as beside:
-            shutil.copyfile(campaign.folder / name, beside)
+        with replacing(out / name) as temporary:
+            shutil.copyfile(campaign.folder / name, temporary)
     return [Path(name).as_posix() for name in (*names, *([MODEL_FILE] if content is not None else []))]
 
 

@@ -86,8 +86,8 @@ def _noise(sensor: Sensor) -> dict[str, dict[str, float]]:
 
 def _run(stage: Stage, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> dict[str, Any]:
     """Return what is true of one run."""
-    played = stage.played[devices[0].run]
-    program = played.act.program
+    true_run = stage.true_run[devices[0].run]
+    program = true_run.planned.program
     middle = np.array([0.5 * program.duration])
     first = devices[0].clock
     # all devices see the first hold from the last one's start on, and the last until the first one stops
@@ -99,8 +99,8 @@ def _run(stage: Stage, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> 
     holds = np.stack([first.shown(start), first.shown(end)], axis=1)
     ahead = {device.name: float((device.clock.shown(middle) - first.shown(middle))[0]) for device in devices}
     return {
-        "id": played.act.name,
-        "joints_deg": np.round(np.rad2deg(played.act.joints), 9).tolist(),
+        "id": true_run.planned.name,
+        "joints_deg": np.round(np.rad2deg(true_run.planned.joints), 9).tolist(),
         "clock_ahead_s": {name: round(value, 6) for name, value in ahead.items()},
         "holds": np.round(holds, 4).tolist(),
         "load": np.round(program.wrench, 6).tolist(),

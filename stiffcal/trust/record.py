@@ -315,17 +315,17 @@ def _locked(folder: Path) -> Iterator[None]:
 
 
 def _replace(file: Path, text: str) -> None:
-    beside = file.with_name(f".{RECORD}.{os.getpid()}")
+    temporary = file.with_name(f".{RECORD}.{os.getpid()}")
     with suppress(OSError):
-        beside.unlink()  # of a killed process that had the same number
+        temporary.unlink()  # of a killed process that had the same number
     try:
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-        with os.fdopen(os.open(beside, flags, 0o600), "wb") as opened:
+        with os.fdopen(os.open(temporary, flags, 0o600), "wb") as opened:
             opened.write(text.encode("ascii"))
             opened.flush()
             os.fsync(opened.fileno())
-        beside.replace(file)
+        temporary.replace(file)
     except BaseException:
         with suppress(OSError):
-            beside.unlink()
+            temporary.unlink()
         raise

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.experiments.branches import Branches
 from stiffcal.experiments.clamped import ClampedRun
 from stiffcal.experiments.clamped_joints import joints_of
-from stiffcal.experiments.torque_angle import Law
+from stiffcal.experiments.torque_angle import TorqueAngleLaw
 
 Floats = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ SETTLED, MOST_STEPS = 1e-9, 50
 
 
 @dataclass(frozen=True)
-class UnseenRun:
+class HeldoutRun:
     """One pose, left out.
 
     Attributes
@@ -36,7 +36,7 @@ class UnseenRun:
     angle: Floats
 
 
-def unseen_clamped(runs: Sequence[ClampedRun]) -> list[UnseenRun]:
+def heldout_clamped(runs: Sequence[ClampedRun]) -> list[HeldoutRun]:
     """Judge every usable run by the law of the joint's other poses; runs held out by the law of all others.
 
     The middle of the play and the sensor's zero are the pose's own, as the reference of a load run is.
@@ -57,11 +57,11 @@ def unseen_clamped(runs: Sequence[ClampedRun]) -> list[UnseenRun]:
         law = _placed(expected, run.branches)
         residual = run.branches.torque - law.torque_at(run.branches.angle, run.branches.up)
         angle = angle_residual(run.branches, law)
-        found.append(UnseenRun(run.name, run.joint, run.branches.torque, np.asarray(residual), angle))
+        found.append(HeldoutRun(run.name, run.joint, run.branches.torque, np.asarray(residual), angle))
     return found
 
 
-def _placed(law: Law, data: Branches) -> Law:
+def _placed(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:
     """Return the law with middle and zero fitted to branches, by Gauss-Newton steps.
 
     Ends when a step moves neither by more than `SETTLED` of the range. Where a law's corners keep the steps from that,
@@ -87,7 +87,7 @@ def _placed(law: Law, data: Branches) -> Law:
     return best
 
 
-def angle_residual(data: Branches, law: Law) -> Floats:
+def angle_residual(data: Branches, law: TorqueAngleLaw) -> Floats:
     """Return (k,) rad: how far the angle is from the law's at the torques read, outside the play.
 
     Inside the play the torque does not tell the angle.

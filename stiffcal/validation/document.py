@@ -34,16 +34,16 @@ def validation_document(states: LoadStates, validation: Validation) -> dict[str,
     """
     cycles = find_load_cycles(states)
     warnings = []
-    if validation.unseen.scheme == "none":
+    if validation.heldout.scheme == "none":
         warnings.append("a single pose: the error in unseen poses cannot be told, this is the error of the fit")
     if validation.noise["translation"] is None:
         warnings.append("the noise is not known: whether the model is good enough cannot be judged")
     return {
         "schema": SCHEMA,
         "warnings": warnings,
-        "scheme": validation.unseen.scheme,
-        "n_states": validation.unseen.data.n_seen,
-        "n_poses": int(validation.unseen.fold.max(initial=-1)) + 1,
+        "scheme": validation.heldout.scheme,
+        "n_states": validation.heldout.data.n_seen,
+        "n_poses": int(validation.heldout.fold.max(initial=-1)) + 1,
         "rms": validation.rms,
         "max": validation.largest,
         "noise": validation.noise if validation.noise["translation"] is not None else None,

@@ -19,7 +19,7 @@ LEAST_PIECES = 3
 
 
 @dataclass(frozen=True)
-class UnseenFriction:
+class HeldoutFriction:
     """Residuals of rows that a fit has not seen.
 
     Attributes
@@ -32,9 +32,9 @@ class UnseenFriction:
     residual: Floats
 
 
-def unseen_friction(
+def heldout_friction(
     rows: FrictionRows, placed: tuple[PlacedEffect, ...], fixed: frozenset[str], holdout: Booleans
-) -> UnseenFriction:
+) -> HeldoutFriction:
     """Leave each speed, or each second of other motion, out in turn; rows held out see the fit of all others.
 
     A speed's own weight is estimated on itself, and the degree of freedom counted; in other motion weight and inertia
@@ -59,10 +59,10 @@ def unseen_friction(
                 out = kept_out[rows.piece[kept_out] == piece]
                 residual[out] = _left_out(rows, seen, out, placed, fixed)
     if not np.isfinite(residual).any():
-        return UnseenFriction("none", residual)
+        return HeldoutFriction("none", residual)
     kinds = ["each speed"] if rows.steady.any() else []
     kinds += ["each second of motion"] if not rows.steady.all() else []
-    return UnseenFriction(f"{' and '.join(kinds)} left out in turn", residual)
+    return HeldoutFriction(f"{' and '.join(kinds)} left out in turn", residual)
 
 
 def _left_out(
@@ -91,6 +91,6 @@ def _left_out(
         n = int(steady.sum())
         left[steady] = (left[steady] - left[steady].mean()) * (np.sqrt(n / (n - 1.0)) if n > 1 else np.nan)
     if not steady.all():
-        felt = felt_columns(rows.beside[kept])
-        left[~steady] -= rows.beside[np.ix_(out[~steady], felt)] @ fit.unknowns
+        felt = felt_columns(rows.nuisance[kept])
+        left[~steady] -= rows.nuisance[np.ix_(out[~steady], felt)] @ fit.unknowns
     return left

@@ -16,7 +16,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, load_vector
-from stiffcal.validation.unseen import Unseen, unseen_residuals
+from stiffcal.validation.heldout import HeldoutResiduals, heldout_residuals
 
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -55,14 +55,14 @@ class Validation:
 
     Attributes
     ----------
-    unseen : residuals state by state.
+    heldout : residuals state by state.
     rms, largest, noise, relative, zero_model : {"translation", "rotation"}, with rods "length" too.
     by : "run", "direction", "load", "branch", "joint_angle" to slices; "body" too where several bodies are tracked.
     worst : indices of the states with the largest residual, worst first (into the campaign's load states), with its
         length in m.
     """
 
-    unseen: Unseen
+    heldout: HeldoutResiduals
     rms: dict[str, float | None]
     largest: dict[str, float | None]
     noise: dict[str, float | None]
@@ -81,8 +81,8 @@ def lengths(values: Floats, data: Observations, measure: str = "translation") ->
     """
     longest = np.full(data.n_states, np.nan)
     for rows in reading_rows(data, np.isin(data.kind, MEASURES[measure])):
-        squares = np.sum(np.where(data.seen[rows], values[rows] ** 2, 0.0), axis=0)
-        longest = np.fmax(longest, np.where(data.seen[rows].any(axis=0), np.sqrt(squares), np.nan))
+        squares = np.sum(np.where(data.measured_mask[rows], values[rows] ** 2, 0.0), axis=0)
+        longest = np.fmax(longest, np.where(data.measured_mask[rows].any(axis=0), np.sqrt(squares), np.nan))
     return longest
 
 
@@ -99,22 +99,22 @@ def _largest_of(values: Floats, data: Observations) -> dict[str, float | None]:
     return found
 
 
-def _slice(label: str, low: float, high: float, members: Booleans | Integers, unseen: Unseen) -> Slice:
-    data = unseen.data.part(members)
-    values = unseen.residual[:, members]
+def _slice(label: str, low: float, high: float, members: Booleans | Integers, heldout: HeldoutResiduals) -> Slice:
+    data = heldout.data.part(members)
+    values = heldout.residual[:, members]
     return Slice(label, low, high, data.n_seen, rms_of(values, data), _largest_of(values, data))
 
 
-def validate_fit(states: LoadStates, fit: Fit, unseen: Unseen | None = None) -> Validation:
+def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None = None) -> Validation:
     """Judge a fit in unseen poses and say where it fails.
 
     Parameters
     ----------
     states : the campaign's load states.
     fit : what is judged.
-    unseen : residuals to judge, where they are already known.
+    heldout : residuals to judge, where they are already known.
     """
-    found = unseen if unseen is not None else unseen_residuals(states, fit)
+    found = heldout if heldout is not None else heldout_residuals(states, fit)
     data = found.data
     rms, zero = rms_of(found.residual, data), rms_of(found.displacement, data)
     relative = {
@@ -135,22 +135,22 @@ def validate_fit(states: LoadStates, fit: Fit, unseen: Unseen | None = None) -> 
     return Validation(found, rms, _largest_of(found.residual, data), fit.noise_length, relative, zero, by, worst)
 
 
-def _by_run(states: LoadStates, unseen: Unseen) -> list[Slice]:
+def _by_run(states: LoadStates, heldout: HeldoutResiduals) -> list[Slice]:
     return [
-        _slice(states.runs[unseen.data.run[members[0]]].name, np.nan, np.nan, members, unseen)
-        for members in members_of(unseen.data.run)
+        _slice(states.runs[heldout.data.run[members[0]]].name, np.nan, np.nan, members, heldout)
+        for members in members_of(heldout.data.run)
     ]
 
 
-def _by_body(unseen: Unseen) -> list[Slice]:
+def _by_body(heldout: HeldoutResiduals) -> list[Slice]:
     """Judge every tracked body by itself, from the tool inwards."""
     slices = []
-    for number, name in enumerate(unseen.data.setup.target_names):
-        poses = np.isin(unseen.data.kind, (TRANSLATION, ROTATION)) & (unseen.data.body == number)
-        data = replace(unseen.data, seen=unseen.data.seen & poses[:, None])
-        if data.seen.any():
-            own = np.where(data.seen, unseen.residual, 0.0)
-            moved = rms_of(np.where(data.seen, unseen.displacement, 0.0), data)
+    for number, name in enumerate(heldout.data.setup.target_names):
+        poses = np.isin(heldout.data.kind, (TRANSLATION, ROTATION)) & (heldout.data.body == number)
+        data = replace(heldout.data, measured_mask=heldout.data.measured_mask & poses[:, None])
+        if data.measured_mask.any():
+            own = np.where(data.measured_mask, heldout.residual, 0.0)
+            moved = rms_of(np.where(data.measured_mask, heldout.displacement, 0.0), data)
             largest = _largest_of(own, data)
             slices.append(Slice(name, np.nan, np.nan, data.n_seen, rms_of(own, data), largest, moved))
     return slices
@@ -164,9 +164,9 @@ def load_in_base(data: Observations, robot: CompliantRobot) -> Floats:
     return np.asarray(np.einsum("ijn,nj->ni", rotation, vector))
 
 
-def _by_direction(states: LoadStates, unseen: Unseen, robot: CompliantRobot) -> list[Slice]:
+def _by_direction(states: LoadStates, heldout: HeldoutResiduals, robot: CompliantRobot) -> list[Slice]:
     """Sort loads by the base axis that they point along most."""
-    data = unseen.data
+    data = heldout.data
     load = load_in_base(data, robot)
     loaded = find_load_cycles(states).direction[data.index] >= 0
     axis = np.argmax(np.abs(load), axis=1)
@@ -176,43 +176,45 @@ def _by_direction(states: LoadStates, unseen: Unseen, robot: CompliantRobot) -> 
         for sign, is_positive in (("+", True), ("−", False)):
             members = loaded & (axis == number) & (positive == is_positive)
             if members.any():
-                slices.append(_slice(f"mostly {sign}{name}", np.nan, np.nan, members, unseen))
+                slices.append(_slice(f"mostly {sign}{name}", np.nan, np.nan, members, heldout))
     if (~loaded).any():
-        slices.append(_slice("unloaded", np.nan, np.nan, ~loaded, unseen))
+        slices.append(_slice("unloaded", np.nan, np.nan, ~loaded, heldout))
     return slices
 
 
-def _by_load(states: LoadStates, unseen: Unseen) -> list[Slice]:
-    magnitude = find_load_cycles(states).magnitude[unseen.data.index]
-    return _binned(magnitude, np.linspace(0.0, float(magnitude.max(initial=0.0)), LOAD_BINS + 1), "N", "", 1.0, unseen)
+def _by_load(states: LoadStates, heldout: HeldoutResiduals) -> list[Slice]:
+    magnitude = find_load_cycles(states).magnitude[heldout.data.index]
+    return _binned(magnitude, np.linspace(0.0, float(magnitude.max(initial=0.0)), LOAD_BINS + 1), "N", "", 1.0, heldout)
 
 
-def _binned(values: Floats, edges: Floats, unit: str, prefix: str, factor: float, unseen: Unseen) -> list[Slice]:
+def _binned(
+    values: Floats, edges: Floats, unit: str, prefix: str, factor: float, heldout: HeldoutResiduals
+) -> list[Slice]:
     slices = []
     for low, high in itertools.pairwise(edges):
         members = (values >= low) & ((values < high) | (high == edges[-1]))
         if members.any():
             label = f"{prefix}{low * factor:.4g} to {high * factor:.4g} {unit}"
-            slices.append(_slice(label, float(low), float(high), members, unseen))
+            slices.append(_slice(label, float(low), float(high), members, heldout))
     return slices
 
 
-def _by_branch(states: LoadStates, unseen: Unseen) -> list[Slice]:
-    branch = find_load_cycles(states).branch[unseen.data.index]
+def _by_branch(states: LoadStates, heldout: HeldoutResiduals) -> list[Slice]:
+    branch = find_load_cycles(states).branch[heldout.data.index]
     return [
-        _slice(name, np.nan, np.nan, branch == number, unseen)
+        _slice(name, np.nan, np.nan, branch == number, heldout)
         for number, name in enumerate(BRANCH_NAMES)
         if np.any(branch == number)
     ]
 
 
-def _by_joint_angle(states: LoadStates, unseen: Unseen) -> list[Slice]:
+def _by_joint_angle(states: LoadStates, heldout: HeldoutResiduals) -> list[Slice]:
     slices: list[Slice] = []
     for joint in range(states.joints.shape[1]):
-        angle = states.joints[unseen.data.index, joint]
+        angle = states.joints[heldout.data.index, joint]
         low, high = float(angle.min()), float(angle.max())
         if high - low < np.radians(1.0):
             continue
         edges = np.linspace(low, high, ANGLE_BINS + 1)
-        slices.extend(_binned(angle, edges, "°", f"joint {joint + 1}: ", 180.0 / np.pi, unseen))
+        slices.extend(_binned(angle, edges, "°", f"joint {joint + 1}: ", 180.0 / np.pi, heldout))
     return slices

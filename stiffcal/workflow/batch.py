@@ -25,11 +25,11 @@ NOT_SEARCHED = frozenset({"store", "raw", "node_modules", "__pycache__"})
 
 
 def no_outcome(outcome: Document, done: int, of: int) -> None:
-    """Let an outcome pass; the default of `Wishes.finished`."""
+    """Let an outcome pass; the default of `BatchOptions.finished`."""
 
 
 @dataclass(frozen=True)
-class Wishes:
+class BatchOptions:
     """How a batch is to be run.
 
     Attributes
@@ -54,7 +54,7 @@ class Wishes:
     finished: Callable[[Document, int, int], None] = no_outcome
 
 
-def batch_campaigns(folders: Sequence[Path], wishes: Wishes | None = None) -> Document:
+def batch_campaigns(folders: Sequence[Path], options: BatchOptions | None = None) -> Document:
     """Run ingest, identify, validate and report on many campaigns.
 
     What has not changed since the last time is not computed again. A campaign that is wrong, or whose process is
@@ -63,7 +63,7 @@ def batch_campaigns(folders: Sequence[Path], wishes: Wishes | None = None) -> Do
     Parameters
     ----------
     folders : campaign folders, or folders in which campaign folders are looked for.
-    wishes : how.
+    options : how.
 
     Returns
     -------
@@ -75,11 +75,11 @@ def batch_campaigns(folders: Sequence[Path], wishes: Wishes | None = None) -> Do
     InputError : no campaign is found, or the thresholds or the scheduler are wrong.
     KeyboardInterrupt : the user wants no more; every store is whole, and the same call goes on where this one stopped.
     """
-    wishes = wishes or Wishes()
+    options = options or BatchOptions()
     began = time.monotonic()
-    file = _thresholds(wishes.thresholds) if wishes.thresholds is not None else None
+    file = _thresholds(options.thresholds) if options.thresholds is not None else None
     found, absent = find_campaigns(folders)
-    tasks = _tasks(found, folders, wishes, file)
+    tasks = _tasks(found, folders, options, file)
     outcomes: dict[str, Document] = {one["folder"]: one for one in absent}
 
     def take(outcome: Document) -> None:
@@ -87,20 +87,20 @@ def batch_campaigns(folders: Sequence[Path], wishes: Wishes | None = None) -> Do
         outcome |= {name: masked(outcome[name]) for name in ("error", "others", "warnings", "choices")}
         outcomes[outcome["folder"]] = outcome
         done = len(outcomes) - len(absent)
-        wishes.progress(f"{done} of {len(tasks)} campaigns: {outcome['campaign']}", done / len(tasks))
-        wishes.finished(outcome, done, len(tasks))
+        options.progress(f"{done} of {len(tasks)} campaigns: {outcome['campaign']}", done / len(tasks))
+        options.finished(outcome, done, len(tasks))
 
-    wishes.progress(f"{len(tasks)} campaigns", 0.0)
+    options.progress(f"{len(tasks)} campaigns", 0.0)
     # The largest first: none of them is then left over at the end while the other cores have nothing to do.
     queue = sorted(tasks, key=lambda task: _bytes_of(Path(task["folder"])), reverse=True)
-    if wishes.scheduler is not None:
+    if options.scheduler is not None:
         from stiffcal.workflow.batch_cluster import run_on_cluster
 
-        workers = {"kind": "dask", "count": run_on_cluster(queue, wishes.scheduler, take)}
+        workers = {"kind": "dask", "count": run_on_cluster(queue, options.scheduler, take)}
     else:
         from stiffcal.workflow.batch_processes import run_on_this_machine
 
-        jobs = min(wishes.jobs or cores(), len(queue))
+        jobs = min(options.jobs or cores(), len(queue))
         workers = {"kind": "processes", "count": jobs}
         run_on_this_machine(queue, jobs, take)
     ordered = [outcomes[task["folder"]] for task in tasks] + absent
@@ -162,16 +162,16 @@ def _below(named: Path) -> list[Path]:
 
 
 def _tasks(
-    found: Sequence[tuple[Path, str]], named: Sequence[Path], wishes: Wishes, file: ThresholdsFile | None
+    found: Sequence[tuple[Path, str]], named: Sequence[Path], options: BatchOptions, file: ThresholdsFile | None
 ) -> list[Document]:
     reach = [str(path.resolve()) for path in (*named, *(file.baselines() if file is not None else ()))]
     thresholds = None if file is None else file.model_dump(mode="json", by_alias=True, exclude_none=True)
-    here, tasks = wishes.scheduler is None, []
+    here, tasks = options.scheduler is None, []
     for folder, label in found:
-        report: str | bool | None = None if wishes.report else False
-        if wishes.report and wishes.reports is not None:
-            report = str((wishes.reports / fitting(label, ".pdf")).resolve())
-        store = store_below(wishes.store, label) if wishes.store is not None else None
+        report: str | bool | None = None if options.report else False
+        if options.report and options.reports is not None:
+            report = str((options.reports / fitting(label, ".pdf")).resolve())
+        store = store_below(options.store, label) if options.store is not None else None
         # A cluster's workers have another current folder.
         place = folder if here else folder.resolve()
         tasks.append(task_of(place, label, store=store, report=report, thresholds=thresholds, reach=reach))

@@ -15,7 +15,7 @@ from typing import Any
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.batch_outcome import BROKEN, GENERATIONS, LOST, Document, outcome_of
-from stiffcal.workflow.batch_processes import LARGE_BYTES, WorkerLostError, WorkerProcess, lost_outcome
+from stiffcal.workflow.batch_processes import LARGE_BYTES, WorkerLostError, WorkerProcess, outcome_of_lost_worker
 
 ANSWER_S = 15
 """How long a scheduler, and its first worker, may take to answer, s."""
@@ -102,12 +102,12 @@ def record_generation(task: Document, committed: Sequence[str]) -> None:
     committed : digests of the generations that the worker says it has committed.
     """
     from stiffcal.store.origin import remember
-    from stiffcal.workflow.steps import Means, open_store
+    from stiffcal.workflow.steps import RunContext, open_store
 
     if not committed:
         return
     try:
-        with open_store(Path(task["folder"]), Means(store=task["store"])).snapshot() as snapshot:
+        with open_store(Path(task["folder"]), RunContext(store=task["store"])).snapshot() as snapshot:
             digest = snapshot.index.digest
     except InputError:
         return
@@ -141,7 +141,7 @@ def _outcome(future: Any, task: Document) -> Document:
         return outcome
     error = None if future.cancelled() else future.exception()
     if isinstance(error, WorkerLostError):
-        return lost_outcome(task, error)
+        return outcome_of_lost_worker(task, error)
     reason = (
         "the cluster has dropped it" if error is None else f"{type(error).__name__}: {' '.join(str(error).split())}"
     )

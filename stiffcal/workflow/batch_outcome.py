@@ -16,17 +16,17 @@ GENERATIONS = "generations"
 STEPS = ("ingest", "identify", "validate", "report")
 
 
-def task_of(folder: Path, label: str, **wishes: Any) -> Document:
+def task_of(folder: Path, label: str, **options: Any) -> Document:
     """Return a task.
 
     Parameters
     ----------
     folder : the campaign folder. label : how it is called in the summary.
-    wishes : ``store`` (address or None), ``report`` (file of the PDF, None for DIR/report.pdf, False for no report),
+    options : ``store`` (address or None), ``report`` (file of the PDF, None for DIR/report.pdf, False for no report),
         ``thresholds`` (a file's document, or None), ``reach`` (what the user has named).
     """
     usual: Document = {"store": None, "report": None, "thresholds": None, "reach": []}
-    return {"folder": str(folder), "campaign": label, **usual, **wishes}
+    return {"folder": str(folder), "campaign": label, **usual, **options}
 
 
 def outcome_of(task: Document, state: str, error: Document | None = None) -> Document:

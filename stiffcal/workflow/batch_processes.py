@@ -168,7 +168,7 @@ class _Pool:
         if attempt < ATTEMPTS:
             self.waiting.put((task, attempt + 1))
         else:
-            self.outcomes.put(lost_outcome(task, error))
+            self.outcomes.put(outcome_of_lost_worker(task, error))
 
     def _started(self) -> WorkerProcess:
         with self._lock:
@@ -193,7 +193,7 @@ class _Pool:
             thread.join()
 
 
-def lost_outcome(task: Document, error: WorkerLostError) -> Document:
+def outcome_of_lost_worker(task: Document, error: WorkerLostError) -> Document:
     """Return the outcome of a task whose process was lost each time; by its campaign's own code, where that ran."""
     mend = "look whether memory is short (fewer --jobs), and try it alone: stiffcal run DIR"
     reason = f"{error.how}, {ATTEMPTS} times"

@@ -21,7 +21,7 @@ from stiffcal.files import read_regular
 from stiffcal.model.plugin_loading import plugin_fault
 from stiffcal.store.index import FOREIGN
 from stiffcal.store.origin import committed_by_this_process
-from stiffcal.trust.strangers import fault_of_stranger, use_own_results
+from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
 from stiffcal.workflow.author_choices import AuthorChoice, author_choices
 from stiffcal.workflow.batch_outcome import BROKEN, FAULT, GENERATIONS, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
@@ -30,7 +30,7 @@ from stiffcal.workflow.steps import (
     IDENTIFY,
     VALIDATE,
     Ingested,
-    Means,
+    RunContext,
     ingested,
     key_of,
     key_of_table,
@@ -84,7 +84,7 @@ def run_task(task: Document) -> Document:
         first, *others = (fault.as_document() for fault in error.faults)
         outcome |= {"state": BROKEN, "error": first, "others": others}
     except (Exception, SystemExit) as error:
-        wrong = plugin_fault(error) or (fault_of_stranger(error) if isinstance(error, Exception) else None)
+        wrong = plugin_fault(error) or (fault_of_foreign_content(error) if isinstance(error, Exception) else None)
         if wrong is not None:
             outcome |= {"state": BROKEN, "error": wrong.faults[0].as_document()}
         elif isinstance(error, SystemExit):
@@ -99,10 +99,10 @@ def run_task(task: Document) -> Document:
 
 def _all_steps(task: Document, run: _Run) -> Document:
     folder, store = Path(task["folder"]), task["store"]
-    means = Means(store=store, say=run.say, reach=tuple(Path(path) for path in task["reach"]), thorough=True)
+    context = RunContext(store=store, say=run.say, reach=tuple(Path(path) for path in task["reach"]), thorough=True)
     file = None if task["thresholds"] is None else ThresholdsFile.model_validate(task["thresholds"])
     with run.doing("ingest"):
-        data = ingested(folder, means)
+        data = ingested(folder, context)
         run.choices = author_choices(data.campaign, file, _earlier_thresholds(data))
     with run.doing("identify"):
         stored = stored_document(data.store, IDENTIFY)
@@ -111,18 +111,18 @@ def _all_steps(task: Document, run: _Run) -> Document:
         identified, fit = current_fit(data, loss), None
         if identified is None:
             run.say("the model or the load states have changed" if stored else "nothing is fitted yet")
-            fit = fit_now(data, loss, means)
+            fit = fit_now(data, loss, context)
             identified = store_fit(data, fit, loss)
     with run.doing("validate"):
         current = current_validation(data, identified)
         if current is None:
             run.say("the present fit is not validated yet")
-            current = validate_now(data, identified, means, fit)
-        validation = with_present_verdict(data, identified, current, means, file)
+            current = validate_now(data, identified, context, fit)
+        validation = with_present_verdict(data, identified, current, context, file)
     found = _numbers(data, identified, validation) | {"origin": data.store.origin_of(VALIDATE)}
     if task["report"] is not False:
         with run.doing("report"):
-            found["report"] = _report(data, task, means, run)
+            found["report"] = _report(data, task, context, run)
     return found
 
 
@@ -153,7 +153,7 @@ def _numbers(data: Ingested, identified: Document, validation: Document) -> Docu
     }
 
 
-def _report(data: Ingested, task: Document, means: Means, run: _Run) -> str:
+def _report(data: Ingested, task: Document, context: RunContext, run: _Run) -> str:
     """Write the PDF where it is not there, or not of what the store holds now; return its file."""
     folder = data.campaign.folder
     file = Path(task["report"]) if task["report"] else folder / "report.pdf"
@@ -165,7 +165,7 @@ def _report(data: Ingested, task: Document, means: Means, run: _Run) -> str:
         return str(file)
     run.say("there is no report yet" if not file.exists() else "the report was of something else")
     file.parent.mkdir(parents=True, exist_ok=True)
-    report_campaign(folder, Means(store=means.store, reach=means.reach), output=file)
+    report_campaign(folder, RunContext(store=context.store, reach=context.reach), output=file)
     written = {"schema": "stiffcal/report-made/1", "key": key, "sha256": _digest(file)}
     data.commit({}, {REPORT: written}, command="batch")
     return str(file)

@@ -13,9 +13,9 @@ from stiffcal.workflow.rod_views import rod_views
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.reduction.plausibility import LogWatch
-    from stiffcal.workflow.reducing import Beside
-    from stiffcal.workflow.watching import Watches
+    from stiffcal.reduction.plausibility import LogQuality
+    from stiffcal.workflow.data_quality import DataQuality
+    from stiffcal.workflow.reducing import NonLoadRuns
 
 SCHEMA = "stiffcal/check/1"
 
@@ -42,43 +42,45 @@ def check_campaign(
         With every fault of every file, each with file, line and column.
     """
     from stiffcal.campaign.loading import load_campaign
-    from stiffcal.reduction.screening import set_bumped_aside
-    from stiffcal.workflow.reducing import Beside, Reading, gather, placed_states
-    from stiffcal.workflow.watching import Watches, contradictions
+    from stiffcal.reduction.outliers import reject_outliers
+    from stiffcal.workflow.data_quality import DataQuality, check_load_states
+    from stiffcal.workflow.reducing import NonLoadRuns, ReadingOptions, collect_raw_states, placed_states
 
     campaign = load_campaign(Path(folder), check_files=False)
     _check_run(campaign, run)
     faults: list[Fault] = []
-    watches = Watches(campaign)
-    beside = Beside()
-    gathered, reduced = gather(campaign, progress, Reading(collected=faults, only=run, quick=quick), watches, beside)
+    quality = DataQuality(campaign)
+    non_load = NonLoadRuns()
+    gathered, reduced = collect_raw_states(
+        campaign, progress, ReadingOptions(collected=faults, only=run, quick=quick), quality, non_load
+    )
     missing = _missing_files(campaign, run)
     faults = [fault for fault in faults if not _is_missing(fault)]
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "warnings": [],
         "campaign": campaign.name,
-        "sources": _sources(campaign, watches),
+        "sources": _sources(campaign, quality),
     }
     if gathered is not None and not faults:
         progress("looking at load states", None)
         states, registration = placed_states(campaign, gathered)
-        found, warnings = contradictions(states, campaign, registration is not None)
-        faults += watches.causes() + found if found else []
+        found, warnings = check_load_states(states, campaign, registration is not None)
+        faults += quality.causes() + found if found else []
         if not faults:
-            states = states if quick else set_bumped_aside(states)
+            states = states if quick else reject_outliers(states)
             document |= _states(campaign, states, reduced)
-            document["warnings"] = watches.remarks() + warnings + [w for part in reduced for w in part.warnings]
+            document["warnings"] = quality.remarks() + warnings + [w for part in reduced for w in part.warnings]
             if states.setup.rods:
                 document["rods"] = rod_views(campaign, states.setup)
             if registration is not None:
                 document["registration"] = registration.as_document()
             if not quick or any(source.is_states for source in campaign.manifest.sources.values()):
                 missing += _joints(campaign, states, document)
-    elif gathered is None and not faults and not beside and not (quick and _read_in_full(campaign)):
+    elif gathered is None and not faults and not non_load and not (quick and _read_in_full(campaign)):
         missing.append("no load states yet: measure a run")
-    if beside and not faults:
-        missing += _beside(campaign, beside, document)
+    if non_load and not faults:
+        missing += _beside(campaign, non_load, document)
     raise_faults(faults)
     if proposals := propose_sources(campaign):
         document["proposals"] = proposals
@@ -92,14 +94,14 @@ def _read_in_full(campaign: Campaign) -> bool:
     return any(run.experiment in ("clamped", "friction") for run in campaign.manifest.runs)
 
 
-def _beside(campaign: Campaign, beside: Beside, document: dict[str, Any]) -> list[str]:
+def _beside(campaign: Campaign, non_load: NonLoadRuns, document: dict[str, Any]) -> list[str]:
     """Add runs that make no load states to the document; return what is missing of them."""
     experiments = {run.id: run.experiment for run in campaign.manifest.runs}
     document.setdefault("runs", [])
     document.setdefault("kinematics", None)
     document.setdefault("n_states", 0)
     listed = {run["id"]: run for run in document["runs"]}
-    for entry in beside.entries:
+    for entry in non_load.entries:
         if entry["id"] in listed:  # fitted with the load runs: it has states too
             listed[entry["id"]]["n_readings"] = entry.get("n_readings", 0)
             continue
@@ -115,23 +117,23 @@ def _beside(campaign: Campaign, beside: Beside, document: dict[str, Any]) -> lis
                 "clock_ahead_s": entry["clock_ahead_s"],
             }
         )
-    document["warnings"] += beside.warnings
+    document["warnings"] += non_load.warnings
     unusable: list[str] = []
-    if beside.clamped:
+    if non_load.clamped:
         from stiffcal.workflow.clamped import contradictions_of
 
-        unusable, remarks = contradictions_of(campaign, beside.clamped)
+        unusable, remarks = contradictions_of(campaign, non_load.clamped)
         document["warnings"] += remarks
-    return unusable + _without_friction(campaign, beside)
+    return unusable + _without_friction(campaign, non_load)
 
 
-def _without_friction(campaign: Campaign, beside: Beside) -> list[str]:
+def _without_friction(campaign: Campaign, non_load: NonLoadRuns) -> list[str]:
     """Return a line for every joint whose friction the model asks for and no run tells."""
     from stiffcal.workflow.steps import moving_effects
 
-    if beside.friction is None:
+    if non_load.friction is None:
         return []
-    steady, motion = beside.friction.steady, beside.friction.motion
+    steady, motion = non_load.friction.steady, non_load.friction.motion
     told = set() if steady is None else set(steady.joint[steady.used].tolist())
     if motion is not None:
         told |= {k + 1 for k, moved in enumerate(motion.one_way.T) if moved.any()}
@@ -174,15 +176,15 @@ def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
     return [f"folder {name}: not there yet, {count} files are named in it" for name, count in homeless.items()] + told
 
 
-def _sources(campaign: Campaign, watches: Watches) -> list[dict[str, Any]]:
+def _sources(campaign: Campaign, quality: DataQuality) -> list[dict[str, Any]]:
     """Return what was seen of each file."""
     return [
         _file(campaign, source, watch)
-        for (source, _, _), watch in watches.logs.items()
+        for (source, _, _), watch in quality.logs.items()
     ]  # fmt: skip
 
 
-def _file(campaign: Campaign, name: str, watch: LogWatch) -> dict[str, Any]:
+def _file(campaign: Campaign, name: str, watch: LogQuality) -> dict[str, Any]:
     source = campaign.manifest.sources[name]
     units = {
         column: unit.name

@@ -24,12 +24,12 @@ from stiffcal.workflow.clamped_documents import (
     DEFINITION,
     NORMAL_95,
     branches_table,
+    clamped_joint_entry,
     clamped_warnings,
     parameters_of,
     run_entry,
-    told_of,
 )
-from stiffcal.workflow.experiments import Judged, Part
+from stiffcal.workflow.experiments import ExperimentFit, ExperimentValidation
 from stiffcal.workflow.ingest import CLAMPED
 from stiffcal.workflow.steps import Document, Ingested, placed_robot
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from stiffcal.campaign.loading import Campaign
     from stiffcal.campaign.manifest import Run
-    from stiffcal.validation.clamped import UnseenRun
+    from stiffcal.validation.clamped import HeldoutRun
 
 Floats = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ class ClampedResult:
     joints: tuple[ClampedJoint, ...]
 
 
-def clamped_part(data: Ingested) -> Part | None:
+def clamped_experiment_fit(data: Ingested) -> ExperimentFit | None:
     """Tell every joint that was driven against the fixture; None where the campaign holds no clamped run.
 
     Where the campaign holds load states too, these are fitted together with the clamped runs, and the parameters come
@@ -74,7 +74,7 @@ def clamped_part(data: Ingested) -> Part | None:
         return None
     placed = placed_robot(data.campaign).placed
     alone = len(data.states) == 0
-    parameters, untold = parameters_of(placed, result.joints, fixed_parameters(data.campaign.model))
+    parameters, unidentified = parameters_of(placed, result.joints, fixed_parameters(data.campaign.model))
     used = [run for run in result.runs if not run.left_out]
     squares = [run.fit.rms**2 for run in used]
     angles = [angle_residual(run.branches, run.fit.law) for run in used]
@@ -82,14 +82,14 @@ def clamped_part(data: Ingested) -> Part | None:
     names = data.joint_names
     section = {
         "definition": DEFINITION,
-        "joints": [told_of(joint) | {"name": names[joint.joint - 1]} for joint in result.joints],
+        "joints": [clamped_joint_entry(joint) | {"name": names[joint.joint - 1]} for joint in result.joints],
         "runs": [run_entry(run) for run in result.runs],
     }
-    return Part(
+    return ExperimentFit(
         name=CLAMPED,
         section=section,
         parameters=parameters if alone else [],
-        not_identifiable=untold if alone else [],
+        not_identifiable=unidentified if alone else [],
         effects=model_document(placed_robot(data.campaign))["effects"] if alone else [],
         rms={
             "motor_angle": float(np.sqrt(np.mean(told**2))) if told.size else None,
@@ -105,36 +105,36 @@ def clamped_part(data: Ingested) -> Part | None:
     )
 
 
-def clamped_judged(data: Ingested) -> Judged | None:
+def clamped_validation(data: Ingested) -> ExperimentValidation | None:
     """Judge each joint in a pose that its law has not seen; None where the campaign holds no clamped run."""
-    from stiffcal.validation.clamped import unseen_clamped
+    from stiffcal.validation.clamped import heldout_clamped
 
     result = clamped_result(data.campaign, readings_of(data))
     if result is None:
         return None
-    unseen = unseen_clamped(result.runs)
+    heldout = heldout_clamped(result.runs)
     names = data.joint_names
-    single = [joint.joint for joint in result.joints if joint.joint not in {one.joint for one in unseen}]
+    single = [joint.joint for joint in result.joints if joint.joint not in {one.joint for one in heldout}]
     warnings = [
         f"joint {names[joint - 1]} was driven in one usable pose alone: how it holds in others is not judged"
         for joint in single
     ]
-    torque = np.concatenate([one.torque for one in unseen]) if unseen else np.zeros(0)
-    angle = np.concatenate([one.angle for one in unseen]) if unseen else np.zeros(0)
-    whole = np.concatenate([one.measured for one in unseen]) if unseen else np.zeros(0)
+    torque = np.concatenate([one.torque for one in heldout]) if heldout else np.zeros(0)
+    angle = np.concatenate([one.angle for one in heldout]) if heldout else np.zeros(0)
+    whole = np.concatenate([one.measured for one in heldout]) if heldout else np.zeros(0)
     zero = _rms(whole)
     by_joint = [
-        _slice(names[j - 1], [one for one in unseen if one.joint == j]) for j in sorted({o.joint for o in unseen})
+        _slice(names[j - 1], [one for one in heldout if one.joint == j]) for j in sorted({o.joint for o in heldout})
     ]
-    return Judged(
+    return ExperimentValidation(
         name=CLAMPED,
-        scheme="leave one pose out, its own middle and zero free" if unseen else "none",
+        scheme="leave one pose out, its own middle and zero free" if heldout else "none",
         rms={"torque": _rms(torque), "motor_angle": _rms(angle)},
         largest={"torque": _largest(torque), "motor_angle": _largest(angle)},
         noise=_noise_of(result.runs),
         relative={"torque": None if not zero else (_rms(torque) or 0.0) / zero},
         zero_model={"torque": zero},
-        by={"run": [_slice(one.run, [one]) for one in unseen], "joint": by_joint},
+        by={"run": [_slice(one.run, [one]) for one in heldout], "joint": by_joint},
         section={"scheme": "leave one pose out", "n_readings": int(torque.size)},
         n_readings=int(torque.size),
         warnings=warnings,
@@ -147,7 +147,7 @@ def _noise_of(runs: Sequence[ClampedRun]) -> dict[str, float | None]:
     return {"torque": float(np.sqrt(np.mean(squares)))} if squares else {}
 
 
-def _slice(label: str, parts: Sequence[UnseenRun]) -> Document:
+def _slice(label: str, parts: Sequence[HeldoutRun]) -> Document:
     torque, angle = (np.concatenate([getattr(part, key) for part in parts]) for key in ("torque", "angle"))
     nothing = {"translation": None, "rotation": None}
     return {
@@ -177,7 +177,7 @@ def _expected(result: ClampedResult) -> str:
 
 def readings_of(data: Ingested) -> ClampedReadings | None:
     """Return the readings of clamped runs; None where there are none."""
-    table = data.beside.get(CLAMPED)
+    table = data.non_load.get(CLAMPED)
     if table is None:
         return None
     try:
@@ -226,7 +226,7 @@ def contradictions_of(campaign: Campaign, parts: Sequence[ClampedReadings]) -> t
         chain = chain_of_run(campaign, part, written.get(name))
         angle, torque = chain.angle({}), chain.torque[:, chain.joint - 1]
         saturation = find_saturation(part, angle, torque, chain)
-        if chain.is_seen and cut_sweeps(angle, torque).count == 0:
+        if chain.is_excited and cut_sweeps(angle, torque).count == 0:
             unusable.append(f"run {name}: {why_no_sweep(angle, torque, saturation)}")
         elif saturation is not None:
             remarks.append(f"run {name}: {saturation.sentence}")

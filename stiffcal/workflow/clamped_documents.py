@@ -38,7 +38,7 @@ DEFINITION = {
 }
 
 
-def told_of(joint: ClampedJoint) -> Document:
+def clamped_joint_entry(joint: ClampedJoint) -> Document:
     """Return a joint's entry in the ``clamped`` section; SI."""
     play_low = max(joint.play - NORMAL_95 * joint.play_std, 0.0) if joint.play_found else 0.0
     play_high = joint.play + NORMAL_95 * joint.play_std
@@ -154,17 +154,17 @@ def parameters_of(
     from stiffcal.identification.reported import amplitude_bounds
 
     by_joint = {joint.joint: joint for joint in joints}
-    found, untold = [], []
+    found, unidentified = [], []
     forms: dict[str, Effect] = {}
     rows = []
     for one in placed:
         joint = by_joint.get(one.place.joints[0]) if one.place.kind == "joints" else None
-        beside = [other.effect.name for other in placed if other is not one and other.place == one.place]
-        values = {} if joint is None else one.effect.from_torque_angle(torque_angle(joint), beside)
+        other_effects = [other.effect.name for other in placed if other is not one and other.place == one.place]
+        values = {} if joint is None else one.effect.from_torque_angle(torque_angle(joint), other_effects)
         if values:
             forms.setdefault(one.effect.name, one.effect.form(values))
-        rows.append((one, joint, beside, values))
-    for one, joint, beside, values in rows:
+        rows.append((one, joint, other_effects, values))
+    for one, joint, other_effects, values in rows:
         # joints that were not driven are written as those that were
         effect = one.effect.form(values) if values else forms.get(one.effect.name, one.effect)
         names = []
@@ -185,19 +185,19 @@ def parameters_of(
                 names.append(name)
             found.append(parameter_document(told))
         if names:
-            reason = _why_untold(one, joint, beside)
-            untold.append({"parameters": names, "known": None, "value": None, "std": None, "reason": reason})
-    return found, untold
+            reason = _why_unidentified(one, joint, other_effects)
+            unidentified.append({"parameters": names, "known": None, "value": None, "std": None, "reason": reason})
+    return found, unidentified
 
 
-def _why_untold(one: PlacedEffect, joint: ClampedJoint | None, beside: list[str]) -> str:
+def _why_unidentified(one: PlacedEffect, joint: ClampedJoint | None, other_effects: list[str]) -> str:
     if one.place.kind != "joints":
         return "clamped runs turn one joint at a time: what gives elsewhere needs load states"
     if joint is None:
         return f"joint {one.place.joints[0]} was driven in no clamped run that can be used"
-    if beside and not one.effect.from_torque_angle(torque_angle(joint), beside):
+    if other_effects and not one.effect.from_torque_angle(torque_angle(joint), other_effects):
         if one.effect.from_torque_angle(torque_angle(joint), ()):
-            return "another law of the joint holds it too: " + ", ".join(beside)
+            return "another law of the joint holds it too: " + ", ".join(other_effects)
     elif not joint.play_found:
         return "there is no play, and so no band in which it is crossed"
     return "torque over angle alone does not tell it: measure load states too"

@@ -9,18 +9,18 @@ from typing import Any
 from stiffcal.errors import InputError
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, Means, ingested
+from stiffcal.workflow.steps import Document, RunContext, ingested
 
 SCHEMA = "stiffcal/compare/1"
 
 
-def compare_campaigns(before: Path, after: Path, means: Means | None = None) -> Document:
+def compare_campaigns(before: Path, after: Path, context: RunContext | None = None) -> Document:
     """Compare two campaigns' fitted parameters.
 
     Parameters
     ----------
     before, after : campaign folders of one robot.
-    means : progress and so on; its store is not used, each campaign has its own.
+    context : progress and so on; its store is not used, each campaign has its own.
 
     Returns
     -------
@@ -34,12 +34,12 @@ def compare_campaigns(before: Path, after: Path, means: Means | None = None) -> 
     ------
     InputError : the campaigns are of robots with different joints, or their models share no parameter.
     """
-    means = means or Means()
+    context = context or RunContext()
     documents, joints = [], []
     for folder in (before, after):
-        data = ingested(folder, means)
+        data = ingested(folder, context)
         joints.append(data.campaign.chain.joint_names)
-        documents.append(fitted(data, means))
+        documents.append(fitted(data, context))
     if len(joints[0]) != len(joints[1]):
         reason = f"its robot has {len(joints[1])} joints, that of {before} has {len(joints[0])}"
         raise InputError.at(str(after), "robot", reason, "name two campaigns of one robot")

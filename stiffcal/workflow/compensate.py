@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path, shortened
+from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.load_table import AXES
 from stiffcal.workflow.plot import PICTURES
-from stiffcal.workflow.steps import Means
-from stiffcal.workflow.valued import ValuedCampaign, valued_campaign
+from stiffcal.workflow.steps import RunContext
 
 if TYPE_CHECKING:
     from stiffcal.compensation.compensate_result import CompensateResult, CorrectedPose, Judgement, PathError
@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class CompensateWish:
+class CompensateRequest:
     """What is to be corrected, and how.
 
     Attributes
@@ -53,8 +53,8 @@ class CompensateWish:
 
 def compensate_campaign(
     folder: Path,
-    wish: CompensateWish,
-    means: Means | None = None,
+    options: CompensateRequest,
+    context: RunContext | None = None,
     output: Path | None = None,
     picture: Path | None = None,
 ) -> CompensateResult:
@@ -63,8 +63,8 @@ def compensate_campaign(
     Parameters
     ----------
     folder : a campaign folder with a fit, with logs to fit, or with a model file that values every parameter.
-    wish : path, forces, and what is to be reached.
-    means : store, progress and so on.
+    options : path, forces, and what is to be reached.
+    context : store, progress and so on.
     output : CSV or Parquet for the corrected joints with the predicted deflection and what the model's uncertainty
         leaves of it.
     picture : SVG, PNG or PDF of the error along the path, with and without the correction.
@@ -79,36 +79,36 @@ def compensate_campaign(
     InputError : the input is wrong, a load is more than the robot holds, or a pose cannot be had.
     """
     from stiffcal.compensation.compensate_result import CompensateResult
-    from stiffcal.compensation.targets import Wish, correct_joints
+    from stiffcal.compensation.targets import CorrectionOptions, correct_joints
     from stiffcal.model.equilibrium import NoBalanceError
 
-    means = means or Means()
+    context = context or RunContext()
     _check_outputs(output, picture)
     campaign = load_campaign(Path(folder), check_files=False)
-    valued = valued_campaign(campaign, means)
-    setup, target = valued.aimed_at(wish.target)
-    path = read_path(valued, setup, wish.path, wish.forces, wish.start)
+    fitted = fitted_robot(campaign, context)
+    setup, target = fitted.aimed_at(options.target)
+    path = read_path(fitted, setup, options.path, options.forces, options.start)
     if picture is not None and len(path.table) < 2:
         mend = "give a path of two poses or more, or leave --picture out"
-        raise InputError.at(str(wish.path), "", "one pose is no path to draw", mend)
-    means.progress("correcting", None)
-    goal = _goal(valued, path, wish)
-    solve = Wish(goal, wish.orientation, valued.robot.has_memory, path.time)
+        raise InputError.at(str(options.path), "", "one pose is no path to draw", mend)
+    context.progress("correcting", None)
+    goal = _goal(fitted, path, options)
+    solve = CorrectionOptions(goal, options.orientation, fitted.robot.has_memory, path.time)
     try:
-        found = correct_joints(valued.robot, path.joints, path.wrench, path.setup, solve, valued.covariance)
+        found = correct_joints(fitted.robot, path.joints, path.wrench, path.setup, solve, fitted.covariance)
     except NoBalanceError as error:
-        raise error.of_load(str(wish.path), "", "give smaller loads") from error
+        raise error.of_load(str(options.path), "", "give smaller loads") from error
     _check_reached(path, found)
     result = CompensateResult(
-        warnings=[*valued.warnings, *_warnings(path, found, wish)],
-        values_from=valued.source,
+        warnings=[*fitted.warnings, *_warnings(path, found, options)],
+        values_from=fitted.source,
         target=target,
         rms_before=_rms(found.before),
         rms_after=_rms(found.after),
-        residual_95=float(found.residual_95.max()) if valued.covariance else None,
+        residual_95=float(found.residual_95.max()) if fitted.covariance else None,
         largest_correction=np.abs(found.joints - path.joints).max(axis=0),
         rows=_corrected_poses(path, found),
-        judged=None if wish.judge is None else _judgement(valued, wish, path, found, means),
+        judged=None if options.judge is None else _judgement(fitted, options, path, found, context),
         file=None if output is None else str(output),
         picture=None if picture is None else str(picture),
         found=found,
@@ -122,7 +122,7 @@ def compensate_campaign(
         from stiffcal.report.figures.canvas import save_figure
         from stiffcal.report.figures.path_error import draw_path_error
 
-        save_figure(draw_path_error(_path_error(valued, path, result, wish.normal)), picture)
+        save_figure(draw_path_error(_path_error(fitted, path, result, options.normal)), picture)
     return result
 
 
@@ -134,17 +134,17 @@ def _check_outputs(output: Path | None, picture: Path | None) -> None:
             raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
 
 
-def _goal(valued: ValuedCampaign, path: CompensationPath, wish: CompensateWish) -> Any:
+def _goal(fitted: FittedRobot, path: CompensationPath, options: CompensateRequest) -> Any:
     """Return the wanted poses: as given in space, the rigid robot's, or None: those without the load."""
     from stiffcal.compensation.targets import PoseGoal
     from stiffcal.mechanics.kinematics import attached_poses
 
-    sag = path.goal is not None if wish.sag is None else wish.sag
+    sag = path.goal is not None if options.sag is None else options.sag
     if not sag:
         return None
     if path.goal is not None:
         return path.goal
-    chain = valued.campaign.chain
+    chain = fitted.campaign.chain
     return PoseGoal(*attached_poses(chain, chain.model_angles(path.joints), path.setup.targets[0]))
 
 
@@ -165,25 +165,27 @@ def _check_reached(path: CompensationPath, found: Corrected) -> None:
 
 
 def _judgement(
-    valued: ValuedCampaign, wish: CompensateWish, path: CompensationPath, found: Corrected, means: Means
+    fitted: FittedRobot, options: CompensateRequest, path: CompensationPath, found: Corrected, context: RunContext
 ) -> Judgement:
     """Return the pose errors without and with the correction, by another campaign's robot."""
     from stiffcal.compensation.compensate_result import Judgement
-    from stiffcal.compensation.targets import Wish, errors_of
+    from stiffcal.compensation.targets import CorrectionOptions, errors_of
 
-    assert wish.judge is not None
-    other = valued_campaign(load_campaign(wish.judge, check_files=False), Means(progress=means.progress, say=means.say))
-    if other.campaign.chain.joint_names != valued.campaign.chain.joint_names:
-        raise InputError.at(str(wish.judge), "", "another robot", "name a campaign of the same robot")
-    goal = _goal(other, path, wish)
-    solve = Wish(goal, wish.orientation, other.robot.has_memory, path.time)
+    assert options.judge is not None
+    other = fitted_robot(
+        load_campaign(options.judge, check_files=False), RunContext(progress=context.progress, say=context.say)
+    )
+    if other.campaign.chain.joint_names != fitted.campaign.chain.joint_names:
+        raise InputError.at(str(options.judge), "", "another robot", "name a campaign of the same robot")
+    goal = _goal(other, path, options)
+    solve = CorrectionOptions(goal, options.orientation, other.robot.has_memory, path.time)
     before, after = (
         errors_of(other.robot, path.joints, commanded, path.wrench, path.setup, solve)
         for commanded in (path.joints, found.joints)
     )
     left, whole = _rms(after).translation, _rms(before).translation
     return Judgement(
-        by=str(wish.judge),
+        by=str(options.judge),
         rms_before=_rms(before),
         rms_after=_rms(after),
         gone=1.0 - left / whole if left is not None and whole else None,
@@ -223,10 +225,10 @@ def _corrected_poses(path: CompensationPath, found: Corrected) -> list[Corrected
     ]
 
 
-def _warnings(path: CompensationPath, found: Corrected, wish: CompensateWish) -> list[str]:
+def _warnings(path: CompensationPath, found: Corrected, options: CompensateRequest) -> list[str]:
     said = list(path.doubts)
     only = found.position_reached & ~found.reached
-    if wish.orientation and only.any():
+    if options.orientation and only.any():
         worst = 1e3 * float(np.abs(found.after[only, 3:]).max())
         lines = ", ".join(str(line) for line in path.table.lines[only][:5]) + (", …" if only.sum() > 5 else "")
         held = sorted({name for names in found.held for name in names.split(", ") if name})
@@ -257,13 +259,11 @@ def _table(result: CompensateResult, path: CompensationPath) -> dict[str, Any]:
     return columns
 
 
-def _path_error(
-    valued: ValuedCampaign, path: CompensationPath, result: CompensateResult, normal: str | None
-) -> PathError:
+def _path_error(fitted: FittedRobot, path: CompensationPath, result: CompensateResult, normal: str | None) -> PathError:
     from stiffcal.compensation.compensate_result import PathError
     from stiffcal.mechanics.kinematics import attached_poses
 
-    chain = valued.campaign.chain
+    chain = fitted.campaign.chain
     if path.goal is not None:
         place = path.goal.position
     else:
@@ -278,7 +278,7 @@ def _path_error(
         direction=direction,
         along=words,
         judge="the model itself" if result.judged is None else result.judged.campaign,
-        name=valued.campaign.name,
+        name=fitted.campaign.name,
     )
 
 

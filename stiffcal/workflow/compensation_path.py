@@ -27,7 +27,7 @@ from stiffcal.workflow.load_table import (
 if TYPE_CHECKING:
     from stiffcal.compensation.targets import PoseGoal
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-    from stiffcal.workflow.valued import ValuedCampaign
+    from stiffcal.workflow.fitted_robot import FittedRobot
 
 Floats = NDArray[np.float64]
 
@@ -89,16 +89,16 @@ class CompensationPath:
 
 
 def read_path(
-    valued: ValuedCampaign, setup: MeasurementSetup, file: Path, forces: Forces, start: str | None
+    fitted: FittedRobot, setup: MeasurementSetup, file: Path, forces: Forces, start: str | None
 ) -> CompensationPath:
     """Read a path and its forces.
 
     Parameters
     ----------
-    valued : the robot.
+    fitted : the robot.
     setup : the set-up, aimed at the frame that follows the path.
     file : CSV: joints by name (degrees), or X, Y, Z (mm) with qw, qx, qy, qz or roll, pitch, yaw (degrees, about the
-        fixed axes x, y, z); without an orientation that of ``start`` is kept. Beside them Fx … Tz, t, segment.
+        fixed axes x, y, z); without an orientation that of ``start`` is kept. NonLoadRuns them Fx … Tz, t, segment.
     forces : where the forces come from.
     start : joint angles near the first pose, "A1,A2,…" in degrees; None: the middle of the joints' ranges.
 
@@ -106,7 +106,7 @@ def read_path(
     ------
     InputError : the input is wrong, a pose is out of reach, or a joint beyond its limit.
     """
-    names = valued.campaign.chain.joint_names
+    names = fitted.campaign.chain.joint_names
     table = read_table(file, names, (*names, *POSITION, *QUATERNION, *ANGLES, *AXES, "t"), ("segment",))
     goal, doubts = None, []
     if table.has(names):
@@ -114,9 +114,9 @@ def read_path(
         # An arm in all its joints within three degrees of zero is rare, and radians are never more.
         if joints.any() and np.degrees(np.abs(joints).max()) <= _MOST_RADIANS:
             doubts.append(_OTHER_UNIT.format("every joint angle", "degrees", "radians", f"{names[0]} [rad]"))
-        _check_limits(valued, table, joints)
+        _check_limits(fitted, table, joints)
     elif table.has(POSITION):
-        joints, goal = _from_poses(valued, setup, table, start)
+        joints, goal = _from_poses(fitted, setup, table, start)
         if np.abs(goal.position).max() < _MOST_METRES:
             doubts.append(_OTHER_UNIT.format("every place", "mm", "metres", "X [m]"))
     else:
@@ -127,15 +127,15 @@ def read_path(
     if time is not None and np.any(np.diff(time) < 0.0):
         row = int(np.argmax(np.diff(time) < 0.0)) + 1
         raise InputError.at(table.file, f"line {table.lines[row]}, column t", "time runs back", "sort the rows by time")
-    setup = _in_frame(valued, setup, forces)
-    wrench = _wrench(valued, setup, table, joints, forces)
+    setup = _in_frame(fitted, setup, forces)
+    wrench = _wrench(fitted, setup, table, joints, forces)
     if forces.acts_on == "environment":
         wrench = -wrench
     return CompensationPath(table, joints, goal, wrench, setup, time, tuple(doubts))
 
 
-def _check_limits(valued: ValuedCampaign, table: WrittenTable, joints: Floats) -> None:
-    chain = valued.campaign.chain
+def _check_limits(fitted: FittedRobot, table: WrittenTable, joints: Floats) -> None:
+    chain = fitted.campaign.chain
     beyond = (joints < chain.limits[:, 0]) | (joints > chain.limits[:, 1])
     faults = []
     for row, joint in zip(*np.nonzero(beyond), strict=True):
@@ -155,14 +155,14 @@ def shortened(faults: list[Fault]) -> list[Fault]:
 
 
 def _from_poses(
-    valued: ValuedCampaign, setup: MeasurementSetup, table: WrittenTable, start: str | None
+    fitted: FittedRobot, setup: MeasurementSetup, table: WrittenTable, start: str | None
 ) -> tuple[Floats, PoseGoal]:
     from stiffcal.compensation.inverse import joints_along_path, middle_of_ranges
     from stiffcal.compensation.targets import PoseGoal
     from stiffcal.mechanics.kinematics import attached_poses
     from stiffcal.mechanics.rotations import rotation_from_quaternion, rotation_from_rpy
 
-    chain, target = valued.campaign.chain, setup.targets[0]
+    chain, target = fitted.campaign.chain, setup.targets[0]
     near = None if start is None else pose_of_words(start, chain.joint_names, "--start")
     if table.has(QUATERNION):
         quaternion = table.block(QUATERNION)
@@ -213,19 +213,19 @@ def numbers_of_words(text: str, option: str) -> list[float]:
     return found
 
 
-def _in_frame(valued: ValuedCampaign, setup: MeasurementSetup, forces: Forces) -> MeasurementSetup:
+def _in_frame(fitted: FittedRobot, setup: MeasurementSetup, forces: Forces) -> MeasurementSetup:
     """Return the set-up whose wrench axes and point are those that the forces are given in."""
     from stiffcal.measurements.load_states import Attachment
 
     if forces.frame is None:
         return replace(setup, wrench_axes=Attachment(0, np.eye(4)), moments_measured=True)
-    frame: Attachment = valued.frame(forces.frame, "--frame")
+    frame: Attachment = fitted.frame(forces.frame, "--frame")
     point = setup.wrench_point if frame.body == 0 else frame
     return replace(setup, wrench_axes=frame, wrench_point=point, moments_measured=True)
 
 
 def _wrench(
-    valued: ValuedCampaign, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
+    fitted: FittedRobot, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
 ) -> Floats:
     own = any(name in table.numbers for name in AXES)
     said = [name for name in ("everywhere", "segments", "log") if getattr(forces, name) is not None]
@@ -245,7 +245,7 @@ def _wrench(
     if forces.segments is not None:
         return _by_segment(table, forces.segments)
     if forces.log is not None:
-        return _logged(valued, setup, table, joints, forces)
+        return _logged(fitted, setup, table, joints, forces)
     return table.block(AXES)
 
 
@@ -270,7 +270,7 @@ def _by_segment(table: WrittenTable, file: Path) -> Floats:
 
 
 def _logged(
-    valued: ValuedCampaign, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
+    fitted: FittedRobot, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
 ) -> Floats:
     """Return the forces of a log at the path's times: filtered, without the tool's weight."""
     from stiffcal.compensation.tool_weight import without_tool
@@ -294,11 +294,11 @@ def _logged(
     readings = log.block(AXES)
     if forces.tool is not None:
         mass, com = _tool(forces.tool)
-        if setup.wrench_axes.body < valued.campaign.chain.n_joints:
+        if setup.wrench_axes.body < fitted.campaign.chain.n_joints:
             mend = "name the sensor's frame with --frame"
             raise InputError.at("command line", "--tool", "the log is not in axes of a sensor on the flange", mend)
         logged = np.stack([np.interp(moments, at, joints[:, k]) for k in range(joints.shape[1])], axis=1)
-        chain = valued.campaign.chain
+        chain = fitted.campaign.chain
         sign = -1.0 if forces.acts_on == "environment" else 1.0
         weighed = without_tool(sign * readings, chain, chain.model_angles(logged), setup, (mass, com), forces.zeroed)
         readings = sign * weighed

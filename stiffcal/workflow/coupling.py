@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from stiffcal.errors import InputError
-from stiffcal.workflow.steps import IDENTIFY, Document, Ingested, Means, placed_robot
+from stiffcal.workflow.steps import IDENTIFY, Document, Ingested, RunContext, placed_robot
 
 
-def with_coupling(data: Ingested, document: Document, loss: str, means: Means) -> Document:
+def with_coupling(data: Ingested, document: Document, loss: str, context: RunContext) -> Document:
     """Add the coupling errors of a campaign with rods to a fit's document, in the store too.
 
     Raises
@@ -26,7 +26,7 @@ def with_coupling(data: Ingested, document: Document, loss: str, means: Means) -
         reason = f"the model lets no link with rods give ({', '.join(rodded)})"
         raise InputError.at("command line", "--coupling", reason, f"stiffcal add link-beam --links {rodded[0]}")
     settings = Settings(loss=loss, fixed=fixed_parameters(data.campaign.model))
-    coupling = identify_both_ways(data.states, robot, settings, means.progress)
+    coupling = identify_both_ways(data.states, robot, settings, context.progress)
     document = {**document, "coupling": coupling_document(coupling)}
     data.commit({}, {IDENTIFY: document}, command="identify")
     return document

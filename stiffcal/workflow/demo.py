@@ -5,15 +5,15 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from stiffcal.workflow.predict import LoadPathWish, predict_campaign
+from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from stiffcal.workflow.run import run_campaign
 from stiffcal.workflow.simulate import simulate_campaign
-from stiffcal.workflow.steps import Document, Means
+from stiffcal.workflow.steps import Document, RunContext
 
 EXAMPLE = Path(__file__).parent / "example"
 """A copy of campaigns/irb4400, so that an installed package has it too; `make example` renews it, a test holds it."""
 
-FIGURE_2 = LoadPathWish(
+FIGURE_2 = LoadPathRequest(
     corners="-100,200,-300;0,0,0;100,-200,100",
     pose="-90,30,-45,0,15,0",
     note=(
@@ -24,13 +24,13 @@ FIGURE_2 = LoadPathWish(
 """Wang, Zhang and Fuhlbrigge 2009, Fig. 2, with the stiffness of its section II.C."""
 
 
-def run_demo(folder: Path, means: Means | None = None) -> Document:
+def run_demo(folder: Path, context: RunContext | None = None) -> Document:
     """Copy the example to a folder, make its logs from their seed, and run the whole loop on it.
 
     Parameters
     ----------
     folder : where to; made if it does not exist, taken again if it is an earlier demo.
-    means : progress and so on.
+    context : progress and so on.
 
     Returns
     -------
@@ -41,11 +41,11 @@ def run_demo(folder: Path, means: Means | None = None) -> Document:
     ------
     InputError : the folder holds something else.
     """
-    means = means or Means()
+    context = context or RunContext()
     folder = Path(folder)
-    means.say(f"copying the example to {folder} and making its raw logs from their seed")
-    simulate_campaign(EXAMPLE, folder, None, means.progress)
+    context.say(f"copying the example to {folder} and making its raw logs from their seed")
+    simulate_campaign(EXAMPLE, folder, None, context.progress)
     shutil.copyfile(EXAMPLE / "README.md", folder / "README.md")
-    store = means.store or str(folder / "store")
-    predict_campaign(EXAMPLE / "figure-2", Means(store=store, progress=means.progress), load_path=FIGURE_2)
-    return run_campaign(folder, means) | {"folder": str(folder)}
+    store = context.store or str(folder / "store")
+    predict_campaign(EXAMPLE / "figure-2", RunContext(store=store, progress=context.progress), load_path=FIGURE_2)
+    return run_campaign(folder, context) | {"folder": str(folder)}

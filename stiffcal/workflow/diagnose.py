@@ -11,7 +11,7 @@ from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import (
     Document,
     Ingested,
-    Means,
+    RunContext,
     ingested,
     key_of,
     placed_robot,
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 DIAGNOSE = "diagnose"
 
 
-def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
+def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Document:
     """Diagnose the present model.
 
     Parameters
     ----------
     folder : the campaign folder.
-    means : store, progress and so on.
+    context : store, progress and so on.
 
     Returns
     -------
@@ -41,21 +41,21 @@ def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
     ------
     InputError : the input is wrong.
     """
-    means = means or Means()
-    data = ingested(folder, means)
-    identified = fitted(data, means)
+    context = context or RunContext()
+    data = ingested(folder, context)
+    identified = fitted(data, context)
     key = diagnosis_key(data, identified)
     stored = stored_document(data.store, DIAGNOSE)
     if stored is not None and stored.get("key") == key and "evidence" in stored:
         return stored | {"origin": data.store.origin_of(DIAGNOSE)}
     if len(data.states) == 0:
-        document = without_states(data, identified, means)
+        document = without_states(data, identified, context)
         document |= {"evidence": [], "fit_id": identified["fit_id"], "key": key}
         data.commit({}, {DIAGNOSE: document}, command="diagnose")
         return document | {"origin": data.origin}
-    search = search_now(data, str(identified["loss"]), means)
+    search = search_now(data, str(identified["loss"]), context)
     document = diagnosis_of(data, search)
-    means.progress("gathering the evidence", 0.9)
+    context.progress("gathering the evidence", 0.9)
     table, entries = evidence_of(data, search)
     document |= {"evidence": entries, "fit_id": identified["fit_id"], "key": key}
     data.commit(
@@ -66,7 +66,7 @@ def diagnose_campaign(folder: Path, means: Means | None = None) -> Document:
     return document | {"origin": data.origin}
 
 
-def without_states(data: Ingested, identified: Document, means: Means) -> Document:
+def without_states(data: Ingested, identified: Document, context: RunContext) -> Document:
     """Return the document of a campaign without load states: nothing to search, but whether each law fits its data.
 
     A law is adequate where the error in unseen poses or at unseen speeds stays within 1.05 times the scatter of
@@ -75,7 +75,7 @@ def without_states(data: Ingested, identified: Document, means: Means) -> Docume
     from stiffcal.diagnosis.document import SCHEMA
     from stiffcal.workflow.validate import validated
 
-    validation = validated(data, identified, means)
+    validation = validated(data, identified, context)
     lack = (identified.get("friction") or {}).get("lack_of_fit")
     held = [("clamped", "Torque over angle", "in poses left out"), ("friction", "Friction", "at unseen speeds")]
     fits, words = [], []
@@ -85,7 +85,7 @@ def without_states(data: Ingested, identified: Document, means: Means) -> Docume
             fit = _law_fits(judged, lack if key == "friction" else None)
             step = _within_step(judged, identified[key]) if fit is False else 0.0
             fits.append(True if step else fit)
-            words.append(_held_words(name, where, fits[-1], judged, step))
+            words.append(_fit_sentence(name, where, fits[-1], judged, step))
     adequate = None if not fits or None in fits else all(fits)
     nothing = {"translation": None, "rotation": None}
     return {
@@ -139,7 +139,7 @@ def _within_step(judged: Document, told: Document) -> float:
     return step if left is not None and left <= step / sqrt(12.0) else 0.0
 
 
-def _held_words(name: str, where: str, fits: bool | None, judged: Document, step: float = 0.0) -> str:
+def _fit_sentence(name: str, where: str, fits: bool | None, judged: Document, step: float = 0.0) -> str:
     """Return whether the law of an experiment without load states holds, in words."""
     if fits is None:
         if judged.get("rms", {}).get("torque") is None:
@@ -176,7 +176,7 @@ def diagnosis_key(data: Ingested, identified: Document) -> str:
     return key_of(identified["key"], DIAGNOSE, *([plugins] if plugins else []))
 
 
-def search_now(data: Ingested, loss: str, means: Means) -> Search:
+def search_now(data: Ingested, loss: str, context: RunContext) -> Search:
     """Search the catalogue, the user's own effects included, without looking at the store."""
     from stiffcal.diagnosis.search import search_missing
     from stiffcal.identification.identify import Settings
@@ -186,15 +186,15 @@ def search_now(data: Ingested, loss: str, means: Means) -> Search:
     campaign = data.campaign
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
     catalogue, _ = all_effects(campaign)
-    return search_missing(data.states, placed_robot(campaign), catalogue, settings, means.progress)
+    return search_missing(data.states, placed_robot(campaign), catalogue, settings, context.progress)
 
 
 def diagnosis_of(data: Ingested, search: Search) -> Document:
     """Return the document of a search, with what the present model holds and does not need."""
     from stiffcal.campaign.model_file import default_model
     from stiffcal.diagnosis.document import candidate_document, diagnosis_document
+    from stiffcal.diagnosis.redundant import redundant_effects
     from stiffcal.diagnosis.search import Workbench
-    from stiffcal.diagnosis.superfluous import superfluous_effects
     from stiffcal.identification.identify import Settings, fit_problem
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import all_effects
@@ -208,7 +208,7 @@ def diagnosis_of(data: Ingested, search: Search) -> Document:
         Settings(fixed=fixed_parameters(campaign.model)),
     )
     basic = [entry.type for entry in default_model(campaign.chain.n_joints).effects]
-    extra = superfluous_effects(bench, present, basic)
+    extra = redundant_effects(bench, present, basic)
     document = diagnosis_document(data.states, search)
     return document | {
         "not_tried": [*document["not_tried"], *(effect.as_document() for effect in untrusted)],
@@ -225,14 +225,14 @@ def _next_measurement(data: Ingested, search: Search) -> Document | None:
     import numpy as np
 
     from stiffcal.diagnosis.document import candidate_document, look_alike_pairs
-    from stiffcal.diagnosis.unseen_error import valued_with
+    from stiffcal.diagnosis.heldout_error import with_values_of
     from stiffcal.identification.document import finite
     from stiffcal.planning.separate import separating_measurement
 
     scan, states = search.first, data.states
     noise = scan.fit.noise.translation if scan.fit.noise is not None else 0.0
     for pair in look_alike_pairs(search):
-        one, other = (valued_with(scan, trial) for trial in pair)
+        one, other = (with_values_of(scan, trial) for trial in pair)
         found = separating_measurement(one, other, states.setup, states.joints, states.wrench, noise)
         if found is not None and (noise == 0.0 or found.gain >= 1.0):
             return {

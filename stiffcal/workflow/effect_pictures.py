@@ -19,7 +19,7 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain, LinkBeam
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Effect, NodeLoads, Observed, Place, Sort, StateOrder
+from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place, StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.plugin_code import PluginCode
 from stiffcal.report.content import EffectPicture
@@ -117,7 +117,7 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
                     best = found
     if best is not None:
         return best[1]
-    return _seen_late(effect, chain, setup) or _torque_beside(effect, places, chain) or _torque_in_motion(effect)
+    return _measured_late(effect, chain, setup) or _torque_next_to(effect, places, chain) or _torque_in_motion(effect)
 
 
 def draw_effect(name: str, file: Path, plugins: PluginCode | None = None) -> str:
@@ -262,23 +262,23 @@ def _caption(effect: Effect) -> str:
     return f"What {effect.name} does to a lever with two joints, enlarged: {words}."
 
 
-def _seen_late(effect: Effect, chain: Chain, setup: MeasurementSetup) -> EffectPicture | None:
+def _measured_late(effect: Effect, chain: Chain, setup: MeasurementSetup) -> EffectPicture | None:
     """Return what a log shows that runs behind the force while the load moves."""
-    seen_at = getattr(effect, "seen_at", None)
-    if seen_at is None:
+    measured_at = getattr(effect, "seen_at", None)
+    if measured_at is None:
         return None
     example = _cycles(np.array(LINES[0]))
     true = _deflection(CompliantRobot(chain, _springs()), setup, example)[:, 1] * 1e3
     # One full cycle a second: a sweep, not holds.
     time = np.linspace(0.0, 2.0, len(true))
-    late = np.asarray(seen_at(time, true, -0.05), dtype=np.float64)
+    late = np.asarray(measured_at(time, true, -0.05), dtype=np.float64)
     label = "deflection along y [mm]"
     return EffectPicture(
         effect.name, example.x_label, label, example.x, true, late, example.unloading, _caption(effect)
     )
 
 
-def _torque_beside(effect: Effect, places: Sequence[Place], chain: Chain) -> EffectPicture | None:
+def _torque_next_to(effect: Effect, places: Sequence[Place], chain: Chain) -> EffectPicture | None:
     """Return the torque that acts beside a drive, over the joint's angle."""
     values = {spec.symbol: spec.typical for spec in effect.parameters}
     angle = np.linspace(-np.pi, np.pi, 73)
@@ -330,7 +330,7 @@ def _scaled(effect: Effect, place: Place, usual: dict[str, float], factor: float
     """Return the effect with its amplitudes enlarged, within their bounds."""
     values = dict(usual)
     for spec in effect.parameters:
-        if spec.sort is not Sort.SHAPE:
+        if spec.role is not ParameterRole.NONLINEAR:
             values[spec.symbol] = usual[spec.symbol] / factor if spec.inverse else usual[spec.symbol] * factor
     return PlacedEffect(effect, place, values)
 

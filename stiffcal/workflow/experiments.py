@@ -19,7 +19,7 @@ NOTHING: dict[str, float | None] = {"translation": None, "rotation": None}
 
 
 @dataclass(frozen=True)
-class Part:
+class ExperimentFit:
     """What one kind of experiment adds to the answer of ``identify``.
 
     Attributes
@@ -55,7 +55,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Judged:
+class ExperimentValidation:
     """What one kind of experiment adds to the answer of ``validate``.
 
     Attributes
@@ -80,23 +80,23 @@ class Judged:
     tables: dict[str, pa.Table] = field(default_factory=dict)
 
 
-def experiment_parts(data: Ingested) -> list[Part]:
+def experiment_parts(data: Ingested) -> list[ExperimentFit]:
     """Return what each kind of experiment that the campaign holds adds to ``identify``."""
-    from stiffcal.workflow.clamped import clamped_part
-    from stiffcal.workflow.friction import friction_part
+    from stiffcal.workflow.clamped import clamped_experiment_fit
+    from stiffcal.workflow.friction import friction_experiment_fit
 
-    return [part for part in (clamped_part(data), friction_part(data)) if part is not None]
+    return [part for part in (clamped_experiment_fit(data), friction_experiment_fit(data)) if part is not None]
 
 
-def experiments_judged(data: Ingested) -> list[Judged]:
+def validated_experiments(data: Ingested) -> list[ExperimentValidation]:
     """Return what each kind of experiment that the campaign holds adds to ``validate``."""
-    from stiffcal.workflow.clamped import clamped_judged
-    from stiffcal.workflow.friction import friction_judged
+    from stiffcal.workflow.clamped import clamped_validation
+    from stiffcal.workflow.friction import friction_validation
 
-    return [part for part in (clamped_judged(data), friction_judged(data)) if part is not None]
+    return [part for part in (clamped_validation(data), friction_validation(data)) if part is not None]
 
 
-def with_parts(document: Document, parts: Sequence[Part]) -> Document:
+def with_parts(document: Document, parts: Sequence[ExperimentFit]) -> Document:
     """Return an ``identify`` document with the parts of experiments in it."""
     if not parts:
         return document
@@ -114,12 +114,12 @@ def with_parts(document: Document, parts: Sequence[Part]) -> Document:
     merged["warnings"] = list(dict.fromkeys(merged["warnings"]))
     merged["free_parameters"], merged["covariance"] = document["free_parameters"], document["covariance"]
     for part in parts:
-        merged["covariance"] = _beside_each_other(merged["covariance"], part.covariance)
+        merged["covariance"] = _independent_fits(merged["covariance"], part.covariance)
         merged["free_parameters"] = [*merged["free_parameters"], *part.free]
     return merged | {part.name: part.section for part in parts}
 
 
-def document_of_parts(balance: str, parts: Sequence[Part]) -> Document:
+def document_of_parts(balance: str, parts: Sequence[ExperimentFit]) -> Document:
     """Return the ``identify`` document of a campaign that holds no load states."""
     from stiffcal.identification.document import SCHEMA
 
@@ -147,7 +147,7 @@ def document_of_parts(balance: str, parts: Sequence[Part]) -> Document:
     return with_parts(empty, parts)
 
 
-def judged_with(document: Document, parts: Sequence[Judged]) -> Document:
+def validation_with(document: Document, parts: Sequence[ExperimentValidation]) -> Document:
     """Return a ``validate`` document with the parts of experiments in it."""
     if not parts:
         return document
@@ -168,7 +168,7 @@ def judged_with(document: Document, parts: Sequence[Judged]) -> Document:
     }
 
 
-def judgement_of_parts(parts: Sequence[Judged]) -> Document:
+def validation_of_experiments(parts: Sequence[ExperimentValidation]) -> Document:
     """Return the ``validate`` document of a campaign that holds no load states."""
     from stiffcal.validation.document import SCHEMA
 
@@ -184,7 +184,7 @@ def judgement_of_parts(parts: Sequence[Judged]) -> Document:
         **{f"by_{key}": [] for key in ("run", "direction", "load", "branch", "joint_angle")},
         "worst": [],
     }
-    return judged_with(empty, parts)
+    return validation_with(empty, parts)
 
 
 def _merged(own: Document, others: Sequence[Document]) -> Document:
@@ -197,7 +197,7 @@ def _merged(own: Document, others: Sequence[Document]) -> Document:
     return found
 
 
-def _beside_each_other(one: list[list[float]], other: list[list[float]]) -> list[list[float]]:
+def _independent_fits(one: list[list[float]], other: list[list[float]]) -> list[list[float]]:
     """Return the block-diagonal matrix of two square ones: separate experiments share no error."""
     wide = [row + [0.0] * len(other) for row in one]
     return wide + [[0.0] * len(one) + row for row in other]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from stiffcal.errors import InputError
 from stiffcal.files import replacing, write_whole
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import UNSEEN_STATES, Document, Ingested, Means, ingested
+from stiffcal.workflow.steps import HELDOUT_STATES, Document, Ingested, RunContext, ingested
 from stiffcal.workflow.validate import validated
 
 if TYPE_CHECKING:
@@ -20,14 +20,14 @@ TABLES, MODELS = (".csv", ".parquet"), (".json", ".urdf")
 
 
 def export_campaign(
-    folder: Path, means: Means | None = None, output: Path = Path("states.csv"), *, raw_text: bool = False
+    folder: Path, context: RunContext | None = None, output: Path = Path("states.csv"), *, raw_text: bool = False
 ) -> Document:
     """Write a campaign's states or model to a file, whose ending says which.
 
     Parameters
     ----------
     folder : the campaign folder.
-    means : store, progress and so on.
+    context : store, progress and so on.
     output : ``*.csv`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit with its
         model; ``*.urdf``: the robot, with the stiffness of its joints beside it.
     raw_text : leave texts in a CSV file as they are, also those that a spreadsheet takes for formulas.
@@ -41,15 +41,15 @@ def export_campaign(
     ------
     InputError : the input is wrong, or the file's ending is none of these.
     """
-    means = means or Means()
+    context = context or RunContext()
     ending = output.suffix.lower()
     if ending not in (*TABLES, *MODELS):
         mend = f"end the name in one of {', '.join((*TABLES, *MODELS))}"
         raise InputError.at(str(output), "", f"no export is known for {ending or 'a name without an ending'}", mend)
-    data = ingested(folder, means)
-    identified = fitted(data, means)
+    data = ingested(folder, context)
+    identified = fitted(data, context)
     if ending in TABLES:
-        validated(data, identified, means)
+        validated(data, identified, context)
         table = states_with_residuals(data) if len(data.states) else _readings(data)
         write_table(table, output, raw_text=raw_text)
         holds = f"{table.num_rows} readings with measured, predicted and residual"
@@ -75,7 +75,7 @@ def states_with_residuals(data: Ingested) -> pa.Table:
 
     from stiffcal.store import column_of, values_of
 
-    table, judged = data.table, data.store.read_table(UNSEEN_STATES)
+    table, judged = data.table, data.store.read_table(HELDOUT_STATES)
     where = values_of(judged.column("state"))
     for name in judged.column_names:
         if name in {"state", "run", "row"}:
@@ -115,17 +115,17 @@ def write_table(table: pa.Table | Mapping[str, Any], output: Path, *, raw_text: 
     from stiffcal.store import table_of
 
     whole = table if isinstance(table, pa.Table) else table_of(dict(table))
-    with replacing(output) as beside:
+    with replacing(output) as temporary:
         if output.suffix.lower() == ".parquet":
             import pyarrow.parquet as parquet
 
-            with beside.open("wb") as file:  # as a path pyarrow takes no name that is not UTF-8
+            with temporary.open("wb") as file:  # as a path pyarrow takes no name that is not UTF-8
                 parquet.write_table(whole, file)
         else:
             from pyarrow import csv
 
             written = whole if raw_text else _for_spreadsheets(whole)
-            with beside.open("wb") as file:
+            with temporary.open("wb") as file:
                 csv.write_csv(written, file, csv.WriteOptions(quoting_style="needed"))
 
 

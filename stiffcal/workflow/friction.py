@@ -8,21 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
-from stiffcal.workflow.experiments import Judged, Part
+from stiffcal.workflow.experiments import ExperimentFit, ExperimentValidation
 from stiffcal.workflow.friction_documents import (
     bearing_entries,
-    effects_held,
+    effects_in_model,
     expected_words,
     fit_table,
     friction_warnings,
     gaps,
+    heldout_gap,
     joint_entry,
     noise_of_fit,
     parameter_entry,
     rms_of,
     slice_entry,
     unknown_parameters,
-    unseen_gap,
 )
 from stiffcal.workflow.ingest import FREE_MOTION, FRICTION
 from stiffcal.workflow.steps import Document, Ingested, moving_effects
@@ -38,7 +38,7 @@ Floats = NDArray[np.float64]
 FRICTION_FIT = "friction_fit"
 
 
-def friction_part(data: Ingested) -> Part | None:
+def friction_experiment_fit(data: Ingested) -> ExperimentFit | None:
     """Fit the friction of every drive that the model gives friction and that friction runs have moved.
 
     Returns None where the campaign holds no friction run.
@@ -59,7 +59,7 @@ def friction_part(data: Ingested) -> Part | None:
     rows = friction_rows(data)
     usable = rows is not None and bool(np.isin(rows.joint, [one.place.joints[0] for one in placed]).any())
     if rows is None or not usable:
-        return _nothing_told(data, placed)
+        return _nothing_identified(data, placed)
     fixed = _fixed(data)
     fit = fit_friction(rows.select(~_held_out(data, rows)), placed, fixed)
     return _part(data, fit, placed)
@@ -69,7 +69,7 @@ def friction_readings(data: Ingested) -> tuple[SteadyReadings | None, FreeMotion
     """Return what the store holds of friction runs."""
     from stiffcal.measurements.friction_readings import motion_from_table, steady_from_table
 
-    steady, motion = data.beside.get(FRICTION), data.beside.get(FREE_MOTION)
+    steady, motion = data.non_load.get(FRICTION), data.non_load.get(FREE_MOTION)
     try:
         return (
             None if steady is None else steady_from_table(steady),
@@ -94,9 +94,9 @@ def friction_rows(data: Ingested) -> FrictionRows | None:
     return stacked_rows(parts) if parts else None
 
 
-def friction_judged(data: Ingested) -> Judged | None:
+def friction_validation(data: Ingested) -> ExperimentValidation | None:
     """Judge friction at speeds that the fit has not seen; None where the campaign tells no friction."""
-    from stiffcal.validation.friction import unseen_friction
+    from stiffcal.validation.friction import heldout_friction
 
     rows, placed = friction_rows(data), moving_effects(data.campaign)
     if rows is None or not placed:
@@ -107,11 +107,11 @@ def friction_judged(data: Ingested) -> Judged | None:
     from stiffcal.experiments.friction import fit_friction
 
     fixed, held_out = _fixed(data), _held_out(data, rows)
-    unseen = unseen_friction(rows, placed, fixed, held_out)
+    heldout = heldout_friction(rows, placed, fixed, held_out)
     fit = fit_friction(rows.select(~held_out), placed, fixed)
     warnings = []
-    residual = unseen.residual
-    if unseen.scheme == "none":
+    residual = heldout.residual
+    if heldout.scheme == "none":
         warnings.append("friction: fewer than three speeds, this is the error of the fit")
         residual = np.full(len(rows), np.nan)
         residual[~held_out] = fit.residual
@@ -127,16 +127,16 @@ def friction_judged(data: Ingested) -> Judged | None:
     ]
     rms = rms_of(residual[seen])
     zero = rms_of(size[np.isfinite(size)])
-    return Judged(
+    return ExperimentValidation(
         name="friction",
-        scheme=unseen.scheme,
+        scheme=heldout.scheme,
         rms={"torque": rms},
         largest={"torque": float(np.abs(residual[seen]).max())},
         noise=noise_of_fit(fit),
         relative={"torque": rms / zero if zero else None},
         zero_model={"torque": zero},
         by={"run": by_run, "joint": by_joint},
-        section={"scheme": unseen.scheme, "n_readings": int(seen.sum())},
+        section={"scheme": heldout.scheme, "n_readings": int(seen.sum())},
         n_readings=int(seen.sum()),
         warnings=warnings,
     )
@@ -153,7 +153,7 @@ def _held_out(data: Ingested, rows: FrictionRows) -> NDArray[np.bool_]:
     return np.isin(rows.run, runs)
 
 
-def _without_effect(data: Ingested) -> Part | None:
+def _without_effect(data: Ingested) -> ExperimentFit | None:
     """Say that friction was measured and is not in the model; where nothing else is measured, refuse."""
     from stiffcal.model.catalogue import built_in_effects
 
@@ -163,18 +163,18 @@ def _without_effect(data: Ingested) -> Part | None:
         raise InputError.at(
             "model.toml", "effects", "the campaign holds friction runs, and the model no friction", mend
         )
-    return Part(
+    return ExperimentFit(
         "friction", {"joints": []}, warnings=[f"friction runs are not used: the model holds no friction ({mend})"]
     )
 
 
-def _nothing_told(data: Ingested, placed: tuple[PlacedEffect, ...]) -> Part:
-    return Part(
+def _nothing_identified(data: Ingested, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
+    return ExperimentFit(
         "friction",
         {"joints": []},
         parameters=[document for one in placed for document in unknown_parameters(one)],
         not_identifiable=gaps(data, friction_readings(data)[0], placed, set()),
-        effects=effects_held(placed),
+        effects=effects_in_model(placed),
         expected="no friction can be told from these runs",
     )
 
@@ -189,7 +189,7 @@ def _lack_of_fit(fit: FrictionFit) -> Document | None:
     return {"statistic": fit.reduced_chi2, "dof": [fit.dof, None], "p_value": p_value}
 
 
-def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> Part:
+def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
     """Return the part of a fit."""
     by_joint = {one.joint: one for one in fit.joints}
     parameters: list[Document] = []
@@ -197,7 +197,7 @@ def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) ->
         found = by_joint.get(one.place.joints[0])
         parameters += unknown_parameters(one) if found is None else [parameter_entry(each) for each in found.parameters]
     section = {
-        "effects": [effect["type"] for effect in effects_held(placed)],
+        "effects": [effect["type"] for effect in effects_in_model(placed)],
         "joints": [joint_entry(data, fit, one, placed) for one in fit.joints],
         "lack_of_fit": _lack_of_fit(fit),
         "bearings": bearing_entries(fit),
@@ -210,15 +210,15 @@ def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) ->
         part = slice(done, done + len(one_joint.free))
         covariance[part, part] = one_joint.covariance
         done = part.stop
-    untold = gaps(data, friction_readings(data)[0], placed, set(by_joint)) + [
-        unseen_gap(one) for one in fit.joints if not all(one.seen.values())
+    unidentified = gaps(data, friction_readings(data)[0], placed, set(by_joint)) + [
+        heldout_gap(one) for one in fit.joints if not all(one.seen.values())
     ]
-    return Part(
+    return ExperimentFit(
         name="friction",
         section=section,
         parameters=parameters,
-        not_identifiable=untold,
-        effects=effects_held(placed),
+        not_identifiable=unidentified,
+        effects=effects_in_model(placed),
         rms={"torque": rms_of(fit.residual)},
         noise=noise_of_fit(fit),
         noise_source="repeats" if any(one.noise is not None for one in fit.joints) else "none",

@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 CURVE_POINTS = 120
 
 
-def effects_held(placed: tuple[PlacedEffect, ...]) -> list[Document]:
+def effects_in_model(placed: tuple[PlacedEffect, ...]) -> list[Document]:
     """Return what the model holds that friction runs tell, as documents write models."""
     found: dict[str, Document] = {}
     for one in placed:
@@ -90,7 +90,7 @@ def gaps(
     return found
 
 
-def unseen_gap(one: JointFrictionFit) -> Document:
+def heldout_gap(one: JointFrictionFit) -> Document:
     """Name the optional part of the law that a joint does not show, and why."""
     names = [each.name for each in one.parameters if each.value is None]
     unseen = [symbol for symbol, seen in one.seen.items() if not seen]
@@ -133,7 +133,9 @@ def between_directions(data: Ingested, fit: FrictionFit, joint: int) -> Document
     own = (fit.rows.joint == joint) & fit.rows.steady
     if not own.any():
         return None
-    shared = np.array([fit.beside[own & (fit.rows.piece == piece)].mean() for piece in np.unique(fit.rows.piece[own])])
+    shared = np.array(
+        [fit.nuisance[own & (fit.rows.piece == piece)].mean() for piece in np.unique(fit.rows.piece[own])]
+    )
     axis_is_plumb = joint == 1 and bool(
         np.linalg.norm(np.cross(data.campaign.chain.fixed[0, :3, 2], data.campaign.chain.gravity)) < 1e-6
     )
@@ -242,6 +244,6 @@ def friction_fit_columns(fit: FrictionFit, joint_names: tuple[str, ...]) -> dict
         "velocity_radps": rows.velocity,
         "friction_measured_Nm": fit.friction_measured,
         "friction_Nm": fit.friction,
-        "beside_Nm": fit.beside,
+        "beside_Nm": fit.nuisance,
         "residual_Nm": fit.residual,
     }

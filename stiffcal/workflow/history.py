@@ -11,12 +11,12 @@ from stiffcal.errors import InputError
 from stiffcal.files import write_whole
 from stiffcal.store.index import FOREIGN, OWN
 from stiffcal.workflow.identify import NO_HISTORY
-from stiffcal.workflow.steps import HISTORY, Document, Means, open_store, stored_document
+from stiffcal.workflow.steps import HISTORY, Document, RunContext, open_store, stored_document
 
 PUBLIC = ("id", "time", "model", "heldout_rms", "fit_rms", "noise", "loss")
 
 
-def read_history(folder: Path, means: Means | None = None) -> Document:
+def read_history(folder: Path, context: RunContext | None = None) -> Document:
     """Return every fit, its model, its error in unseen poses and the noise floor.
 
     Returns
@@ -29,9 +29,9 @@ def read_history(folder: Path, means: Means | None = None) -> Document:
     ------
     InputError : the folder holds no campaign.
     """
-    means = means or Means()
+    context = context or RunContext()
     campaign = load_campaign(Path(folder), check_files=False)
-    stored = stored_document(open_store(campaign.folder, means), HISTORY) or NO_HISTORY
+    stored = stored_document(open_store(campaign.folder, context), HISTORY) or NO_HISTORY
     fits = [
         {name: entry.get(name) for name in PUBLIC} | {"origin": entry.get("origin", OWN)} for entry in stored["fits"]
     ]
@@ -43,7 +43,9 @@ def read_history(folder: Path, means: Means | None = None) -> Document:
     return document
 
 
-def restore_model(folder: Path, means: Means, identifier: str, agree: Callable[[Document], bool] | None = None) -> str:
+def restore_model(
+    folder: Path, context: RunContext, identifier: str, agree: Callable[[Document], bool] | None = None
+) -> str:
     """Write the model of an earlier fit back to model.toml, with the comments it had; return what was done, in words.
 
     Parameters
@@ -57,7 +59,7 @@ def restore_model(folder: Path, means: Means, identifier: str, agree: Callable[[
     InputError : there is no such fit; it is somebody else's and `agree` does not agree; its model is no model file.
     """
     campaign = load_campaign(Path(folder), check_files=False)
-    stored = stored_document(open_store(campaign.folder, means), HISTORY) or NO_HISTORY
+    stored = stored_document(open_store(campaign.folder, context), HISTORY) or NO_HISTORY
     for entry in stored["fits"]:
         if entry["id"] == identifier:
             break

@@ -14,7 +14,7 @@ from stiffcal.workflow.steps import (
     IDENTIFY,
     Document,
     Ingested,
-    Means,
+    RunContext,
     announce,
     ingested,
     key_of_fit,
@@ -35,7 +35,7 @@ NO_HISTORY: Document = {"schema": "stiffcal/history/1", "warnings": [], "fits": 
 
 def identify_campaign(
     folder: Path,
-    means: Means | None = None,
+    context: RunContext | None = None,
     loss: str = "linear",
     dual_quaternions: bool = False,
     coupling: bool = False,
@@ -45,7 +45,7 @@ def identify_campaign(
     Parameters
     ----------
     folder : the campaign folder.
-    means : store, progress and so on.
+    context : store, progress and so on.
     loss : "linear" (least squares) or "huber" (outliers count less).
     dual_quaternions : identify joint compliances in paper 003's form too, and say how the two agree.
     coupling : with rods on a link, identify without them too, and show what the joints are then mistaken by.
@@ -59,22 +59,22 @@ def identify_campaign(
     ------
     InputError : the input is wrong, or nothing can be fitted.
     """
-    means = means or Means()
+    context = context or RunContext()
     if loss not in LOSSES:
         raise InputError.at("command line", "--loss", f"no loss is called {loss}", f"choose {' or '.join(LOSSES)}")
-    data = ingested(folder, means)
+    data = ingested(folder, context)
     current = current_fit(data, loss)
     if current is not None:
-        means.say(f"nothing has changed since fit {current['fit_id']}")
+        context.say(f"nothing has changed since fit {current['fit_id']}")
     document = current
     if document is None or (dual_quaternions and "dual_quaternions" not in document):
-        fit = fit_now(data, loss, means)
+        fit = fit_now(data, loss, context)
         document = document or store_fit(data, fit, loss)
         document = _with_dual_quaternions(data, fit, document) if dual_quaternions else document
     if coupling and "coupling" not in document:
         from stiffcal.workflow.coupling import with_coupling
 
-        document = with_coupling(data, document, loss, means)
+        document = with_coupling(data, document, loss, context)
     return document | {"origin": data.store.origin_of(IDENTIFY)}
 
 
@@ -95,7 +95,7 @@ def _with_dual_quaternions(data: Ingested, fit: Fit | None, document: Document) 
     return document
 
 
-def fitted(data: Ingested, means: Means) -> Document:
+def fitted(data: Ingested, context: RunContext) -> Document:
     """Return the `identify` document of the present model, fitting first where it is missing or stale."""
     stored = stored_document(data.store, IDENTIFY)
     # A fit with the robust loss counts as present too: the user asked for it.
@@ -106,8 +106,8 @@ def fitted(data: Ingested, means: Means) -> Document:
     reason = (
         "nothing is fitted yet" if stored is None else "the model or the load states have changed since the last fit"
     )
-    announce("identify", reason, data.campaign.folder, means)
-    return store_fit(data, fit_now(data, loss, means), loss)
+    announce("identify", reason, data.campaign.folder, context)
+    return store_fit(data, fit_now(data, loss, context), loss)
 
 
 def current_fit(data: Ingested, loss: str) -> Document | None:
@@ -118,7 +118,7 @@ def current_fit(data: Ingested, loss: str) -> Document | None:
     return stored
 
 
-def fit_now(data: Ingested, loss: str, means: Means) -> Fit | None:
+def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
     """Fit the load states, without looking at the store; None where the campaign holds other experiments alone.
 
     Raises
@@ -129,7 +129,7 @@ def fit_now(data: Ingested, loss: str, means: Means) -> Fit | None:
     from stiffcal.model.assembly import fixed_parameters
 
     campaign = data.campaign
-    if len(data.states) == 0 and data.beside:
+    if len(data.states) == 0 and data.non_load:
         return None
     robot = placed_robot(campaign)
     if not robot.placed:
@@ -141,7 +141,7 @@ def fit_now(data: Ingested, loss: str, means: Means) -> Fit | None:
             "campaign.toml", "runs", "no load state can be used", "stiffcal check says why each was set aside"
         )
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
-    return identify_parameters(data.states, robot, settings, means.progress)
+    return identify_parameters(data.states, robot, settings, context.progress)
 
 
 def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
@@ -203,14 +203,14 @@ def _entry(document: Document, text: str) -> Document:
 
 def _expectation(data: Ingested, fit: Fit) -> Document:
     """Return what error to expect in new poses: the numbers, and one sentence."""
-    from stiffcal.validation.unseen import unseen_residuals
+    from stiffcal.validation.heldout import heldout_residuals
     from stiffcal.validation.validate import rms_of
 
-    unseen = unseen_residuals(data.states, fit)
-    if unseen.scheme == "none":
+    heldout = heldout_residuals(data.states, fit)
+    if heldout.scheme == "none":
         sentence = "what error to expect in new poses cannot be told from a single pose: measure in others too"
         return {"expected_rms": None, "expected_error": sentence}
-    rms, deflection = rms_of(unseen.residual, unseen.data), rms_of(unseen.displacement, unseen.data)
+    rms, deflection = rms_of(heldout.residual, heldout.data), rms_of(heldout.displacement, heldout.data)
     error, whole = rms["translation"], deflection["translation"]
     if error is None or not whole:
         return {"expected_rms": rms, "expected_error": "no displacement was measured: no error can be told"}

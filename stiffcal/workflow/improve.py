@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.steps import Document, Means
+from stiffcal.workflow.steps import Document, RunContext
 from stiffcal.workflow.validate import validate_campaign
 
 SCHEMA = "stiffcal/improve/1"
@@ -26,7 +26,7 @@ def always(step: Document) -> bool:
 
 def improve_campaign(
     folder: Path,
-    means: Means | None = None,
+    context: RunContext | None = None,
     ask: Ask = always,
     dry_run: bool = False,
     told: Callable[[Document], None] | None = None,
@@ -36,7 +36,7 @@ def improve_campaign(
     Parameters
     ----------
     folder : the campaign folder.
-    means : store, progress and so on.
+    context : store, progress and so on.
     ask : asked before each step; the loop stops where it says no.
     dry_run : only say what would be added.
     told : told each rung of the ladder as it is reached.
@@ -50,20 +50,20 @@ def improve_campaign(
     ------
     InputError : the input is wrong.
     """
-    means = means or Means()
-    ladder = _Ladder(folder, means, told)
+    context = context or RunContext()
+    ladder = _Ladder(folder, context, told)
     ladder.reached("start", None, {})
-    diagnosed = diagnose_campaign(folder, means)
+    diagnosed = diagnose_campaign(folder, context)
     if dry_run:
         ladder.steps += [_would_add(one) for one in diagnosed["missing"]]
     else:
         diagnosed = _climb(ladder, diagnosed, ask)
-    judged = validate_campaign(folder, means)
+    judged = validate_campaign(folder, context)
     return {
         "schema": SCHEMA,
         "warnings": list(diagnosed["warnings"]),
         "steps": ladder.steps,
-        "model": _present_model(folder, means),
+        "model": _present_model(folder, context),
         "adequate": diagnosed["adequate"],
         "unexplained": diagnosed["unexplained"],
         "missing": diagnosed["missing"],
@@ -85,13 +85,13 @@ class _Ladder:
     """
 
     folder: Path
-    means: Means
+    context: RunContext
     told: Callable[[Document], None] | None
     steps: list[Document] = field(default_factory=list)
 
     def reached(self, action: str, effect: str | None, where: Any) -> None:
         """Judge the present model and note what was done to get there."""
-        judged = validate_campaign(self.folder, self.means)
+        judged = validate_campaign(self.folder, self.context)
         step = {
             "action": action,
             "effect": effect,
@@ -116,7 +116,7 @@ def _climb(ladder: _Ladder, diagnosed: Document, ask: Ask) -> Document:
         if not diagnosed["missing"] or not ask(diagnosed["missing"][0]):
             break
         ladder.edit("add", diagnosed["missing"][0])
-        diagnosed = diagnose_campaign(ladder.folder, ladder.means)
+        diagnosed = diagnose_campaign(ladder.folder, ladder.context)
         for one in diagnosed.get("superfluous", []):
             ladder.edit("remove", one)
     return diagnosed
@@ -148,7 +148,7 @@ def places_as_words(where: Document) -> dict[str, str | None]:
     }
 
 
-def _present_model(folder: Path, means: Means) -> Document:
+def _present_model(folder: Path, context: RunContext) -> Document:
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.workflow.history import model_of
 

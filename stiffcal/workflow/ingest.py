@@ -82,11 +82,11 @@ def ingest_now(campaign: Campaign, target: Store, reason: str, progress: Progres
         reduced = reduce_campaign(campaign, progress, writing)
         document = reduced.document | {"unchanged": False, "changed": changed}
         writing.write_table(STATES, states_table(reduced.states, campaign.chain.joint_names))
-        if reduced.beside.clamped_readings is not None:
+        if reduced.non_load.clamped_readings is not None:
             writing.write_table(
-                CLAMPED, readings_table(reduced.beside.clamped_readings, campaign.chain.joint_names, settings)
+                CLAMPED, readings_table(reduced.non_load.clamped_readings, campaign.chain.joint_names, settings)
             )
-        friction = reduced.beside.friction
+        friction = reduced.non_load.friction
         if friction is not None and friction.steady is not None:
             writing.write_table(FRICTION, steady_table(friction.steady, campaign.chain.joint_names))
         if friction is not None and friction.motion is not None:

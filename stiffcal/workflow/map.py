@@ -14,13 +14,13 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.sizes import HEAVIEST_KG, LONGEST_M
 from stiffcal.errors import InputError
 from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
+from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.plot import PICTURES
-from stiffcal.workflow.steps import Means
-from stiffcal.workflow.valued import ValuedCampaign, valued_campaign
+from stiffcal.workflow.steps import RunContext
 
 if TYPE_CHECKING:
     from stiffcal.compensation.map_result import MapGrid, MapResult, Plane
-    from stiffcal.compensation.workspace import MapWish
+    from stiffcal.compensation.workspace import MapTask
     from stiffcal.measurements.load_states import MeasurementSetup
 
 Floats = NDArray[np.float64]
@@ -60,7 +60,7 @@ class MapRequest:
 def map_campaign(
     folder: Path,
     request: MapRequest,
-    means: Means | None = None,
+    context: RunContext | None = None,
     picture: Path | None = None,
     table: Path | None = None,
 ) -> MapResult:
@@ -70,7 +70,7 @@ def map_campaign(
     ----------
     folder : a campaign folder with a fit, with logs to fit, or with a model file that values every parameter.
     request : load, plane and what is wanted.
-    means : store, progress and so on.
+    context : store, progress and so on.
     picture : SVG, PNG or PDF. table : CSV or Parquet with every point.
 
     Returns
@@ -86,27 +86,27 @@ def map_campaign(
     from stiffcal.compensation.workspace import BEYOND_LIMITS, REACHED, map_workspace
     from stiffcal.model.equilibrium import NoBalanceError
 
-    means = means or Means()
+    context = context or RunContext()
     _check_outputs(picture, table)
     campaign = load_campaign(Path(folder), check_files=False)
-    valued = valued_campaign(campaign, means)
-    setup, target = valued.aimed_at(request.target)
-    wrench = _wrench(valued, request)
+    fitted = fitted_robot(campaign, context)
+    setup, target = fitted.aimed_at(request.target)
+    wrench = _wrench(fitted, request)
     direction = _direction(request.stiffness)
     if direction is None and not wrench.any():
         raise InputError.at("command line", "--load", "nothing to map", "give --load, --mass or --stiffness")
-    wish, grid = _grid(valued, setup, request, wrench, direction)
-    means.progress(f"looking for {len(wish.points)} poses", None)
+    task, grid = _grid(fitted, setup, request, wrench, direction)
+    context.progress(f"looking for {len(task.points)} poses", None)
     try:
-        found = map_workspace(valued.robot, setup, wish, valued.covariance)
+        found = map_workspace(fitted.robot, setup, task, fitted.covariance)
     except NoBalanceError as error:
         raise error.of_load("command line", "--load", "give a smaller load") from error
     reached = found.status == REACHED
     result = MapResult(
-        warnings=[*valued.warnings, *_nothing_reached(reached)],
-        values_from=valued.source,
+        warnings=[*fitted.warnings, *_nothing_reached(reached)],
+        values_from=fitted.source,
         target=target,
-        wrench=wish.wrench,
+        wrench=task.wrench,
         plane=_plane(request.plane),
         levels=grid.levels,
         shape=grid.shape,
@@ -118,7 +118,7 @@ def map_campaign(
         points=map_points(found),
         file=None if table is None else str(table),
         picture=None if picture is None else str(picture),
-        wish=wish,
+        task=task,
         grid=grid,
         found=found,
     )
@@ -142,14 +142,14 @@ def _check_outputs(picture: Path | None, table: Path | None) -> None:
             raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
 
 
-def _wrench(valued: ValuedCampaign, request: MapRequest) -> Floats:
+def _wrench(fitted: FittedRobot, request: MapRequest) -> Floats:
     if request.load is not None and request.mass is not None:
         raise InputError.at("command line", "--mass", "there is a --load already", "give one of the two")
     wrench = np.zeros(6)
     if request.mass is not None:
         if not 0.0 < request.mass < np.inf:
             raise InputError.at("command line", "--mass", f"{request.mass:g} kg hang nowhere", "give a mass in kg")
-        wrench[:3] = request.mass * valued.campaign.chain.gravity
+        wrench[:3] = request.mass * fitted.campaign.chain.gravity
     elif request.load is not None:
         given = numbers_of_words(request.load, "--load")
         if len(given) not in (3, 6):
@@ -178,12 +178,12 @@ def _plane(words: str) -> Plane:
 
 
 def _grid(
-    valued: ValuedCampaign, setup: MeasurementSetup, request: MapRequest, wrench: Floats, direction: Floats | None
-) -> tuple[MapWish, MapGrid]:
+    fitted: FittedRobot, setup: MeasurementSetup, request: MapRequest, wrench: Floats, direction: Floats | None
+) -> tuple[MapTask, MapGrid]:
     """Return what is to be mapped, and how its points lie."""
     from stiffcal.compensation.inverse import middle_of_ranges
     from stiffcal.compensation.map_result import MapGrid
-    from stiffcal.compensation.workspace import MapWish, reached_box
+    from stiffcal.compensation.workspace import MapTask, reached_box
     from stiffcal.mechanics.kinematics import attached_poses, body_poses
 
     plane = _plane(request.plane)
@@ -195,7 +195,7 @@ def _grid(
         raise InputError.at("command line", "--at", reason, "give the height of the plane in m")
     if request.mass is not None and request.mass > HEAVIEST_KG:
         raise InputError.at("command line", "--mass", f"no robot holds {request.mass:g} kg", "give the mass in kg")
-    chain = valued.campaign.chain
+    chain = fitted.campaign.chain
     across, up, third = PLANES[plane]
     box = reached_box(chain, setup.targets[0])
     middle = float(box[third].mean()) if request.at is None else request.at
@@ -219,11 +219,11 @@ def _grid(
         up=rows,
         levels=levels,
         axes=(across, up, third),
-        campaign=valued.campaign.name,
+        campaign=fitted.campaign.name,
         joint_names=chain.joint_names,
         arm=arm[0][:, [across, up]],
     )
-    return MapWish(grid.points, home, rotation, wrench, direction), grid
+    return MapTask(grid.points, home, rotation, wrench, direction), grid
 
 
 def _ends(values: Floats) -> Floats | None:

@@ -10,13 +10,13 @@ import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, Ingested, Means, ingested
+from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested
 from stiffcal.workflow.validate import validated
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stiffcal.report.content import Driver, ReportStates
+    from stiffcal.report.content import ReportStates, ResidualCovariate
 
 PICTURES = (".svg", ".png", ".pdf")
 AGAINST = "torque:4, angle:2, force:x, load, time, hold, temperature, state, or velocity:2 (friction)"
@@ -24,7 +24,7 @@ AGAINST = "torque:4, angle:2, force:x, load, time, hold, temperature, state, or 
 
 def plot_campaign(
     folder: Path,
-    means: Means | None = None,
+    context: RunContext | None = None,
     output: Path | None = None,
     run: str | None = None,
     against: str | None = None,
@@ -34,7 +34,7 @@ def plot_campaign(
     Parameters
     ----------
     folder : the campaign folder.
-    means : store, progress and so on.
+    context : store, progress and so on.
     output : ``*.svg``, ``*.png`` or ``*.pdf``; default plot.svg in the present folder.
     run : only this run.
     against : draw the residual in unseen poses against this: ``torque:4``, ``angle:2`` (joint by number or name),
@@ -50,19 +50,19 @@ def plot_campaign(
     ------
     InputError : there is no such run, or nothing to draw against.
     """
-    means = means or Means()
+    context = context or RunContext()
     file = output or Path("plot.svg")
     if file.suffix.lower() not in PICTURES:
         raise InputError.at(str(file), "", "no picture format", f"end the name in one of {', '.join(PICTURES)}")
     if not file.parent.is_dir():
         raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
-    data = ingested(folder, means)
+    data = ingested(folder, context)
     names = [info.name for info in data.states.runs]
     if len(data.states) == 0 and against is None:
         names += clamped_runs(data)
     if run is not None and run not in names:
         raise InputError.at("command line", "--run", f"no run is called {run}", f"runs: {', '.join(names)}")
-    identified = fitted(data, means)
+    identified = fitted(data, context)
     from stiffcal.report.figures.canvas import save_figure
 
     if len(data.states) == 0 and against is None and clamped_runs(data):
@@ -76,7 +76,7 @@ def plot_campaign(
     if len(data.states) == 0:
         mend = "choose velocity, or velocity:2 for one joint"
         raise InputError.at("command line", "--against", "the campaign holds no load states", mend)
-    validation = validated(data, identified, means)
+    validation = validated(data, identified, context)
     from stiffcal.workflow.report_content import report_states_of
 
     shown = report_states_of(data)
@@ -149,8 +149,8 @@ def _load_deformation(shown: ReportStates, names: list[str], run: str | None) ->
     return figures.draw_load_deformation_sheet(shown, runs, [names[k] for k in runs]), "load-deformation of every run"
 
 
-def _driver(against: str, data: Ingested, identified: Document, shown: ReportStates) -> Driver:
-    from stiffcal.report.content import Driver
+def _driver(against: str, data: Ingested, identified: Document, shown: ReportStates) -> ResidualCovariate:
+    from stiffcal.report.content import ResidualCovariate
     from stiffcal.workflow.report_content import joint_torques
 
     what, _, which = against.partition(":")
@@ -168,14 +168,14 @@ def _driver(against: str, data: Ingested, identified: Document, shown: ReportSta
         if not np.isfinite(values).any():
             mend = f"choose {AGAINST}"
             raise InputError.at("command line", "--against", f"{what} is not logged in this campaign", mend)
-        return Driver(name, unit, np.asarray(values, dtype=np.float64))
+        return ResidualCovariate(name, unit, np.asarray(values, dtype=np.float64))
     if what == "force" and which in ("x", "y", "z"):
-        return Driver(f"force along {which}", "N", shown.force[:, "xyz".index(which)])
+        return ResidualCovariate(f"force along {which}", "N", shown.force[:, "xyz".index(which)])
     if what in ("torque", "angle"):
         joint = _joint(which, data.joint_names)
         if what == "angle":
-            return Driver(f"angle of joint {joint + 1}", "°", np.degrees(states.joints[:, joint]))
-        return Driver(f"torque on joint {joint + 1}", "N·m", joint_torques(data, identified)[:, joint])
+            return ResidualCovariate(f"angle of joint {joint + 1}", "°", np.degrees(states.joints[:, joint]))
+        return ResidualCovariate(f"torque on joint {joint + 1}", "N·m", joint_torques(data, identified)[:, joint])
     raise InputError.at("command line", "--against", f"nothing is known of {against}", f"choose {AGAINST}")
 
 
@@ -188,7 +188,7 @@ def _joint(which: str, names: tuple[str, ...]) -> int:
     raise InputError.at("command line", "--against", f"no joint is called {which or '(nothing)'}", mend)
 
 
-def _only(shown: ReportStates, driver: Driver, number: int) -> tuple[ReportStates, Driver]:
+def _only(shown: ReportStates, driver: ResidualCovariate, number: int) -> tuple[ReportStates, ResidualCovariate]:
     """Keep one run's states."""
     from dataclasses import fields, replace
 

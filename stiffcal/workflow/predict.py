@@ -15,9 +15,9 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.files import is_given
 from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
+from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.load_table import AXES, LoadTable, read_load_table
-from stiffcal.workflow.steps import LOAD_PATHS, Means, open_store
-from stiffcal.workflow.valued import ValuedCampaign, valued_campaign
+from stiffcal.workflow.steps import LOAD_PATHS, RunContext, open_store
 
 if TYPE_CHECKING:
     from stiffcal.compensation.link_parts import LinkPart
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class LoadPathWish:
+class LoadPathRequest:
     """A path of loads at one pose.
 
     Attributes
@@ -48,9 +48,9 @@ class LoadPathWish:
 
 def predict_campaign(
     folder: Path,
-    means: Means | None = None,
+    context: RunContext | None = None,
     poses: Path | None = None,
-    load_path: LoadPathWish | None = None,
+    load_path: LoadPathRequest | None = None,
     output: Path | None = None,
 ) -> PredictResult:
     """Predict deflection and Cartesian stiffness at the first measured frame.
@@ -58,7 +58,7 @@ def predict_campaign(
     Parameters
     ----------
     folder : a campaign folder: one with a fit, or with logs to fit, or with a model file that values every parameter.
-    means : store, progress and so on.
+    context : store, progress and so on.
     poses : CSV with a column per joint (degrees) and Fx … Tz (N, N·m): base axes, on the robot, at the manifest's load
         point; one state a row.
     load_path : instead of ``poses``.
@@ -78,38 +78,38 @@ def predict_campaign(
     from stiffcal.compensation.prediction import at_load_point, one_run, predict_states
     from stiffcal.model.equilibrium import NoBalanceError
 
-    means = means or Means()
+    context = context or RunContext()
     if (poses is None) == (load_path is None):
         raise InputError.at(
             "command line", "--poses", "say what to predict", "give either --poses FILE or --load-path F;F"
         )
     campaign = load_campaign(Path(folder), check_files=False)
     loads, corners = _wanted(campaign, poses, load_path)
-    valued = valued_campaign(campaign, means)
-    means.progress("predicting", None)
+    fitted = fitted_robot(campaign, context)
+    context.progress("predicting", None)
     try:
         found = predict_states(
-            valued.robot, loads.joints, loads.wrench, valued.setup, valued.covariance, in_order=load_path is not None
+            fitted.robot, loads.joints, loads.wrench, fitted.setup, fitted.covariance, in_order=load_path is not None
         )
     except NoBalanceError as error:
         if load_path is None:
             raise error.of_load(str(poses), "", "give smaller loads") from error
         raise error.of_load("command line", f"--load-path {load_path.corners}", "give smaller loads") from error
-    order = one_run(valued.robot, len(loads.joints)) if load_path is not None else None
-    angles, setup = valued.robot.chain.model_angles(loads.joints), at_load_point(valued.setup)
-    parts = link_parts(valued.robot, angles, loads.wrench, setup, order, valued.link_compliances)
+    order = one_run(fitted.robot, len(loads.joints)) if load_path is not None else None
+    angles, setup = fitted.robot.chain.model_angles(loads.joints), at_load_point(fitted.setup)
+    parts = link_parts(fitted.robot, angles, loads.wrench, setup, order, fitted.link_compliances)
     path = None if load_path is None else _load_path(campaign, load_path, loads, found, corners)
     result = PredictResult(
-        warnings=[*valued.warnings, *_unknown_twists(valued, parts)],
-        values_from=valued.source,
-        target=valued.setup.target_names[0],
+        warnings=[*fitted.warnings, *_unknown_twists(fitted, parts)],
+        values_from=fitted.source,
+        target=fitted.setup.target_names[0],
         states=_states(loads, found, parts),
         load_path=path,
         file=None if output is None else str(output),
         joint_names=campaign.chain.joint_names,
     )
     if path is not None:
-        _keep(campaign, means, path)
+        _keep(campaign, context, path)
     if output is not None:
         from stiffcal.workflow.export import write_table
 
@@ -117,31 +117,33 @@ def predict_campaign(
     return result
 
 
-def _wanted(campaign: Campaign, poses: Path | None, wish: LoadPathWish | None) -> tuple[LoadTable, tuple[int, ...]]:
+def _wanted(
+    campaign: Campaign, poses: Path | None, request: LoadPathRequest | None
+) -> tuple[LoadTable, tuple[int, ...]]:
     """Return the states asked for, and where on a path its corners are."""
     from stiffcal.compensation.prediction import load_path
 
     names = campaign.chain.joint_names
     if poses is not None:
         return read_load_table(Path(poses), names, joints_needed=True), ()
-    assert wish is not None
-    if is_given(Path(wish.corners)):
-        table = read_load_table(Path(wish.corners), names, joints_needed=wish.pose is None)
+    assert request is not None
+    if is_given(Path(request.corners)):
+        table = read_load_table(Path(request.corners), names, joints_needed=request.pose is None)
         corner_loads, pose = table.wrench, table.joints[0]
-        if wish.pose is None and np.ptp(table.joints, axis=0).max() > 0.0:
+        if request.pose is None and np.ptp(table.joints, axis=0).max() > 0.0:
             raise InputError.at(
-                wish.corners, "", "the joints move along the path", "a load path has one pose; see --poses"
+                request.corners, "", "the joints move along the path", "a load path has one pose; see --poses"
             )
     else:
-        corner_loads, pose = _corners(wish.corners), np.zeros(len(names))
-    if wish.pose is not None:
-        pose = pose_of_words(wish.pose, names, "--at")
-    elif not is_given(Path(wish.corners)):
+        corner_loads, pose = _corners(request.corners), np.zeros(len(names))
+    if request.pose is not None:
+        pose = pose_of_words(request.pose, names, "--at")
+    elif not is_given(Path(request.corners)):
         raise InputError.at("command line", "--at", "no pose given", f"give {len(names)} joint angles in degrees")
-    if wish.points < 1 or len(corner_loads) < 2:
+    if request.points < 1 or len(corner_loads) < 2:
         mend = "give two loads or more, and at least one point on each leg"
         raise InputError.at("command line", "--load-path", "this is no path", mend)
-    wrench, corners = load_path(corner_loads, wish.points)
+    wrench, corners = load_path(corner_loads, request.points)
     return LoadTable(np.repeat(pose[None], len(wrench), axis=0), wrench), corners
 
 
@@ -188,25 +190,25 @@ def _predicted_link(part: LinkPart, place: int) -> PredictedLink:
     )
 
 
-def _unknown_twists(valued: ValuedCampaign, parts: tuple[LinkPart, ...]) -> Iterator[str]:
+def _unknown_twists(fitted: FittedRobot, parts: tuple[LinkPart, ...]) -> Iterator[str]:
     for part in parts:
-        if part.link in valued.link_compliances and not np.isfinite(valued.link_compliances[part.link][3, 3]):
+        if part.link in fitted.link_compliances and not np.isfinite(fitted.link_compliances[part.link][3, 3]):
             has = "without it" if part.end is None else "with the fit's"
             yield f"the rods on {part.link} do not tell its twist: its part by the rods' 6×6 is {has}"
 
 
 def _load_path(
-    campaign: Campaign, wish: LoadPathWish, loads: LoadTable, found: Prediction, corners: tuple[int, ...]
+    campaign: Campaign, request: LoadPathRequest, loads: LoadTable, found: Prediction, corners: tuple[int, ...]
 ) -> LoadPath:
     from stiffcal.compensation.predict_result import LoadPath
 
     angles = ", ".join(f"{angle:.4g}°" for angle in np.degrees(loads.joints[0]))
     names = campaign.chain.joint_names
-    pose = f"{names[0]} … {names[-1]} = {angles}" + (f"; {wish.note}" if wish.note else "")
+    pose = f"{names[0]} … {names[-1]} = {angles}" + (f"; {request.note}" if request.note else "")
     return LoadPath(campaign.name, pose, loads.wrench[:, :3], found.deflection[:, :3], corners)
 
 
-def _keep(campaign: Campaign, means: Means, path: LoadPath) -> None:
+def _keep(campaign: Campaign, context: RunContext, path: LoadPath) -> None:
     """Keep the path in the store, where the report finds it; one of each name and pose."""
 
     def with_path(stored: Stored) -> Documents:
@@ -214,7 +216,7 @@ def _keep(campaign: Campaign, means: Means, path: LoadPath) -> None:
         others = [entry for entry in kept["paths"] if (entry.get("name"), entry.get("pose")) != (path.name, path.pose)]
         return {LOAD_PATHS: kept | {"paths": [*others, document_of(path)]}}
 
-    open_store(campaign.folder, means).commit(documents=with_path, command="predict")
+    open_store(campaign.folder, context).commit(documents=with_path, command="predict")
 
 
 def _table(result: PredictResult) -> dict[str, Floats]:

@@ -24,17 +24,17 @@ from stiffcal.reduction.friction_runs import FrictionReduction, FrictionRun, fri
 from stiffcal.reduction.holds import Dropped, Holds, given_holds
 from stiffcal.reduction.logs import is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
+from stiffcal.reduction.outliers import reject_outliers
 from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
 from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
-from stiffcal.reduction.screening import set_bumped_aside
-from stiffcal.reduction.states import Gathered, load_states, no_states, of_run, stacked, tabled_states
+from stiffcal.reduction.states import RawStates, load_states, no_states, of_run, stacked, tabled_states
 from stiffcal.reduction.sweeps import clamped_readings, moved_joint
 from stiffcal.store import TableStream, Writing
+from stiffcal.workflow.data_quality import DataQuality, check_load_states
 from stiffcal.workflow.logged_runs import log_files, logged_runs
 from stiffcal.workflow.logged_runs import of_run as rows_of_run
 from stiffcal.workflow.recording_tables import recording_columns, recording_name, recording_table
-from stiffcal.workflow.watching import Watches, contradictions
 
 Floats = NDArray[np.float64]
 
@@ -48,12 +48,12 @@ class ReducedCampaign:
 
     states: LoadStates
     document: dict[str, Any]
-    watches: Watches
-    beside: Beside
+    quality: DataQuality
+    non_load: NonLoadRuns
 
 
 @dataclass
-class Beside:
+class NonLoadRuns:
     """What runs measured that make no load states, collected while a campaign is read.
 
     Attributes
@@ -87,7 +87,7 @@ class Beside:
 
 
 @dataclass(frozen=True)
-class Reading:
+class ReadingOptions:
     """How a campaign is read.
 
     Attributes
@@ -121,9 +121,9 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     InputError
         A source is faulty, or no load states can be made of it.
     """
-    reading, watches, beside = Reading(writing), Watches(campaign), Beside()
-    gathered, runs = gather(campaign, progress, reading, watches, beside)
-    if gathered is None and beside:
+    reading, quality, non_load = ReadingOptions(writing), DataQuality(campaign), NonLoadRuns()
+    gathered, runs = collect_raw_states(campaign, progress, reading, quality, non_load)
+    if gathered is None and non_load:
         gathered = no_states()
     if gathered is None:
         raise InputError.at(
@@ -134,35 +134,39 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     states, registration = placed_states(campaign, gathered)
     swept = {run.states.run[0] for run in runs if run.passes}
     states = replace(states, runs=tuple(replace(run, swept=run.name in swept) for run in states.runs))
-    faults, warnings = contradictions(states, campaign, registration is not None)
-    raise_faults(watches.causes() + faults if faults else [])
-    states = set_bumped_aside(states)
+    faults, warnings = check_load_states(states, campaign, registration is not None)
+    raise_faults(quality.causes() + faults if faults else [])
+    states = reject_outliers(states)
     document = _document(states, runs)
     grown = float(np.abs(grown_lengths(states)).max(initial=0.0))
     if grown > 0.0:
         document["rods_grew_m"] = grown
     listed = {entry["id"]: entry for entry in document["runs"]}
-    for entry in beside.entries:
+    for entry in non_load.entries:
         # a clamped run that is fitted with the others has both readings and states
         if entry["id"] in listed:
             listed[entry["id"]] |= {key: value for key, value in entry.items() if key not in ("n_states", "dropped")}
         else:
             document["runs"].append(entry)
-    document["warnings"] += beside.warnings + watches.remarks() + warnings
+    document["warnings"] += non_load.warnings + quality.remarks() + warnings
     if registration is not None:
         document["registration"] = registration.as_document()
-    return ReducedCampaign(states, document, watches, beside)
+    return ReducedCampaign(states, document, quality, non_load)
 
 
-def gather(
-    campaign: Campaign, progress: Progress, reading: Reading, watches: Watches, beside: Beside | None = None
-) -> tuple[Gathered | None, list[ReducedRun]]:
-    """Read tables and logs; None where there are no states yet. Runs without load states join `beside`."""
-    manifest, beside = campaign.manifest, Beside() if beside is None else beside
+def collect_raw_states(
+    campaign: Campaign,
+    progress: Progress,
+    reading: ReadingOptions,
+    quality: DataQuality,
+    non_load: NonLoadRuns | None = None,
+) -> tuple[RawStates | None, list[ReducedRun]]:
+    """Read tables and logs; None where there are no states yet. Runs without load states join `non_load`."""
+    manifest, non_load = campaign.manifest, NonLoadRuns() if non_load is None else non_load
     progress("reading tables", None)
-    parts: list[Gathered] = []
+    parts: list[RawStates] = []
     try:
-        table = tabled_states(campaign.folder, manifest, watches.see)
+        table = tabled_states(campaign.folder, manifest, quality.see)
         if table is not None:
             parts.append(table if reading.only is None else of_run(table, reading.only))
     except InputError as error:
@@ -180,15 +184,15 @@ def gather(
         if not sources:
             continue
         logs = _read_logs(
-            campaign, run, sources, partial(_within, progress, k / len(chosen), 1 / len(chosen)), reading, watches
+            campaign, run, sources, partial(_within, progress, k / len(chosen), 1 / len(chosen)), reading, quality
         )
         try:
             if run.experiment == "clamped":
                 if len(logs) == len(sources):
-                    parts += _read_clamped(campaign, run, logs, beside)
+                    parts += _read_clamped(campaign, run, logs, non_load)
             elif run.experiment == "friction":
                 if len(logs) == len(sources) and not reading.quick:
-                    beside.friction_runs.append(friction_run(run, logs))
+                    non_load.friction_runs.append(friction_run(run, logs))
             elif reading.quick and logs:
                 parts.append(beginning(run, logs))
             elif len(logs) == len(sources):
@@ -198,18 +202,18 @@ def gather(
         except InputError as error:
             reading.fault(error)
     try:
-        beside.finish(campaign.chain)
+        non_load.finish(campaign.chain)
     except InputError as error:
         reading.fault(error)
     return (stacked(parts) if parts else None), runs
 
 
-def _read_clamped(campaign: Campaign, run: Run, logs: dict[str, Blocks], beside: Beside) -> list[Gathered]:
+def _read_clamped(campaign: Campaign, run: Run, logs: dict[str, Blocks], non_load: NonLoadRuns) -> list[RawStates]:
     """Bring the logs of a clamped run together; return its load states where other runs make some to fit with."""
     readings, clocks = clamped_readings(run, logs)
     joint = moved_joint(run.id, readings.joints, run.moved_joint, campaign.chain.joint_names)
-    beside.clamped.append(readings)
-    beside.entries.append(
+    non_load.clamped.append(readings)
+    non_load.entries.append(
         {
             "id": run.id,
             "clock_ahead_s": {source: offset.as_document() for source, offset in clocks.items()},
@@ -244,20 +248,25 @@ def _within(progress: Progress, start: float, width: float, text: str, fraction:
 
 
 def _read_logs(
-    campaign: Campaign, run: Run, sources: Sequence[str], progress: Progress, reading: Reading, watches: Watches
+    campaign: Campaign,
+    run: Run,
+    sources: Sequence[str],
+    progress: Progress,
+    reading: ReadingOptions,
+    quality: DataQuality,
 ) -> dict[str, Blocks]:
     """Read the logs of a run; faulty ones are left out where faults are collected."""
     logs: dict[str, Blocks] = {}
     for k, name in enumerate(sources):
         tell = partial(_within, progress, k / len(sources), 1 / len(sources))
         try:
-            logs[name] = _read_log(campaign, run, name, tell, reading, watches)
+            logs[name] = _read_log(campaign, run, name, tell, reading, quality)
         except InputError as error:
             reading.fault(error)
     return logs
 
 
-def placed_states(campaign: Campaign, gathered: Gathered) -> tuple[LoadStates, Registration | None]:
+def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, Registration | None]:
     """Return load states in base axes; frames to be estimated are found first, from the references."""
     manifest, chain = campaign.manifest, campaign.chain
     clamped = {run.id for run in manifest.runs if run.experiment == "clamped"}
@@ -321,7 +330,7 @@ def summed_up(dropped: Sequence[Dropped]) -> list[dict[str, Any]]:
 
 
 def _read_log(
-    campaign: Campaign, run: Run, name: str, progress: Progress, reading: Reading, watches: Watches
+    campaign: Campaign, run: Run, name: str, progress: Progress, reading: ReadingOptions, quality: DataQuality
 ) -> Blocks:
     """Stream one log: into the store as it is, into block averages for everything else."""
     source = campaign.manifest.sources[name]
@@ -333,7 +342,7 @@ def _read_log(
         if exclusion.source == name and exclusion.run in (None, run.id) for row in exclusion.rows
     ], dtype=np.int64)  # fmt: skip
     path = campaign.folder / file
-    size, rows_told = path.stat().st_size if path.exists() else 0, 0.0  # a database's table is no file
+    size, rows_reported = path.stat().st_size if path.exists() else 0, 0.0  # a database's table is no file
     progress(f"reading {file}", 0.0)
     motors = MotorSide(source, campaign.chain, name)
     for everything in read_rows(campaign.folder, name, source, campaign.manifest.files_of(name, run)):
@@ -341,15 +350,15 @@ def _read_log(
         if len(rows) == 0:
             continue
         kept = rows if out.size == 0 else rows.chosen(~np.isin(rows.number, out))
-        watches.see(name, file, kept, run.id)
+        quality.see(name, file, kept, run.id)
         if reading.writing is not None:
             if stream is None:
                 stream = reading.writing.stream(recording_name(run.id, name), recording_columns(source, rows))
             stream.append(recording_table(source, rows))
         averager.add(kept.time, kept.signals)
         # a guess from the first piece is good enough for a bar
-        rows_told = rows_told or max(len(rows) * size / PIECE_BYTES, float(len(rows)))
-        progress(f"reading {file}", min(float(rows.number[-1]) / rows_told, 1.0) if len(rows) else None)
+        rows_reported = rows_reported or max(len(rows) * size / PIECE_BYTES, float(len(rows)))
+        progress(f"reading {file}", min(float(rows.number[-1]) / rows_reported, 1.0) if len(rows) else None)
         if reading.quick:
             break
     if stream is not None:

@@ -6,17 +6,17 @@ from pathlib import Path
 
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import IDENTIFY, Document, Means, ingested
+from stiffcal.workflow.steps import IDENTIFY, Document, RunContext, ingested
 from stiffcal.workflow.validate import validated
 
 
-def report_campaign(folder: Path, means: Means | None = None, output: Path | None = None) -> Document:
+def report_campaign(folder: Path, context: RunContext | None = None, output: Path | None = None) -> Document:
     """Write the report of a campaign.
 
     Parameters
     ----------
     folder : the campaign folder.
-    means : store, progress and so on.
+    context : store, progress and so on.
     output : where to; default DIR/report.pdf.
 
     Returns
@@ -28,17 +28,17 @@ def report_campaign(folder: Path, means: Means | None = None, output: Path | Non
     ------
     InputError : the input is wrong, or the PDF cannot be written.
     """
-    means = means or Means()
-    data = ingested(folder, means)
-    identified = fitted(data, means)
-    validation = validated(data, identified, means)
+    context = context or RunContext()
+    data = ingested(folder, context)
+    identified = fitted(data, context)
+    validation = validated(data, identified, context)
 
     from stiffcal.report.building import build_report
     from stiffcal.workflow.report_content import report_content
 
     file = output or data.campaign.folder / "report.pdf"
-    means.progress("gathering the results", None)
+    context.progress("gathering the results", None)
     identified = identified | {"origin": data.store.origin_of(IDENTIFY)}
-    content = report_content(data, identified, validation, read_history(folder, means))
-    build_report(content, file, means.progress)
+    content = report_content(data, identified, validation, read_history(folder, context))
+    build_report(content, file, context.progress)
     return {"schema": "stiffcal/report/1", "warnings": [], "file": str(file), "origin": identified["origin"]}

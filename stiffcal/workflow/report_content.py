@@ -23,12 +23,12 @@ from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.report.content import (
-    Driver,
     Instrument,
     Provenance,
     ReportContent,
     ReportRun,
     ReportStates,
+    ResidualCovariate,
     SetAside,
     SourceFile,
 )
@@ -44,9 +44,9 @@ from stiffcal.workflow.report_links import link_pictures
 from stiffcal.workflow.state_tables import component_block, gauge_block
 from stiffcal.workflow.steps import (
     FIT_STATES,
+    HELDOUT_STATES,
     INGEST,
     LOAD_PATHS,
-    UNSEEN_STATES,
     Document,
     Ingested,
     placed_robot,
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-HOW_MANY_DRIVERS = 3
+MOST_COVARIATES = 3
 JOINT_MEASURES = {
     "position": "joint angles",
     "command": "commanded angles",
@@ -109,7 +109,7 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
         ingest=stored_document(data.store, INGEST),
         instruments=tuple(_instruments(data)),
         set_aside=(*_set_aside(states), *friction_set_aside(data)),
-        drivers=() if report_states is None else tuple(telling_drivers(data, identified, report_states)),
+        drivers=() if report_states is None else tuple(most_correlated_covariates(data, identified, report_states)),
         load_paths=tuple(_load_path(path) for path in paths["paths"]),
         **diagnosis_content(data, identified),
         extra={
@@ -125,7 +125,7 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
 def report_states_of(data: Ingested) -> ReportStates:
     """Return the load states as the report draws them: first target, base axes; of gauges what they read alone."""
     states, chain = data.states, data.campaign.chain
-    fit, unseen = data.store.read_table(FIT_STATES), data.store.read_table(UNSEEN_STATES)
+    fit, heldout = data.store.read_table(FIT_STATES), data.store.read_table(HELDOUT_STATES)
     block = partial(component_block, target=states.setup.target_names[0], n_states=len(states))
     along = None
     if not states.has_poses and states.setup.gauges:
@@ -133,11 +133,11 @@ def report_states_of(data: Ingested) -> ReportStates:
         names = [gauge.name for gauge in states.setup.gauges]
         block = partial(gauge_block, names=names, directions=along, n_states=len(states))
     measured, predicted = block(fit, kind="measured"), block(fit, kind="predicted")
-    unseen_measured, left = block(unseen, kind="measured"), block(unseen, kind="residual")
+    heldout_measured, left = block(heldout, kind="measured"), block(heldout, kind="residual")
     # Runs held out of the fit are in the second table alone.
     outside = ~np.isfinite(measured).any(axis=1)
-    measured[outside] = unseen_measured[outside]
-    predicted[outside] = block(unseen, kind="predicted")[outside]
+    measured[outside] = heldout_measured[outside]
+    predicted[outside] = block(heldout, kind="predicted")[outside]
     measured = _with_states_set_aside(states, measured)
     rotations = bool(np.isfinite(measured[:, 3:]).any())
     width = 6 if rotations else 3
@@ -150,7 +150,7 @@ def report_states_of(data: Ingested) -> ReportStates:
         branch=branch,
         measured=measured[:, :width],
         predicted=predicted[:, :width],
-        predicted_unseen=(measured - left)[:, :width],
+        predicted_heldout=(measured - left)[:, :width],
         set_aside=states.set_aside,
         reference=states.reference & (not states.deflection_given),
         along=None if along is None else _read_along(states, along),
@@ -173,10 +173,10 @@ def _with_states_set_aside(states: LoadStates, measured: Floats) -> Floats:
     filled = measured.copy()
     for members in members_of(states.run):
         difference = raw[members, :3] - measured[members, :3]
-        seen = np.isfinite(difference).all(axis=1)
-        if seen.any():
+        measured_mask = np.isfinite(difference).all(axis=1)
+        if measured_mask.any():
             missing = members[~np.isfinite(measured[members, :3]).all(axis=1)]
-            filled[missing, :3] = raw[missing, :3] - difference[seen].mean(axis=0)
+            filled[missing, :3] = raw[missing, :3] - difference[measured_mask].mean(axis=0)
     return filled
 
 
@@ -345,7 +345,7 @@ def joint_torques(data: Ingested, identified: Document) -> Floats:
     return solve_balance(robot, chain.model_angles(states.joints), wrench, states.setup).joint_torque
 
 
-def telling_drivers(data: Ingested, identified: Document, shown: ReportStates) -> list[Driver]:
+def most_correlated_covariates(data: Ingested, identified: Document, shown: ReportStates) -> list[ResidualCovariate]:
     """Return the joint torques that the residual follows most, most telling first."""
     torque = joint_torques(data, identified)
     residual = shown.residual[:, :3]
@@ -361,9 +361,11 @@ def telling_drivers(data: Ingested, identified: Document, shown: ReportStates) -
             continue
         slope = (values - values.mean()) @ (residual[keep] - residual[keep].mean(axis=0)) / (len(values) * spread)
         strength.append(float(np.linalg.norm(slope)))
-    ranked = np.argsort(-np.array(strength), kind="stable")[:HOW_MANY_DRIVERS]
+    ranked = np.argsort(-np.array(strength), kind="stable")[:MOST_COVARIATES]
     return [
-        Driver(f"torque on joint {joint + 1}", "N·m", torque[:, joint]) for joint in ranked if strength[joint] > 0.0
+        ResidualCovariate(f"torque on joint {joint + 1}", "N·m", torque[:, joint])
+        for joint in ranked
+        if strength[joint] > 0.0
     ]
 
 

@@ -80,7 +80,7 @@ def _evidence(
                 after=columns["after"][part],
                 branch=branch[part],
                 run=run[part],
-                path_run=_telling_run(entry) if effect.has_memory else "",
+                path_run=_most_significant_run(entry) if effect.has_memory else "",
                 rms_before=entry["heldout_rms_before"],
                 rms_after=entry["heldout_rms_after"],
                 by_run=tuple((one["label"], one["before"], one["after"]) for one in entry["by_run"]),
@@ -96,7 +96,7 @@ def _evidence(
     return found
 
 
-def _telling_run(entry: Document) -> str:
+def _most_significant_run(entry: Document) -> str:
     """Return the run in which the effect takes away most."""
     return str(max(entry["by_run"], key=lambda one: one["before"] - one["after"])["label"])
 

@@ -12,7 +12,7 @@ from stiffcal.identification.document import values_of
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.observation import Observations, observe
 from stiffcal.identification.rows import LENGTH, TRANSLATION
-from stiffcal.identification.weighing import predict_observations
+from stiffcal.identification.weights import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.beam import axis_displacement
 from stiffcal.model.composite import CompliantRobot
@@ -39,12 +39,12 @@ def link_pictures(data: Ingested, identified: Document) -> tuple[LinkPicture, ..
     robot = placed_robot(data.campaign).with_values(values_of(identified))
     readings = observe(states, robot.chain)
     noise = (identified.get("noise_per_axis") or {}).get("length")
-    seen = _Seen.of(readings, states, robot)
-    return tuple(_picture(link, seen) for link in measure_links(readings, robot, noise))
+    observed = _ObservedLinks.of(readings, states, robot)
+    return tuple(_picture(link, observed) for link in measure_links(readings, robot, noise))
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _ObservedLinks:
     """What was read and what the model says of it, (m, n) rows by states; the load in base axes, (n, 3) N."""
 
     data: Observations
@@ -55,7 +55,7 @@ class _Seen:
     unloading: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, data: Observations, states: LoadStates, robot: CompliantRobot) -> _Seen:
+    def of(cls, data: Observations, states: LoadStates, robot: CompliantRobot) -> _ObservedLinks:
         """Predict everything once."""
         branch = find_load_cycles(states).branch[data.index]
         predicted = predict_observations(robot, data)
@@ -67,11 +67,11 @@ class _Seen:
         return predict_observations(replace(self.robot, placed=kept), self.data)
 
 
-def _picture(link: MeasuredLink, seen: _Seen) -> LinkPicture:
+def _picture(link: MeasuredLink, observed: _ObservedLinks) -> LinkPicture:
     rods, shape = link.estimate.rods, link.estimate.shape
-    held = any(one.place.link == link.link for one in seen.robot.placed)
-    rigid = seen.without(link.link) if held else None
-    runs = tuple(_run(int(number), link, seen, rigid) for number in np.unique(link.run))
+    held = any(one.place.link == link.link for one in observed.robot.placed)
+    rigid = observed.without(link.link) if held else None
+    runs = tuple(_run(int(number), link, observed, rigid) for number in np.unique(link.run))
     size = [float(np.nanmax(np.abs(run.lengths), initial=0.0)) for run in runs]
     shown = sorted(int(k) for k in np.argsort(size)[::-1][: HOW_MANY - 1])
     # the campaign's first run beside those with the largest readings
@@ -90,30 +90,30 @@ def _picture(link: MeasuredLink, seen: _Seen) -> LinkPicture:
     )  # fmt: skip
 
 
-def _run(number: int, link: MeasuredLink, seen: _Seen, rigid: Floats | None) -> LinkRun:
+def _run(number: int, link: MeasuredLink, observed: _ObservedLinks, rigid: Floats | None) -> LinkRun:
     """Gather one run, in the states in which all the link's rods were read."""
     own = np.flatnonzero(link.run == number)
     where = link.index[own]
-    load = seen.load[where]
+    load = observed.load[where]
     direction = load[int(np.argmax(np.sum(load**2, axis=1)))]
     direction = direction / max(float(np.linalg.norm(direction)), 1e-300)
     # a device that pushes and pulls is called by its own direction, not by the larger of its two ends
     direction = direction * (1.0 if direction[int(np.argmax(np.abs(direction)))] > 0.0 else -1.0)
-    rows = _rows_of(link, seen.data)
-    measured = seen.data.measured[np.ix_(rows, where)]
+    rows = _rows_of(link, observed.data)
+    measured = observed.data.measured[np.ix_(rows, where)]
     reference = int(np.argmin(np.sum(load**2, axis=1)))
-    modelled = seen.predicted[np.ix_(rows, where)]
+    modelled = observed.predicted[np.ix_(rows, where)]
     shift = (measured - modelled).mean(axis=1, keepdims=True)
     still = measured[:, [reference]].mean(axis=1, keepdims=True) if rigid is None else shift
-    along = _tool_reader(seen, where, direction)
-    tool, with_link = along(seen.data.measured), along(seen.predicted)
+    along = _tool_reader(observed, where, direction)
+    tool, with_link = along(observed.data.measured), along(observed.predicted)
     offset = 0.0 if tool is None or with_link is None else float(np.mean(tool - with_link))
     zero = link.estimate.displacement[own[reference]]
     return LinkRun(
-        name=seen.states.runs[number].name,
+        name=observed.states.runs[number].name,
         along=_words(direction),
         force=load @ direction,
-        unloading=seen.unloading[where],
+        unloading=observed.unloading[where],
         lengths=(measured - still).T,
         modelled=None if rigid is None else modelled.T,
         end=link.estimate.displacement[own] - zero,
@@ -131,9 +131,9 @@ def _rows_of(link: MeasuredLink, data: Observations) -> Integers:
     return np.flatnonzero((data.kind == LENGTH) & (data.body == number))
 
 
-def _tool_reader(seen: _Seen, where: Integers, direction: Floats) -> Callable[[Floats], Floats | None]:
+def _tool_reader(observed: _ObservedLinks, where: Integers, direction: Floats) -> Callable[[Floats], Floats | None]:
     """Return what reads the first target's displacement along a direction out of (m, n) rows; None if not measured."""
-    data = seen.data
+    data = observed.data
     rows = data.rows_of(TRANSLATION)
     rows = rows[data.body[rows] == 0]
     if len(rows) == 3:

@@ -7,11 +7,11 @@ from pathlib import Path
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.report import report_campaign
-from stiffcal.workflow.steps import Document, Means
+from stiffcal.workflow.steps import Document, RunContext
 from stiffcal.workflow.validate import validate_campaign
 
 
-def run_campaign(folder: Path, means: Means | None = None) -> Document:
+def run_campaign(folder: Path, context: RunContext | None = None) -> Document:
     """Run check, ingest, identify, validate, diagnose and report on a campaign.
 
     Returns
@@ -25,12 +25,12 @@ def run_campaign(folder: Path, means: Means | None = None) -> Document:
     """
     from stiffcal.workflow.check import check_campaign
 
-    means = means or Means()
-    checked = check_campaign(folder, progress=means.progress)
-    identified = identify_campaign(folder, means)
-    validation = validate_campaign(folder, means)
-    diagnosis = diagnose_campaign(folder, means)
-    report = report_campaign(folder, means)
+    context = context or RunContext()
+    checked = check_campaign(folder, progress=context.progress)
+    identified = identify_campaign(folder, context)
+    validation = validate_campaign(folder, context)
+    diagnosis = diagnose_campaign(folder, context)
+    report = report_campaign(folder, context)
     steps = (checked, identified, validation, diagnosis)
     return {
         "schema": "stiffcal/run/1",

@@ -42,13 +42,13 @@ def observed_table(states: LoadStates, data: Observations, predicted: Floats, re
         "row": states.row[data.index],
     }
     for name, place, read in _named_rows(states, data):
-        seen = data.seen[place] & read
+        measured_mask = data.measured_mask[place] & read
         for kind, values in (
             ("measured", predicted[place] + residual[place]),
             ("predicted", predicted[place]),
             ("residual", residual[place]),
         ):
-            columns[f"{name}_{kind}"] = np.where(seen, values, np.nan)
+            columns[f"{name}_{kind}"] = np.where(measured_mask, values, np.nan)
     return table_of(columns)
 
 

@@ -29,17 +29,17 @@ if TYPE_CHECKING:
 
 Document: TypeAlias = dict[str, Any]
 
-STATES, FIT_STATES, UNSEEN_STATES = "states", "fit", "unseen"
-BESIDE = ("clamped", "friction", "free_motion")
+STATES, FIT_STATES, HELDOUT_STATES = "states", "fit", "unseen"
+NON_LOAD_TABLES = ("clamped", "friction", "free_motion")
 IDENTIFY, VALIDATE, HISTORY, INGEST, LOAD_PATHS = "identify", "validate", "history", "ingest", "load_paths"
 
 
-def say_nothing(text: str) -> None:
-    """Let a note pass; the default of `Means.say`."""
+def ignore_note(text: str) -> None:
+    """Let a note pass; the default of `RunContext.say`."""
 
 
 @dataclass(frozen=True)
-class Means:
+class RunContext:
     """What a workflow function works with.
 
     Attributes
@@ -55,7 +55,7 @@ class Means:
     store: str | None = None
     update: bool = True
     progress: Progress = no_progress
-    say: Callable[[str], None] = say_nothing
+    say: Callable[[str], None] = ignore_note
     reach: tuple[Path, ...] = ()
     thorough: bool = False
 
@@ -71,7 +71,7 @@ class Ingested:
     table : the states as they lie in the store.
     states : the same as arrays, without what a correcting controller commanded (`reduction.commanded`); none where the
         campaign holds other experiments alone.
-    beside : tables of what other experiments measured ("clamped", "friction", "free_motion"), as far as there are any.
+    non_load : tables of what other experiments measured ("clamped", "friction", "free_motion"), as far as there are any.
     origin : from whom the states come: "own", "trusted place", or "foreign" where the logs to make them are missing.
     missing : logs that are not there; what is stored is then all there is.
     """
@@ -80,7 +80,7 @@ class Ingested:
     store: Store
     table: pa.Table
     states: LoadStates
-    beside: dict[str, pa.Table] = field(default_factory=dict)
+    non_load: dict[str, pa.Table] = field(default_factory=dict)
     origin: str = "own"
     missing: tuple[str, ...] = ()
 
@@ -101,11 +101,11 @@ class Ingested:
         return self.campaign.chain.joint_names
 
 
-def open_store(folder: Path, means: Means) -> Store:
+def open_store(folder: Path, context: RunContext) -> Store:
     """Return the campaign's store; it need not exist yet."""
     from stiffcal.store import Store
 
-    return Store(means.store or Path(folder) / "store", shown=means.store or "store")
+    return Store(context.store or Path(folder) / "store", shown=context.store or "store")
 
 
 def stored_document(store: Store, name: str) -> Document | None:
@@ -124,42 +124,42 @@ def stored_document(store: Store, name: str) -> Document | None:
         return None
 
 
-def ingested(folder: Path, means: Means) -> Ingested:
+def ingested(folder: Path, context: RunContext) -> Ingested:
     """Return the campaign's load states, ingesting first where they are missing, stale or somebody else's.
 
     Where logs are missing and nothing else has changed, what is stored is used; `Ingested.origin` says whose it is.
 
     Raises
     ------
-    InputError : the input is wrong, or a step is missing and ``means.update`` is False.
+    InputError : the input is wrong, or a step is missing and ``context.update`` is False.
     """
     from stiffcal.reduction.commanded import without_commands
     from stiffcal.store.index import OWN
-    from stiffcal.trust.strangers import use_own_results, use_results_of_stranger
+    from stiffcal.trust.foreign_content import use_foreign_results, use_own_results
     from stiffcal.workflow.freshness import freshness_of, say_missing, without_damaged
     from stiffcal.workflow.ingest import ingest_now
 
     campaign = load_campaign(Path(folder), check_files=False)
-    store = open_store(campaign.folder, means)
-    fresh = freshness_of(campaign, store, means.thorough)
+    store = open_store(campaign.folder, context)
+    fresh = freshness_of(campaign, store, context.thorough)
     if fresh.missing:
-        say_missing(fresh, means.say)
+        say_missing(fresh, context.say)
     elif fresh.reason:
         # Logs that are not there are named before anything is announced.
         campaign = load_campaign(campaign.folder)
-        announce("ingest", fresh.reason, campaign.folder, means)
-        ingest_now(campaign, store, fresh.reason, means.progress)
+        announce("ingest", fresh.reason, campaign.folder, context)
+        ingest_now(campaign, store, fresh.reason, context.progress)
     else:
-        without_damaged(store, means.say)
+        without_damaged(store, context.say)
     table, states = stored_table(store)
-    beside = {name: store.read_table(name) for name in BESIDE if name in store.tables}
-    origin = store.origin_of(STATES, *BESIDE, INGEST)
+    non_load = {name: store.read_table(name) for name in NON_LOAD_TABLES if name in store.tables}
+    origin = store.origin_of(STATES, *NON_LOAD_TABLES, INGEST)
     if origin != OWN:  # in a place that several people write, too
-        use_results_of_stranger(store.shown)
+        use_foreign_results(store.shown)
     else:
         use_own_results()
     states = without_commands(states, campaign.chain)
-    return Ingested(campaign, store, table, states, beside, origin, fresh.missing)
+    return Ingested(campaign, store, table, states, non_load, origin, fresh.missing)
 
 
 def stored_table(store: Store) -> tuple[pa.Table, LoadStates]:
@@ -180,17 +180,17 @@ def stored_table(store: Store) -> tuple[pa.Table, LoadStates]:
         raise damaged(store.shown, STATES, (str(error).splitlines() or [""])[0]) from error
 
 
-def announce(step: str, reason: str, folder: Path, means: Means) -> None:
+def announce(step: str, reason: str, folder: Path, context: RunContext) -> None:
     """Say that an earlier step is run first, or refuse.
 
     Raises
     ------
-    InputError : ``means.update`` is False.
+    InputError : ``context.update`` is False.
     """
-    if not means.update:
+    if not context.update:
         mend = f"run stiffcal {step} {folder}, or leave --no-update out"
         raise InputError.at(str(folder), step, reason, mend)
-    means.say(f"{step} first: {reason}")
+    context.say(f"{step} first: {reason}")
 
 
 def key_of(*parts: Any) -> str:
@@ -222,8 +222,8 @@ def key_of_fit(data: Ingested, loss: str) -> str:
     campaign = data.campaign
     documents = [campaign.model.model_dump(mode="json"), campaign.robot.model_dump(mode="json")]
     plugins = plugin_digests(campaign)
-    beside = {name: key_of_table(table) for name, table in data.beside.items()}
-    return key_of(key_of_table(data.table), documents, plugins, loss, *([beside] if beside else []))
+    non_load = {name: key_of_table(table) for name, table in data.non_load.items()}
+    return key_of(key_of_table(data.table), documents, plugins, loss, *([non_load] if non_load else []))
 
 
 def plugin_digests(campaign: Campaign) -> list[str]:
@@ -274,6 +274,6 @@ def model_text(campaign: Campaign) -> str:
     return read_regular(path, MODEL_FILE, limit=TOML).decode("utf-8") if path.exists() else ""
 
 
-def without_update(means: Means) -> Means:
+def without_update(context: RunContext) -> RunContext:
     """Return the same means, refusing to run earlier steps."""
-    return replace(means, update=False)
+    return replace(context, update=False)

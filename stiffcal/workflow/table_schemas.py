@@ -163,7 +163,7 @@ def _states() -> LoadStates:
         position=np.zeros((1, 1, 3)), rotation=np.eye(3)[None, None], deflection=np.zeros((1, 1, 6)),
         reference=np.ones(1, dtype=np.bool_), temperature=np.zeros((1, 1)), row=_FIRST, n_readings=_FIRST,
         wrench_scatter=np.zeros((1, 6)), position_scatter=np.zeros((1, 1, 3)), set_aside=np.array([""]), setup=setup,
-        lengths=np.zeros((1, 1)), displacement=np.zeros((1, 1)), markers_seen=np.ones((1, 1, 1), dtype=np.bool_),
+        lengths=np.zeros((1, 1)), displacement=np.zeros((1, 1)), markers_measured=np.ones((1, 1, 1), dtype=np.bool_),
     )  # fmt: skip
 
 
@@ -175,7 +175,7 @@ def _observations(states: LoadStates) -> Observations:
     return Observations(
         angles=np.zeros((1, 1)), wrench=np.zeros((6, 1)),
         order=StateOrder(_FIRST, _ONE, _ONE, np.zeros((1, 1)), _ONE, _ONE),
-        measured=np.zeros((8, 1)), seen=np.ones((8, 1), dtype=np.bool_),
+        measured=np.zeros((8, 1)), measured_mask=np.ones((8, 1), dtype=np.bool_),
         layout=Layout(kinds, np.zeros(8, dtype=np.int64), numbers, gauges),
         free_offset=True, run=_FIRST, setup=states.setup, index=_FIRST,
     )  # fmt: skip

@@ -7,16 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
+from stiffcal.workflow.diagnosis_verdict import judgement
 from stiffcal.workflow.identify import fit_now, fitted
-from stiffcal.workflow.judging import judgement
 from stiffcal.workflow.steps import (
+    HELDOUT_STATES,
     HISTORY,
     IDENTIFY,
-    UNSEEN_STATES,
     VALIDATE,
     Document,
     Ingested,
-    Means,
+    RunContext,
     announce,
     ingested,
     key_of,
@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
 
 def validate_campaign(
-    folder: Path, means: Means | None = None, model: Path | None = None, thresholds: ThresholdsFile | None = None
+    folder: Path, context: RunContext | None = None, model: Path | None = None, thresholds: ThresholdsFile | None = None
 ) -> Document:
     """Judge the present model in poses that the fit has not seen.
 
     Parameters
     ----------
     folder : the campaign folder.
-    means : store, progress and so on.
+    context : store, progress and so on.
     model : another campaign's folder, whose fitted model is judged on this campaign's data instead.
     thresholds : for this answer; the manifest may only tighten them. The store keeps the verdict on the manifest's own.
 
@@ -52,17 +52,17 @@ def validate_campaign(
     ------
     InputError : the input is wrong.
     """
-    means = means or Means()
-    data = ingested(folder, means)
+    context = context or RunContext()
+    data = ingested(folder, context)
     if model is not None:
-        return _judge_other(data, Path(model), means, thresholds)
-    identified = fitted(data, means)
-    current = current_validation(data, identified) or validate_now(data, identified, means)
-    document = with_present_verdict(data, identified, current, means, thresholds)
+        return _validate_other(data, Path(model), context, thresholds)
+    identified = fitted(data, context)
+    current = current_validation(data, identified) or validate_now(data, identified, context)
+    document = with_present_verdict(data, identified, current, context, thresholds)
     return document | {"origin": data.store.origin_of(VALIDATE)}
 
 
-def validated(data: Ingested, identified: Document, means: Means) -> Document:
+def validated(data: Ingested, identified: Document, context: RunContext) -> Document:
     """Return the `validate` document of the present fit, judging first where it is missing or stale.
 
     A verdict on the manifest's present thresholds stands as it was last given: `validate` and `batch` look at the
@@ -71,9 +71,9 @@ def validated(data: Ingested, identified: Document, means: Means) -> Document:
     current = current_validation(data, identified)
     if current is not None:
         same = current.get("thresholds") == data.campaign.manifest.thresholds.written() and not data.uncounted
-        return current if same else with_present_verdict(data, identified, current, means)
-    announce("validate", "the present fit is not validated yet", data.campaign.folder, means)
-    return validate_now(data, identified, means)
+        return current if same else with_present_verdict(data, identified, current, context)
+    announce("validate", "the present fit is not validated yet", data.campaign.folder, context)
+    return validate_now(data, identified, context)
 
 
 def current_validation(data: Ingested, identified: Document) -> Document | None:
@@ -87,19 +87,23 @@ def _key(identified: Document) -> str:
 
 
 def with_present_verdict(
-    data: Ingested, identified: Document, stored: Document, means: Means, thresholds: ThresholdsFile | None = None
+    data: Ingested,
+    identified: Document,
+    stored: Document,
+    context: RunContext,
+    thresholds: ThresholdsFile | None = None,
 ) -> Document:
     """Return a stored validation with the verdict on the thresholds and the baseline as they are now.
 
     The store is told of a verdict that has changed; not of one on a file's thresholds, which hold for this time.
     """
-    document = stored | judgement(data, identified, stored, means, thresholds)
+    document = stored | judgement(data, identified, stored, context, thresholds)
     if thresholds is None and document != stored and not data.uncounted:
         data.commit({}, {VALIDATE: document}, command="validate")
     return document
 
 
-def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | None = None) -> Document:
+def validate_now(data: Ingested, identified: Document, context: RunContext, fit: Fit | None = None) -> Document:
     """Judge the present fit, write the result into the store and complete the history's entry.
 
     Parameters
@@ -109,23 +113,23 @@ def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | 
     """
     from stiffcal.validation.document import validation_document
     from stiffcal.validation.validate import validate_fit
-    from stiffcal.workflow.experiments import experiments_judged, judged_with, judgement_of_parts
+    from stiffcal.workflow.experiments import validated_experiments, validation_of_experiments, validation_with
     from stiffcal.workflow.state_tables import observed_table
 
-    fit = fit or fit_now(data, str(identified["loss"]), means)
-    means.progress("leaving poses out", None)
-    parts = experiments_judged(data)
+    fit = fit or fit_now(data, str(identified["loss"]), context)
+    context.progress("leaving poses out", None)
+    parts = validated_experiments(data)
     tables = {name: table for part in parts for name, table in part.tables.items()}
     if fit is None:
-        document = judgement_of_parts(parts)
+        document = validation_of_experiments(parts)
     else:
         validation = validate_fit(data.states, fit)
-        document = judged_with(validation_document(data.states, validation), parts)
-        unseen = validation.unseen
-        predicted = unseen.displacement - unseen.residual
-        tables[UNSEEN_STATES] = observed_table(data.states, unseen.data, predicted, unseen.residual)
+        document = validation_with(validation_document(data.states, validation), parts)
+        heldout = validation.heldout
+        predicted = heldout.displacement - heldout.residual
+        tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual)
     document |= {"fit_id": identified["fit_id"], "key": _key(identified)}
-    document |= judgement(data, identified, document, means)
+    document |= judgement(data, identified, document, context)
 
     def with_history(stored: Stored) -> Documents:
         history = stored(HISTORY)
@@ -141,19 +145,19 @@ def validate_now(data: Ingested, identified: Document, means: Means, fit: Fit | 
     return document
 
 
-def _judge_other(data: Ingested, other: Path, means: Means, thresholds: ThresholdsFile | None) -> Document:
+def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds: ThresholdsFile | None) -> Document:
     """Judge another campaign's fitted model on these data; nothing is stored."""
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.identification.document import model_document, values_of
     from stiffcal.store.index import FOREIGN
     from stiffcal.store.origin import worst_of
     from stiffcal.validation.document import validation_document
-    from stiffcal.validation.unseen import residuals_of_model
+    from stiffcal.validation.heldout import residuals_of_model
     from stiffcal.validation.validate import validate_fit
     from stiffcal.workflow.ingest import source_files
 
     campaign = load_campaign(other, check_files=False)
-    store = open_store(other, Means())
+    store = open_store(other, RunContext())
     stored, origin = stored_document(store, IDENTIFY), store.origin_of(IDENTIFY)
     if stored is None:
         raise InputError.at(str(other), "store", "no model is fitted there", f"run stiffcal identify {other}")
@@ -167,7 +171,7 @@ def _judge_other(data: Ingested, other: Path, means: Means, thresholds: Threshol
     if model_document(robot) != stored["model"]:
         reason = "its model.toml has changed since the last fit"
         raise InputError.at(str(other), "model.toml", reason, f"run stiffcal identify {other}")
-    own = fit_now(data, "linear", means)
+    own = fit_now(data, "linear", context)
     if own is None:
         reason = "this campaign holds no load states that a model could be held against"
         raise InputError.at(str(data.campaign.folder), "runs", reason, "name a campaign with load runs")
@@ -176,5 +180,5 @@ def _judge_other(data: Ingested, other: Path, means: Means, thresholds: Threshol
     document = validation_document(data.states, validation)
     if origin == FOREIGN:
         data = replace(data, origin=origin)
-    document |= judgement(data, stored, document, means, thresholds)
+    document |= judgement(data, stored, document, context, thresholds)
     return document | {"model_of": str(other), "model": stored["model"], "origin": worst_of([data.origin, origin])}

@@ -17,7 +17,7 @@ from unittest import mock
 import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.simulation.clamped import play_clamped
+from stiffcal.simulation.clamped import simulate_clamped
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.identify import identify_campaign
@@ -50,7 +50,7 @@ def main() -> None:
 
     def once(robot: Any, act: Any, *rest: Any) -> Any:
         if act.name not in played:
-            played[act.name] = play_clamped(robot, act, *rest)
+            played[act.name] = simulate_clamped(robot, act, *rest)
         return played[act.name]
 
     errors, widths, plays, poor = [], [], [], []

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stiffcal.compensation.targets import Wish, correct_joints, errors_of
+from stiffcal.compensation.targets import CorrectionOptions, correct_joints, errors_of
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.measurements.load_states import Floats
 from stiffcal.model.catalogue import find_effects
@@ -80,8 +80,8 @@ def judge(plan: Plan, tilted: Sequence[int], seed: int, poses: int) -> Outcome:
         a: dict(zip(names, map(float, row), strict=True)) for a, row in zip(names, fit.covariance, strict=True)
     }
     found = correct_joints(fit.robot, joints, wrenches, states.setup, covariance=covariance)
-    left = errors_of(true, joints, found.joints, wrenches, states.setup, Wish())[:, :3]
-    deflection = errors_of(true, joints, joints, wrenches, states.setup, Wish())[:, :3]
+    left = errors_of(true, joints, found.joints, wrenches, states.setup, CorrectionOptions())[:, :3]
+    deflection = errors_of(true, joints, joints, wrenches, states.setup, CorrectionOptions())[:, :3]
     stated = found.covariance[:, :3, :3]
     return Outcome(
         inside=(np.linalg.norm(left, axis=1) < found.residual_95).astype(np.float64),

@@ -1,7 +1,7 @@
 """100 000 Jacobians: ours, batched, against a Python loop over pinocchio.
 
 Both compute the same numbers, checked here: the (6, 6) Jacobian of a point off the flange in base axes for each of the
-joint angles, into one array. Beside it the leanest loop, which throws its results away.
+joint angles, into one array. NonLoadRuns it the leanest loop, which throws its results away.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from stiffcal.compensation.link_parts import link_parts
 from stiffcal.compensation.prediction import at_load_point
 from stiffcal.measurements.load_states import Floats
 from stiffcal.model.equilibrium import solve_balance
-from stiffcal.workflow.predict import LoadPathWish, predict_campaign
+from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from tests.compensation.test_targets import six
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.rod_states import bending_swing, six_axes_with_beams, with_effect
@@ -75,7 +75,7 @@ def test_the_link_by_its_6x6_is_the_link_by_its_law() -> None:
 def test_predict_shows_the_tool_with_and_without_the_swing(tmp_path: Path) -> None:
     folder = tmp_path / "max100"
     shutil.copytree(MAX100, folder)
-    wish = LoadPathWish("0,0,0;0,-1500,0", "-21,33,40,22,-73,-96", points=1)
+    wish = LoadPathRequest("0,0,0;0,-1500,0", "-21,33,40,22,-73,-96", points=1)
     output = tmp_path / "predicted.csv"
     state = predict_campaign(folder, load_path=wish, output=output).states[1]
     (swing,) = state.links

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.compensation.prediction import predict_states
-from stiffcal.compensation.targets import PoseGoal, Wish, correct_joints
+from stiffcal.compensation.targets import CorrectionOptions, PoseGoal, correct_joints
 from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
@@ -140,7 +140,7 @@ def test_beside_a_singular_pose_the_position_is_kept() -> None:
 def test_a_pose_in_space_takes_the_sag_out_too() -> None:
     robot, setup, joints, wrench = six(10)
     goal = PoseGoal(*attached_poses(robot.chain, robot.chain.model_angles(joints), setup.targets[0]))
-    found = correct_joints(robot, joints, wrench, setup, Wish(goal))
+    found = correct_joints(robot, joints, wrench, setup, CorrectionOptions(goal))
     assert found.reached.all()
     loaded = solve_balance(robot, robot.chain.model_angles(found.joints), wrench, setup)
     assert np.abs(loaded.target_position[:, 0] - goal.position).max() < 1e-8
@@ -162,7 +162,7 @@ def test_the_linear_form_is_corrected_in_its_own_terms() -> None:
 
 def test_position_alone() -> None:
     robot, setup, joints, wrench = six(5)
-    found = correct_joints(robot, joints, wrench, setup, Wish(orientation=False))
+    found = correct_joints(robot, joints, wrench, setup, CorrectionOptions(orientation=False))
     whole = correct_joints(robot, joints, wrench, setup)
     assert found.reached.all()
     assert np.abs(found.after[:, 3:]).max() > 1e-5
@@ -180,7 +180,7 @@ def test_what_the_models_uncertainty_leaves_covers_what_is_left(weight: bool) ->
     matrix = root @ root.T
     covariance = {a: {b: float(matrix[i, j]) for j, b in enumerate(names)} for i, a in enumerate(names)}
     goal = PoseGoal(*attached_poses(chain, chain.model_angles(joints), setup.targets[0])) if weight else None
-    found = correct_joints(robot, joints, wrench, setup, Wish(goal), covariance)
+    found = correct_joints(robot, joints, wrench, setup, CorrectionOptions(goal), covariance)
     share = []
     for _ in range(40):
         values = 1.0 / SIX_STIFFNESS + root @ rng.standard_normal(6)

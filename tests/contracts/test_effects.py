@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
-from stiffcal.identification.weighing import predict_observations
+from stiffcal.identification.weights import predict_observations
 from stiffcal.measurements.load_states import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Effect, Inputs, NodeLoads, Observed, ParameterSpec, Place, Sort
+from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
+from stiffcal.model.effect import Effect, Inputs, NodeLoads, Observed, ParameterRole, ParameterSpec, Place
 from stiffcal.model.equilibrium import rest_under_weight
-from stiffcal.model.shape import chain_shape, node_wrenches
 from tests.laboratory.effect_bench import bare_states, robot_chain
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axis_joints
 
@@ -90,7 +90,7 @@ def node_loads(moments: bool) -> NodeLoads:
     inputs = Inputs(data.angles, data.wrench, data.setup)
     rigid = CompliantRobot(chain(), ())
     unloaded = rest_under_weight(rigid, inputs)
-    wrench = node_wrenches(chain(), chain_shape(chain(), data.angles, None), inputs)
+    wrench = node_wrenches(chain(), deformed_chain(chain(), data.angles, None), inputs)
     return NodeLoads(wrench, data.angles, data.order, unloaded.wrench)
 
 
@@ -156,7 +156,7 @@ def test_numbers_have_units_bounds_and_sources(effect: Effect) -> None:
         assert spec.lower < spec.upper, spec.symbol
         assert spec.lower <= spec.typical <= spec.upper, spec.symbol
         assert spec.typical != 0.0, spec.symbol
-        if spec.sort is Sort.SETUP:
+        if spec.role is ParameterRole.SETUP:
             assert spec.lower <= 0.0 <= spec.upper, spec.symbol
         if spec.inverse:
             assert spec.lower > 0.0, spec.symbol
@@ -197,7 +197,9 @@ def test_zero_load_gives_zero(effect: Effect) -> None:
 def test_neutral_parameters_change_no_observation(effect: Effect) -> None:
     data = observations(measures_moments(effect))
     place = effect.places(chain())[0]
-    neutral = {spec.symbol: 0.0 for spec in effect.parameters if spec.sort is not Sort.SHAPE and not spec.inverse}
+    neutral = {
+        spec.symbol: 0.0 for spec in effect.parameters if spec.role is not ParameterRole.NONLINEAR and not spec.inverse
+    }
     seen = Observed(np.random.default_rng(1).normal(size=(1, 6, data.n_states)), data.order)
     shift = effect.observation_shift(place, seen, neutral)
     assert shift is None or not np.any(shift)
@@ -216,7 +218,7 @@ def test_neutral_parameters_change_no_observation(effect: Effect) -> None:
 
 def test_grids_lie_within_the_bounds(effect: Effect) -> None:
     carried = node_loads(measures_moments(effect))
-    shapes = {spec.symbol: spec for spec in effect.parameters if spec.sort is Sort.SHAPE}
+    shapes = {spec.symbol: spec for spec in effect.parameters if spec.role is ParameterRole.NONLINEAR}
     for place in effect.places(chain()):
         grid = effect.shape_grid(place, chain(), carried)
         assert set(grid) == set(shapes)
@@ -238,7 +240,7 @@ def test_driver_has_a_value_per_state(effect: Effect) -> None:
 def test_terms_name_the_effects_own_amplitudes(effect: Effect) -> None:
     data = observations(measures_moments(effect))
     carried = node_loads(measures_moments(effect))
-    amplitudes = {spec.symbol for spec in effect.parameters if spec.sort is Sort.AMPLITUDE} | {""}
+    amplitudes = {spec.symbol for spec in effect.parameters if spec.role is ParameterRole.AMPLITUDE} | {""}
     for place in effect.places(chain()):
         one = placed(effect, place).placed[-1]
         for term in effect.terms(place, chain(), carried, one.shape()):
@@ -279,8 +281,8 @@ def differences(name: str, spec: ParameterSpec) -> Floats:
     effect = EFFECTS[name]
     robot = placed(effect, effect.places(chain())[-1])
     one = robot.placed[-1]
-    at = one.amplitude(spec.symbol) if spec.sort is Sort.AMPLITUDE else one.values[spec.symbol]
-    step = (1e-4 if spec.sort is Sort.SHAPE else 1e-2) * abs(at)
+    at = one.amplitude(spec.symbol) if spec.role is ParameterRole.AMPLITUDE else one.values[spec.symbol]
+    step = (1e-4 if spec.role is ParameterRole.NONLINEAR else 1e-2) * abs(at)
     ends = []
     for value in (at - step, at + step):
         moved = robot.with_values({one.parameter_name(spec.symbol): 1.0 / value if spec.inverse else value})

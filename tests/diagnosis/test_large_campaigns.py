@@ -10,19 +10,19 @@ import pytest
 import stiffcal.diagnosis.scoring
 import stiffcal.identification.least_squares
 import stiffcal.identification.projection
-import stiffcal.identification.signatures
+import stiffcal.identification.regressors
 from stiffcal.diagnosis.document import diagnosis_document
 from stiffcal.diagnosis.scan import Scan, scan_candidates
 from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.least_squares import triangular, triangular_of_rows
-from stiffcal.identification.signatures import RecalledSignature
+from stiffcal.identification.regressors import StoredRegressor
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.validation.unseen import factors_without_each
+from stiffcal.validation.heldout import factors_without_each
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
@@ -49,12 +49,12 @@ def test_a_diagnosis_is_the_same_when_signatures_are_not_kept(monkeypatch: pytes
     states, robot = with_play(5), joint_springs(six_axes())
     catalogue = {name: effect for name, effect in find_effects().items() if name in TRIED}
     whole = search_missing(states, robot, catalogue)
-    monkeypatch.setattr(stiffcal.identification.signatures, "MOST_KEPT", 0)
+    monkeypatch.setattr(stiffcal.identification.regressors, "MOST_KEPT", 0)
     monkeypatch.setattr(stiffcal.identification.projection, "NUMBERS_AT_ONCE", 3000)
     monkeypatch.setattr(stiffcal.identification.least_squares, "NUMBERS_AT_ONCE", 3000)
     monkeypatch.setattr(stiffcal.diagnosis.scoring, "NUMBERS_AT_ONCE", 200)
     pieces = search_missing(states, robot, catalogue)
-    assert all(isinstance(trial.signature, RecalledSignature) for trial in pieces.first.trials)
+    assert all(isinstance(trial.regressor, StoredRegressor) for trial in pieces.first.trials)
     expected, found = diagnosis_document(states, whole), diagnosis_document(states, pieces)
     assert [one["effect"] for one in found["missing"]] == ["backlash"]
     assert found["missing"] == expected["missing"]

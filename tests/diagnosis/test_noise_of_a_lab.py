@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.diagnosis.document import diagnosis_document
 from stiffcal.diagnosis.search import Search, search_missing
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.reduction.screening import set_bumped_aside
+from stiffcal.reduction.outliers import reject_outliers
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import cycles_of, joint_springs, medium_robot, played
 
@@ -70,7 +70,7 @@ def test_a_run_noisier_than_the_others_holds_no_bumps_and_lacks_nothing() -> Non
     states = still()
     noise = TRACKER * np.random.default_rng(6).normal(size=(len(states), 3))
     noise[states.run == 2] *= 5.0
-    noisy = set_bumped_aside(read_with(states, noise))
+    noisy = reject_outliers(read_with(states, noise))
     assert noisy.used.all()
     found = search(noisy)
     assert found.after is not None
@@ -78,7 +78,7 @@ def test_a_run_noisier_than_the_others_holds_no_bumps_and_lacks_nothing() -> Non
     assert not found.unexplained
     bumped = noisy.position.copy()
     bumped[[30, 160], 0] += [[6e-4, 0.0, 0.0]]
-    assert set(np.flatnonzero(~set_bumped_aside(replace(noisy, position=bumped)).used)) == {30, 160}
+    assert set(np.flatnonzero(~reject_outliers(replace(noisy, position=bumped)).used)) == {30, 160}
 
 
 @pytest.mark.parametrize("spoilt", [False, True])

@@ -30,7 +30,7 @@ def test_bounded_solution_is_the_best_within_bounds(likeness: float) -> None:
 
 
 def test_leaving_folds_out_equals_refitting() -> None:
-    """Unseen squares from inner products are those of fits really made without the fold."""
+    """HeldoutResiduals squares from inner products are those of fits really made without the fold."""
     rng = np.random.default_rng(1)
     rows = rng.normal(size=(4, 120))
     folds = [np.arange(k, 120, 6) for k in range(6)]
@@ -39,9 +39,9 @@ def test_leaving_folds_out_equals_refitting() -> None:
         rest = np.setdiff1d(np.arange(120), fold)
         x, *_ = np.linalg.lstsq(rows[:3, rest].T, rows[3, rest], rcond=None)
         left = rows[3, fold] - x @ rows[:3, fold]
-        assert score.unseen[number] == pytest.approx(float(left @ left), rel=1e-6)
+        assert score.heldout[number] == pytest.approx(float(left @ left), rel=1e-6)
         assert np.allclose(score.without[number], x, rtol=1e-6)
-    assert np.allclose(np.diagonal(score.nested), score.unseen, rtol=1e-6)
+    assert np.allclose(np.diagonal(score.nested), score.heldout, rtol=1e-6)
 
 
 def test_the_shape_is_chosen_without_the_fold_it_is_judged_on() -> None:
@@ -55,7 +55,7 @@ def test_the_shape_is_chosen_without_the_fold_it_is_judged_on() -> None:
     products = [fold_products(np.stack([column, residual]), folds) for column in (truth, tempting)]
     score = score_variants(products, np.array([-np.inf]), np.array([np.inf]), np.arange(3))
     assert score.variant == 0
-    assert score.unseen[0] == pytest.approx(float(noise[:30] @ noise[:30]), rel=0.2)
+    assert score.heldout[0] == pytest.approx(float(noise[:30] @ noise[:30]), rel=0.2)
 
 
 def test_quadratic_is_the_sum_of_squares() -> None:

@@ -23,9 +23,9 @@ LATE = 0.08
 
 def test_a_ramp_is_seen_ahead() -> None:
     time = np.linspace(0.0, 10.0, 101)
-    seen = EFFECT.seen_at(time, 3.0 * time, 0.25)
+    seen = EFFECT.measured_at(time, 3.0 * time, 0.25)
     np.testing.assert_allclose(seen[:90] - 3.0 * time[:90], 0.75)
-    np.testing.assert_array_equal(EFFECT.seen_at(time, 3.0 * time, 0.0), 3.0 * time)
+    np.testing.assert_array_equal(EFFECT.measured_at(time, 3.0 * time, 0.0), 3.0 * time)
 
 
 def test_load_states_that_are_held_show_no_motion() -> None:

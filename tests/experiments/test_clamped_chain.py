@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.campaign.loading import load_robot
 from stiffcal.campaign.robot_file import chain_of
 from stiffcal.experiments.clamped_chain import ClampedChain, clamped_chain, give_of
-from stiffcal.experiments.torque_angle import Law
+from stiffcal.experiments.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup, RunInfo
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
@@ -24,8 +24,8 @@ SETUP = MeasurementSetup(HELD, HELD, (), (), moments_measured=True, base_from_tr
 STIFFNESS = np.array([1e6, 1.2e6, 7e5, 1.3e5, 1e5, 5e4])
 
 
-def law(stiffness: float) -> Law:
-    return Law(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, (stiffness, 0.0, 0.0), (-0.01, 0.01))
+def law(stiffness: float) -> TorqueAngleLaw:
+    return TorqueAngleLaw(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, (stiffness, 0.0, 0.0), (-0.01, 0.01))
 
 
 def driven(pose: list[float], joint: int, fixture: Floats | None = None) -> tuple[ClampedChain, Floats]:
@@ -50,7 +50,7 @@ def driven(pose: list[float], joint: int, fixture: Floats | None = None) -> tupl
 @pytest.mark.parametrize("joint", range(1, 7))
 def test_each_drive_takes_up_its_own_motor(joint: int) -> None:
     chain, give = driven([39, -67.5, 94.5, -37, -36.5, -49], joint)
-    assert chain.told_apart
+    assert chain.is_distinguishable
     np.testing.assert_allclose(chain.angle({}) - chain.angle({})[0], give[:, joint - 1], atol=1e-12)
     np.testing.assert_allclose(chain.torque[:, joint - 1], STIFFNESS[joint - 1] * give[:, joint - 1], atol=1e-6)
 
@@ -66,8 +66,8 @@ def test_the_fixtures_give_is_taken_off() -> None:
 def test_joints_in_one_line_are_told_by_the_others_curve() -> None:
     """Joint 5 at zero: joints 4 and 6 turn the flange alike (004's doubt about joint 4)."""
     chain, give = driven([10, -70, 100, 30, 0, 20], 4)
-    assert not chain.told_apart
-    assert chain.is_seen
+    assert not chain.is_distinguishable
+    assert chain.is_excited
     # taken alone, joint 4 seems as soft as both springs in series
     np.testing.assert_allclose(chain.torque[:, 3], chain.torque[:, 5], rtol=1e-6, atol=1e-9)
     alone = chain.angle({})
@@ -78,5 +78,5 @@ def test_joints_in_one_line_are_told_by_the_others_curve() -> None:
 
 
 def test_give_of_a_law() -> None:
-    with_play = Law(0.2, 2e-3, 0.5, 0.0, 0.0, 0.0, (1e5, 0.0, 0.0), (-0.01, 0.01))
+    with_play = TorqueAngleLaw(0.2, 2e-3, 0.5, 0.0, 0.0, 0.0, (1e5, 0.0, 0.0), (-0.01, 0.01))
     np.testing.assert_allclose(give_of(with_play, np.array([-100.0, 100.0])), [-2e-3, 2e-3], atol=1e-7)

@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.experiments.clamped_faults import loaded_words, other_loaded, why_no_sweep
 from stiffcal.experiments.saturation import find_saturation
-from stiffcal.experiments.torque_angle import Law
+from stiffcal.experiments.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 from tests.experiments.test_clamped_chain import driven
@@ -84,7 +84,7 @@ def test_a_coarse_sensor_at_rest_is_at_no_limit(step: float, noise: float) -> No
 
 
 def test_a_play_whose_far_side_was_not_reached_is_not_told() -> None:
-    law = Law(0.0, 8e-4, 4.0, 0.0, 0.0, 0.0, (3e5, 0.0, 0.0), (-6e-4, 6e-4))
+    law = TorqueAngleLaw(0.0, 8e-4, 4.0, 0.0, 0.0, 0.0, (3e5, 0.0, 0.0), (-6e-4, 6e-4))
     assert law.flank_not_reached == ""
     assert replace(law, reach=(-6e-4, 1e-6)).flank_not_reached == "upper"
     assert replace(law, reach=(-1e-6, 6e-4)).flank_not_reached == "lower"

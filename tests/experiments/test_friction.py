@@ -116,7 +116,7 @@ def test_rows_of_both_kinds_go_together() -> None:
     rows = steady_rows(steady)
     both = stacked_rows([rows, rows])
     assert len(both) == 2 * len(rows)
-    assert both.beside.shape[1] == 2 * rows.beside.shape[1]
+    assert both.nuisance.shape[1] == 2 * rows.nuisance.shape[1]
     assert not set(both.repeat[: len(rows)]) & set(both.repeat[len(rows) :])
 
 

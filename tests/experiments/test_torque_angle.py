@@ -12,7 +12,7 @@ from stiffcal.errors import InputError
 from stiffcal.experiments import torque_angle
 from stiffcal.experiments.branches import Branches, average_branches, reversal_error
 from stiffcal.experiments.clamped import encoder_step
-from stiffcal.experiments.torque_angle import Law, fit_series, play_segment
+from stiffcal.experiments.torque_angle import TorqueAngleLaw, fit_series, play_segment
 
 Floats = NDArray[np.float64]
 DEGREE = np.pi / 180.0
@@ -28,16 +28,16 @@ TABLE_2 = {
 ENCODER = 0.0005 * DEGREE
 
 
-def law_of(joint: int, **changed: float) -> tuple[Law, float]:
+def law_of(joint: int, **changed: float) -> tuple[TorqueAngleLaw, float]:
     play, p3, p2, p1, noise = TABLE_2[joint]
     curve = (1e3 * p1 / DEGREE, 1e3 * p2 / DEGREE**2, 1e3 * p3 / DEGREE**3)
     # the printed cubic of joint 1 turns over at 0.096°
     reach = (-0.1 * DEGREE, (0.095 if joint == 1 else 0.1) * DEGREE)
-    law = Law(0.01 * DEGREE, play * DEGREE, 2e-3 * curve[0] * 0.1 * DEGREE, 0.0, 0.0, 0.0, curve, reach)
+    law = TorqueAngleLaw(0.01 * DEGREE, play * DEGREE, 2e-3 * curve[0] * 0.1 * DEGREE, 0.0, 0.0, 0.0, curve, reach)
     return replace(law, **changed), noise  # type: ignore[arg-type]
 
 
-def sweep(law: Law, noise: float, seed: int = 1, cycles: int = 3) -> tuple[Floats, ...]:
+def sweep(law: TorqueAngleLaw, noise: float, seed: int = 1, cycles: int = 3) -> tuple[Floats, ...]:
     """Return angle, torque, half sweep and direction of readings as an encoder and a force sensor give them."""
     rng = np.random.default_rng(seed)
     half, n = 0.5 * law.width, 300
@@ -51,7 +51,7 @@ def sweep(law: Law, noise: float, seed: int = 1, cycles: int = 3) -> tuple[Float
     return read, torque, number.astype(np.float64), up.astype(np.float64)
 
 
-def branches(law: Law, noise: float, seed: int = 1) -> Branches:
+def branches(law: TorqueAngleLaw, noise: float, seed: int = 1) -> Branches:
     angle, torque, number, up = sweep(law, noise, seed)
     return average_branches(angle, torque, number.astype(np.int64), up.astype(np.bool_), 120)
 

@@ -14,7 +14,7 @@ from typing import Any
 from unittest import mock
 
 from stiffcal.trust import notices, record
-from stiffcal.trust.strangers import fault_of_stranger
+from stiffcal.trust.foreign_content import fault_of_foreign_content
 from tests.fuzz.fence import FENCE, SECRET
 from tests.fuzz.wrong_numbers import command_ends, refusal_of
 
@@ -57,7 +57,7 @@ def run_fenced(words: list[str], folder: Path) -> tuple[int, dict[str, Any] | No
         with FENCE.around((folder,), folder.parent / "outside"):
             code, out, err = command_ends(words)
     except Exception as error:
-        raise fault_of_stranger(error) or error from None
+        raise fault_of_foreign_content(error) or error from None
     finally:
         signal.signal(signal.SIGINT, before)
     if SECRET in out + err:

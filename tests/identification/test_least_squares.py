@@ -51,18 +51,20 @@ def test_blocks_and_eliminated_offsets_equal_the_whole_problem(correlated: bool)
 def test_unseen_components_carry_no_weight() -> None:
     """A masked component neither pulls nor counts."""
     data = observe(played(medium_robot(), runs=2), medium_robot().chain)
-    seen = data.seen.copy()
-    seen[1, ::3] = False
-    whitening: Whitening = whiten(Noise(1e-5, 1e-5, 1.0, 1.0, "manifest", np.inf), _masked(data, seen), _lever(data))
+    measured_mask = data.measured_mask.copy()
+    measured_mask[1, ::3] = False
+    whitening: Whitening = whiten(
+        Noise(1e-5, 1e-5, 1.0, 1.0, "manifest", np.inf), _masked(data, measured_mask), _lever(data)
+    )
     assert whitening.lower is not None
     assert not whitening.lower[1, :, ::3].any()
     assert not whitening.lower[:, 1, ::3].any()
 
 
-def _masked(data: Observations, seen: np.ndarray) -> Observations:
+def _masked(data: Observations, measured_mask: np.ndarray) -> Observations:
     from dataclasses import replace
 
-    return replace(data, seen=seen)
+    return replace(data, measured_mask=measured_mask)
 
 
 def _lever(data: Observations) -> np.ndarray:

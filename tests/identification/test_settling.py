@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from stiffcal import bounded
-from stiffcal.bounded import least_squares_within
+from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.diagnosis import scoring
 from stiffcal.diagnosis.choosing import first_least
 from stiffcal.errors import InputError
 from stiffcal.identification import dual_form, identify, variance_components
 from stiffcal.identification.document import fit_warnings
-from stiffcal.identification.identifiability import tell_apart
+from stiffcal.identification.identifiability import check_identifiability
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from tests.laboratory.robots import six_axes
@@ -102,16 +102,16 @@ def test_a_direction_that_is_blind_but_for_rounding_has_no_condition() -> None:
     factor = np.array([[1.0, 1.0], [0.0, 0.0]])
     for rounding in (0.0, 1e-17, 1e-16):
         factor[1, 1] = rounding
-        assert tell_apart(factor, ("a", "b"), np.full(2, np.inf)).condition == np.inf
+        assert check_identifiability(factor, ("a", "b"), np.full(2, np.inf)).condition == np.inf
 
 
 @pytest.mark.parametrize("rounding", [-1e-15, 0.0, 1e-15])
 def test_the_sign_of_a_known_combination_does_not_hang_on_rounding(rounding: float) -> None:
     factor = np.array([[1.0, 1.0 + rounding], [0.0, 0.0]])
-    (found,) = tell_apart(factor, ("a", "b"), np.full(2, np.inf)).ambiguities
+    (found,) = check_identifiability(factor, ("a", "b"), np.full(2, np.inf)).ambiguities
     assert found.coefficients == pytest.approx((1.0, 1.0))
     factor[0, 1] *= -1.0
-    (found,) = tell_apart(factor, ("a", "b"), np.full(2, np.inf)).ambiguities
+    (found,) = check_identifiability(factor, ("a", "b"), np.full(2, np.inf)).ambiguities
     assert found.coefficients == pytest.approx((1.0, -1.0))
 
 

@@ -10,8 +10,8 @@ import pytest
 from stiffcal.measurements.load_states import Attachment, Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, body_poses, jacobians
+from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
 from stiffcal.model.effect import RZ, Inputs
-from stiffcal.model.shape import chain_shape, node_wrenches
 from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model, place_and_jacobian
 from tests.laboratory.robots import force_sensor_setup, seven_axes, shifted, six_axes, turned
 
@@ -56,7 +56,7 @@ def test_weights_and_loads_turn_the_joints(chain: Chain) -> None:
     setup = force_sensor_setup(chain, 12.0, (0.1, -0.2, 0.3))
     wrench = np.random.default_rng(12).normal(size=(6, len(angles))) * 100.0
     stack = np.ascontiguousarray(angles.T)
-    carried = node_wrenches(chain, chain_shape(chain, stack, None), Inputs(stack, wrench, setup))
+    carried = node_wrenches(chain, deformed_chain(chain, stack, None), Inputs(stack, wrench, setup))
     about_axes = carried[1 : 2 * chain.n_joints : 2, RZ].T
     for i, q in enumerate(angles):
         _, rotation, jacobian = place_and_jacobian(model, chain, q, setup.wrench_point)

@@ -15,7 +15,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.identification.observation import Observations, observe
-from stiffcal.identification.weighing import predict_observations
+from stiffcal.identification.weights import predict_observations
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -62,7 +62,9 @@ def true_robot(folder: str, with_hidden: bool) -> CompliantRobot:
 def residual_over_noise(folder: str, with_hidden: bool) -> list[float]:
     """Return rms over noise of translations and, where measured, rotations; one free offset per run and axis."""
     _, data = measured(folder)
-    residual = np.where(data.seen, data.measured - predict_observations(true_robot(folder, with_hidden), data), np.nan)
+    residual = np.where(
+        data.measured_mask, data.measured - predict_observations(true_robot(folder, with_hidden), data), np.nan
+    )
     for number in np.unique(data.run):
         of_run = data.run == number
         residual[:, of_run] -= np.nanmean(residual[:, of_run], axis=1, keepdims=True)

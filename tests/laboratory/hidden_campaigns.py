@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.reduction.recordings import ReducedRun
-from stiffcal.workflow.reducing import Reading, ReducedCampaign, gather, reduce_campaign
-from stiffcal.workflow.watching import Watches
+from stiffcal.workflow.data_quality import DataQuality
+from stiffcal.workflow.reducing import Reading, ReducedCampaign, collect_raw_states, reduce_campaign
 
 Floats = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def reduced(name: str) -> ReducedCampaign:
 def raw_runs() -> tuple[ReducedRun, ...]:
     """Return the reduced runs of 13-raw."""
     campaign = load_campaign(folder_of("13-raw"))
-    _, runs = gather(campaign, no_progress, Reading(), Watches(campaign))
+    _, runs = collect_raw_states(campaign, no_progress, Reading(), DataQuality(campaign))
     return tuple(runs)
 
 

@@ -183,7 +183,7 @@ def report_states(run: Integers, force: Floats, measured: Floats, predicted: Flo
     return ReportStates(
         run=run, force=force, load=np.linalg.norm(force, axis=1), direction=labels, branch=branches,
         measured=measured, predicted=with_offsets(predicted, measured, run),
-        predicted_unseen=with_offsets(unseen, measured, run),
+        predicted_heldout=with_offsets(unseen, measured, run),
         set_aside=aside, reference=reference,
     )  # fmt: skip
 
@@ -274,7 +274,7 @@ def fanuc_content() -> ReportContent:
     states = ReportStates(
         run=run, force=force, load=np.linalg.norm(force, axis=1), direction=labels,
         branch=np.full(len(run), "", dtype="U12"), measured=measured, predicted=columns @ c,
-        predicted_unseen=leave_one_out(columns, measured, np.ones(3), run),
+        predicted_heldout=leave_one_out(columns, measured, np.ones(3), run),
     )  # fmt: skip
     joint_names = tuple(f"J{k + 1}" for k in range(6))
     made = documents(joint_names, c, covariance, states, names, None)

@@ -13,7 +13,7 @@ from stiffcal.identification.identify import fit_problem
 from stiffcal.measurements.load_states import Floats, Integers, members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.reduction.registration import _different_poses
-from stiffcal.validation.unseen import pose_folds
+from stiffcal.validation.heldout import pose_folds
 from tests.laboratory.simulated_states import medium_robot, played
 
 DEGREE = float(np.radians(1.0))

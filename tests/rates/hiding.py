@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from stiffcal.identification.signatures import Linearised
+from stiffcal.identification.regressors import Linearised
 from stiffcal.measurements.load_states import Floats
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque
-from stiffcal.model.effect import Effect, Place, Sort
+from stiffcal.model.effect import Effect, ParameterRole, Place
 from stiffcal.model.equilibrium import NoBalanceError
 from tests.rates.outside import OUTSIDE
 
@@ -206,7 +206,7 @@ def scaled(one: PlacedEffect, factor: float) -> PlacedEffect:
     values = {}
     for symbol, value in one.values.items():
         spec = one.effect.spec(symbol)
-        if spec.sort is Sort.SHAPE:
+        if spec.role is ParameterRole.NONLINEAR:
             values[symbol] = value
         else:
             values[symbol] = value / factor if spec.inverse else value * factor

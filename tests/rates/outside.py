@@ -14,9 +14,9 @@ from stiffcal.model.effect import (
     Kind,
     NodeLoads,
     Observed,
+    ParameterRole,
     ParameterSpec,
     Place,
-    Sort,
     Term,
     Values,
 )
@@ -27,7 +27,7 @@ def _amplitude() -> ParameterSpec:
 
 
 def _number(symbol: str, value: float) -> ParameterSpec:
-    return ParameterSpec(symbol, "1", "shape", -np.inf, np.inf, value, "invented", Sort.SHAPE)
+    return ParameterSpec(symbol, "1", "shape", -np.inf, np.inf, value, "invented", ParameterRole.NONLINEAR)
 
 
 class CrossStiffness(DocumentedEffect):

@@ -10,7 +10,7 @@ from stiffcal.identification.identify import predict_observations
 from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
 from stiffcal.identification.projection import Projection
-from stiffcal.identification.signatures import Linearised
+from stiffcal.identification.regressors import Linearised
 from stiffcal.measurements.load_states import Floats, LoadStates, RunInfo
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects
@@ -18,7 +18,7 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
-from stiffcal.reduction.screening import set_bumped_aside
+from stiffcal.reduction.outliers import reject_outliers
 from tests.laboratory.random_robots import DrawnRobot, draw_robot, draw_setup
 from tests.rates.hiding import (
     FAINT,
@@ -70,7 +70,7 @@ class Hidden:
     bumped: tuple[int, ...]
 
 
-def play_campaign(kind: str, rng: np.random.Generator, only: str = "") -> Hidden:
+def simulate_runs(kind: str, rng: np.random.Generator, only: str = "") -> Hidden:
     """Draw campaigns until one finds its balance and its effects are such as machines have."""
     for _ in range(200):
         try:
@@ -117,7 +117,7 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
         f"{', bumped' if bumped else ''}"
     )
     states = replace(states, joints=read)
-    return Hidden(kind, set_bumped_aside(states), model, whole, hidden, sizes, noise, words, bumped)
+    return Hidden(kind, reject_outliers(states), model, whole, hidden, sizes, noise, words, bumped)
 
 
 def joint_springs(robot: DrawnRobot) -> CompliantRobot:
@@ -166,12 +166,12 @@ class Ruler:
         if one.place.kind != "joints" or one.effect.name in ("bearing-tilt", "joint-translation"):
             return np.inf
         spring = next(p for p in self.truth.placed if p.place == one.place)
-        column = self.state.signature(spring.effect, spring.place, {}).columns[0] * spring.amplitude("c")
+        column = self.state.regressor(spring.effect, spring.place, {}).columns[0] * spring.amplitude("c")
         return float(np.sqrt(np.mean(self.space.rows(column[None])[0] ** 2)))
 
     def sized(self, one: PlacedEffect, size: float) -> PlacedEffect:
         """Scale an effect until it has the size."""
-        start = self.state.signature(one.effect, one.place, one.shape())
+        start = self.state.regressor(one.effect, one.place, one.shape())
         amplitudes = np.array([one.amplitude(symbol) if symbol in one.values else 0.0 for symbol in start.symbols])
         linear = np.einsum("q,qmn->mn", amplitudes, start.columns)
         found = float(np.sqrt(np.mean(self.rest_of(linear[None])[0] ** 2)))
@@ -349,10 +349,10 @@ def nearly_the_same(ruler: Ruler, one: PlacedEffect) -> tuple[str, ...]:
     for name in INSIDE:
         for place in catalogue[name].places(ruler.truth.chain):
             for shape in ruler.state.shapes(catalogue[name], place):
-                signature = ruler.state.signature(catalogue[name], place, shape)
-                if not signature.symbols:
+                regressor = ruler.state.regressor(catalogue[name], place, shape)
+                if not regressor.symbols:
                     continue
-                basis, _ = np.linalg.qr(ruler.rest_of(signature.columns).T)
+                basis, _ = np.linalg.qr(ruler.rest_of(regressor.columns).T)
                 if np.linalg.norm(basis.T @ row) >= 0.95 * np.linalg.norm(row):
                     found.append(f"{name} {place.label}")
                     break

@@ -109,7 +109,7 @@ def ask(folder: Path) -> Answer:
         folder=folder.name,
         hidden=" + ".join(hidden),
         outside=entry["outside_the_catalogue"],
-        named=" + ".join(_told(one) for one in search.found) or ("none of these" if search.unexplained else ""),
+        named=" + ".join(_identified(one) for one in search.found) or ("none of these" if search.unexplained else ""),
         right=is_right(hidden, entry["outside_the_catalogue"], search),
         before=search.before.ratio if search.before else float("nan"),
         after=search.after.ratio if search.after else float("nan"),
@@ -118,7 +118,7 @@ def ask(folder: Path) -> Answer:
     )
 
 
-def _told(one: Found) -> str:
+def _identified(one: Found) -> str:
     others = ", ".join(c.name for c in one.alternatives)
     return one.candidate.name + (f" (or {others})" if others else "")
 

@@ -10,7 +10,7 @@ import numpy as np
 from stiffcal.diagnosis.search import Found, Search, search_missing
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import Sort
+from stiffcal.model.effect import ParameterRole
 from tests.rates.playing import Hidden
 
 
@@ -65,7 +65,7 @@ def judge_campaign(campaign: Hidden) -> Verdict:
             f"{name_of(one)} {size:.1f}x{_numbers(one)}"
             for one, size in zip(campaign.hidden, campaign.sizes, strict=True)
         ),
-        found="; ".join(_told(one) for one in search.tried)
+        found="; ".join(_identified(one) for one in search.tried)
         + ("" if search.found else " (withheld)" * bool(search.tried)),
         outcome=outcome,
         good=good,
@@ -82,7 +82,7 @@ def _numbers(one: PlacedEffect) -> str:
     return "(" + ",".join(f"{s}={v:.2g}" for s, v in one.values.items()) + ")"
 
 
-def _told(one: Found) -> str:
+def _identified(one: Found) -> str:
     others = ", ".join(c.name for c in one.alternatives)
     return one.candidate.name + (f" [{others}]" if others else "") + f" {one.judgement.errors:.1f}se"
 
@@ -147,7 +147,7 @@ def _parameter_p(campaign: Hidden, search: Search) -> float | None:
                 picked.append(fit.free_names.index(name))
                 true = one.amplitude(spec.symbol) if spec.symbol in one.values else 0.0
                 off.append(valued.amplitude(spec.symbol) - true)
-                if spec.sort is Sort.SHAPE:
+                if spec.role is ParameterRole.NONLINEAR:
                     off[-1] = valued.values[spec.symbol] - one.values[spec.symbol]
     if not picked:
         return None

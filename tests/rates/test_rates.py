@@ -12,12 +12,12 @@ from stiffcal.identification.observation import observe
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot
 from tests.rates.__main__ import table_of, wilson
-from tests.rates.playing import CLASSES, Hidden, Ruler, play_campaign
+from tests.rates.playing import CLASSES, Hidden, Ruler, simulate_runs
 from tests.rates.scoring import judge_campaign, name_of
 
 
 def drawn(kind: str, number: int = 0, only: str = "") -> Hidden:
-    return play_campaign(kind, np.random.default_rng([11, CLASSES.index(kind), number]), only)
+    return simulate_runs(kind, np.random.default_rng([11, CLASSES.index(kind), number]), only)
 
 
 def springs_of(campaign: Hidden) -> CompliantRobot:
@@ -71,7 +71,7 @@ def test_a_motor_that_is_pushed_off_is_named() -> None:
     trial = search.first.trials[0]
     assert trial.candidate.name == name_of(campaign.hidden[0])
     # What a right candidate foretells is what the error falls by: |e|² − |e − d|² is |d|² on average.
-    fall = float(np.sum(search.first.base.unseen - trial.score.unseen))
+    fall = float(np.sum(search.first.base.heldout - trial.score.heldout))
     assert float(np.sum(trial.score.moved)) == pytest.approx(fall, rel=0.1)
 
 

@@ -9,7 +9,7 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from tests.rates.playing import CLASSES, play_campaign
+from tests.rates.playing import CLASSES, simulate_runs
 from tests.rates.scoring import Verdict, judge_campaign
 
 
@@ -25,6 +25,6 @@ def one_campaign(job: tuple[int, str, int, str]) -> Verdict | str:
     seed, kind, number, only = job
     rng = np.random.default_rng([seed, CLASSES.index(kind), number])
     try:
-        return judge_campaign(play_campaign(kind, rng, only))
+        return judge_campaign(simulate_runs(kind, rng, only))
     except Exception:
         return f"{kind} {number}: {traceback.format_exc()}"

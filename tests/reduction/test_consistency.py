@@ -11,7 +11,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.reduction.consistency import check_kinematics, check_work, match_kinematics, work_of_load
-from stiffcal.reduction.plausibility import LogWatch
+from stiffcal.reduction.plausibility import LogQuality
 from tests.laboratory.hidden_campaigns import NAMES, Floats, folder_of, reduced
 
 
@@ -94,8 +94,8 @@ def test_a_target_mounted_turned_is_no_fault() -> None:
     assert check_kinematics(replace(states, rotation=states.rotation @ mounting), chain, estimated=False) == []
 
 
-def watch(sampled: bool = True) -> LogWatch:
-    return LogWatch(
+def watch(sampled: bool = True) -> LogQuality:
+    return LogQuality(
         "raw/ft.csv", lambda row: f"line {row + 1}", sampled, {"wrench": ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")}
     )
 

@@ -69,19 +69,19 @@ def watched(share: float, seed: int = 3) -> LoadStates:
     position, rotation, seen = fitted_poses(FOUR, shown)
     setup = replace(states.setup, markers=(FOUR,))
     return replace(
-        states, position=position[:, None], rotation=rotation[:, None], markers_seen=seen[:, None], setup=setup
+        states, position=position[:, None], rotation=rotation[:, None], markers_measured=seen[:, None], setup=setup
     )
 
 
 def unweighted(states: LoadStates) -> LoadStates:
     """Return the same poses as if they had been read: nothing is known of points."""
     nothing = np.zeros((0, 0, 0), dtype=np.bool_)
-    return replace(states, markers_seen=nothing, setup=replace(states.setup, markers=()))
+    return replace(states, markers_measured=nothing, setup=replace(states.setup, markers=()))
 
 
 def test_a_pose_from_few_points_counts_less() -> None:
     states = watched(0.15)
-    hidden = float(np.mean(~states.markers_seen))
+    hidden = float(np.mean(~states.markers_measured))
     assert 0.1 < hidden < 0.2
     fit = identify_parameters(states, joint_springs(six_axes()))
     # the noise is that of the points' middle and of the turn by all four, whatever was hidden
@@ -107,7 +107,7 @@ def test_which_points_were_seen_stays_in_the_table() -> None:
     words = set(table.column("target_markers").to_pylist())
     assert {"a,b,c,d", "b,c,d"} <= words
     again = states_from_table(table)
-    np.testing.assert_array_equal(again.markers_seen, states.markers_seen)
+    np.testing.assert_array_equal(again.markers_measured, states.markers_measured)
     assert again.setup.markers[0] is not None
     assert again.setup.markers[0].names == FOUR.names
     np.testing.assert_array_equal(again.setup.markers[0].places, FOUR.places)

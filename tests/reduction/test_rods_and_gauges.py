@@ -97,7 +97,7 @@ def test_gauges_alone_show_work_and_what_joints_see(tmp_path: Path) -> None:
     # half of both steps: 500 N over 0.4 mm and 1000 N over 0.8 mm; 500 N over 0.3 mm and 1000 N over 0.6 mm
     np.testing.assert_allclose(work_of_load(states, chain).work, [1.0, 0.75])
     motion = motion_of(states, chain)
-    assert motion.seen.shape == (6, 2)
+    assert motion.measured.shape == (6, 2)
     np.testing.assert_allclose(motion.axes[0, 0], [0.0, -1.0, 0.0])
     # two slopes are no three springs: only joint 1 turns under the force across
     entries = joint_excitation(states, chain)

@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.reduction.load_cycles import find_load_cycles
-from stiffcal.reduction.screening import bumped_readings, load_is_good, set_bumped_aside
+from stiffcal.reduction.outliers import bumped_readings, load_is_good, reject_outliers
 from tests.laboratory.hidden_campaigns import reduced
 from tests.laboratory.simulated_states import LOAD_POINT, cycles_of, medium_robot, played
 
@@ -67,7 +67,7 @@ def test_a_jump_within_the_loads_is_no_bump() -> None:
 
 def test_states_set_aside_keep_their_reasons() -> None:
     states = reduced("11").states
-    again = set_bumped_aside(states)
+    again = reject_outliers(states)
     assert (again.set_aside == states.set_aside).all()
 
 

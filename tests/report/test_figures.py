@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from stiffcal.compensation.predict_result import LoadPath
-from stiffcal.report.content import Driver
+from stiffcal.report.content import ResidualCovariate
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.ladder import draw_ladder
 from stiffcal.report.figures.load_deformation import (
@@ -50,7 +50,9 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "load_deformation_sheet": lambda: draw_load_deformation_sheet(STATES, [0, 1], NAMES),
     "deflection_by_run": lambda: draw_deflection_by_run(STATES, NAMES, [0, 1]),
     "measured_against_predicted": lambda: draw_measured_against_predicted(STATES),
-    "residual_against": lambda: draw_residual_against(STATES, [Driver("torque on joint 4", "N·m", STATES.load)], 2e-5),
+    "residual_against": lambda: draw_residual_against(
+        STATES, [ResidualCovariate("torque on joint 4", "N·m", STATES.load)], 2e-5
+    ),
     "residuals_by_run": lambda: draw_residuals_by_run(VALIDATION["by_run"], {"translation": 1e-5, "rotation": None}),
     "residuals_by": lambda: draw_residuals_by([("branch", VALIDATION["by_branch"])], None),
     "robot_poses": lambda: draw_robot_poses(CONTENT.runs, STATES),

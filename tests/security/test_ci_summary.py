@@ -16,11 +16,11 @@ from stiffcal.campaign.thresholds import Thresholds, ThresholdsFile, load_thresh
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.workflow.author_choices import author_choices
-from stiffcal.workflow.batch import Wishes, batch_campaigns
+from stiffcal.workflow.batch import BatchOptions, batch_campaigns
 from stiffcal.workflow.batch_outcome import Document
 from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.export import export_campaign
-from stiffcal.workflow.steps import Means
+from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -120,7 +120,7 @@ def test_a_loose_threshold_of_the_campaign_does_not_make_validate_hold(cell: Pat
     add(cell, "\n[thresholds]\nmax_rms_m = 1.0\n")
     (tmp_path / "limits.toml").write_text(f"{HEAD}[validate]\nmax_rms_m = 1e-9\n")
     file = load_thresholds(tmp_path / "limits.toml")
-    document = validate_campaign(cell, Means(), thresholds=file)
+    document = validate_campaign(cell, RunContext(), thresholds=file)
     assert (document["passed"], document["thresholds"]) == (False, {"max_rms_m": 1e-9})
 
 
@@ -158,7 +158,7 @@ def test_a_model_that_fixes_a_stiffness_has_not_kept_to_the_files_baseline(cell:
     (cell / "model.toml").write_text(f'schema = "stiffcal/model/1"\n{effect}{fixed}')
     (tmp_path / "limits.toml").write_text(f'{HEAD}[validate]\nbaseline = "before.json"\nmax_drift = 0.1\n')
     file = load_thresholds(tmp_path / "limits.toml")
-    document = validate_campaign(cell, Means(reach=file.baselines()), thresholds=file)
+    document = validate_campaign(cell, RunContext(reach=file.baselines()), thresholds=file)
     assert (document["passed"], len(document["failed"])) == (False, len(before))
 
 
@@ -194,7 +194,7 @@ def test_a_baseline_of_the_campaign_does_not_take_the_place_of_the_files(cell: P
     (tmp_path / "limits.toml").write_text(f'{HEAD}[validate]\nbaseline = "before.json"\n')
     add(cell, '\n[thresholds]\nbaseline = "mine.json"\nmax_drift = 0.99\n')
     file = load_thresholds(tmp_path / "limits.toml")
-    document = validate_campaign(cell, Means(reach=file.baselines()), thresholds=file)
+    document = validate_campaign(cell, RunContext(reach=file.baselines()), thresholds=file)
     assert document["passed"] is False
     assert "against " in document["failed"][0]
     assert "before.json" in document["failed"][0]
@@ -241,7 +241,7 @@ def test_choices_are_named_even_where_a_later_step_fails(cell: Path, monkeypatch
 
     add(cell, EXCLUDED.replace('"table"', f'"{source_of(cell)}"'))
     monkeypatch.setattr("stiffcal.workflow.batch_task.current_fit", fail)
-    (campaign,) = batch_campaigns([cell], Wishes(jobs=1, report=False))["campaigns"]
+    (campaign,) = batch_campaigns([cell], BatchOptions(jobs=1, report=False))["campaigns"]
     assert campaign["state"] == "fault"
     Path(campaign["error"]["mend"].rpartition(" ")[2]).unlink()
     assert [choice["kind"] for choice in campaign["choices"]] == ["exclude"]
@@ -249,7 +249,7 @@ def test_choices_are_named_even_where_a_later_step_fails(cell: Path, monkeypatch
 
 @pytest.mark.usefixtures("_in_this_process")
 def test_a_campaign_without_choices_has_nothing_to_say(cell: Path) -> None:
-    (campaign,) = batch_campaigns([cell], Wishes(jobs=1, report=False))["campaigns"]
+    (campaign,) = batch_campaigns([cell], BatchOptions(jobs=1, report=False))["campaigns"]
     assert campaign["choices"] == []
 
 

@@ -17,7 +17,7 @@ from stiffcal.campaign.urdf import read_urdf
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.escapes import visible
-from stiffcal.reduction.states import Gathered, tabled_states
+from stiffcal.reduction.states import RawStates, tabled_states
 from tests.laboratory import hostile_names
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, write_campaign
 from tests.laboratory.named_campaign import quoted, write_named_campaign
@@ -40,7 +40,7 @@ NAMED: dict[str, Callable[[str], str]] = {
 """Where a name stands in the manifest, and the manifest with another one there."""
 
 
-def states_of(folder: Path) -> Gathered:
+def states_of(folder: Path) -> RawStates:
     """Return the rows of a campaign's table of states."""
     found = tabled_states(folder, load_campaign(folder).manifest)
     assert found is not None

@@ -29,7 +29,7 @@ from stiffcal.escapes import HIDDEN, csv_cell
 from stiffcal.escapes.file_name import fitting
 from stiffcal.report import fonts
 from stiffcal.report.typesetting import set_pages
-from stiffcal.workflow.batch import Wishes, batch_campaigns, find_campaigns, store_below
+from stiffcal.workflow.batch import BatchOptions, batch_campaigns, find_campaigns, store_below
 from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_summary import junit_text, markdown_text
 from stiffcal.workflow.batch_task import run_task
@@ -148,7 +148,7 @@ def test_exported_tables_start_no_formula_and_come_back(
 
 
 def test_the_summaries_of_a_batch(fitted_folder: Path) -> None:
-    document = batch_campaigns([fitted_folder], Wishes(jobs=1, report=False))
+    document = batch_campaigns([fitted_folder], BatchOptions(jobs=1, report=False))
     for outcome in document["campaigns"]:
         outcome["campaign"] = NAMED["campaign"]
         outcome["failed"] = [f"run {run} \x1b[31m" for run in RUNS]
@@ -200,7 +200,7 @@ class TestFolders:
         folder = write_named_campaign(tmp_path / "cells" / os.fsdecode(b"M\xfc"), runs=("pose1", "pose2"))
         ((found, label),), _ = find_campaigns([tmp_path / "cells"])
         assert found == folder
-        document = batch_campaigns([tmp_path / "cells"], Wishes(jobs=1, report=False))  # by a process of its own
+        document = batch_campaigns([tmp_path / "cells"], BatchOptions(jobs=1, report=False))  # by a process of its own
         assert document["passed"]
         assert document["campaigns"][0]["campaign"] == label
         (markdown_text(document) + junit_text(document)).encode("utf-8")

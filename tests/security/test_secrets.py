@@ -151,10 +151,10 @@ def test_a_batch_shows_no_secret_in_any_of_its_outputs(
     folder = write_small_campaign(tmp_path / "cell")
 
     def lose(tasks: list[dict[str, Any]], jobs: int, finished: Any) -> None:
-        from stiffcal.workflow.batch_processes import WorkerLostError, lost_outcome
+        from stiffcal.workflow.batch_processes import WorkerLostError, outcome_of_lost_worker
 
         for task in tasks:
-            outcome = lost_outcome(task, WorkerLostError(f"its process ended: {SECRET}"))
+            outcome = outcome_of_lost_worker(task, WorkerLostError(f"its process ended: {SECRET}"))
             finished(outcome | {"warnings": [f"w {SECRET}"]})
 
     monkeypatch.setattr("stiffcal.workflow.batch_processes.run_on_this_machine", lose)

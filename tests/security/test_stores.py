@@ -25,7 +25,7 @@ from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.history import read_history, restore_model
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import Means, ingested
+from stiffcal.workflow.steps import RunContext, ingested
 from stiffcal.workflow.stored import stored_document
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
@@ -94,10 +94,10 @@ def test_forged_results_do_not_make_batch_say_held(delivered: Path) -> None:
 
 def test_results_of_one_own_are_not_computed_again(delivered: Path) -> None:
     said: list[str] = []
-    first = validate_campaign(delivered, Means(say=said.append))
+    first = validate_campaign(delivered, RunContext(say=said.append))
     assert said == [NOT_YOURS, "identify first: nothing is fitted yet"]
     said.clear()
-    assert validate_campaign(delivered, Means(say=said.append)) == first
+    assert validate_campaign(delivered, RunContext(say=said.append)) == first
     assert identify_campaign(delivered)["origin"] == first["origin"] == "own"
     assert said == []
 
@@ -111,7 +111,7 @@ def test_an_own_store_stays_own_wherever_it_lies(delivered: Path, tmp_path: Path
     else:
         shutil.copytree(delivered, goal, symlinks=how == "copied")
     said: list[str] = []
-    assert validate_campaign(goal, Means(say=said.append))["origin"] == "own"
+    assert validate_campaign(goal, RunContext(say=said.append))["origin"] == "own"
     assert said == []
 
 
@@ -124,7 +124,7 @@ def test_a_document_changed_in_an_own_store_is_computed_again(delivered: Path) -
     hold(document)
     (current / "validate.json").write_text(json.dumps(document), "utf-8")  # without it
     said: list[str] = []
-    again = validate_campaign(delivered, Means(say=said.append))
+    again = validate_campaign(delivered, RunContext(say=said.append))
     assert again["rms"] == pytest.approx(true["rms"])
     assert again["passed"] is False
     assert any("validate: damaged" in line and "computed again" in line for line in said)
@@ -142,7 +142,7 @@ def test_a_log_rewritten_with_its_size_and_time_kept_is_noticed(tmp_path: Path, 
     os.utime(log, ns=(found.st_atime_ns, found.st_mtime_ns))
     assert (log.stat().st_size, log.stat().st_mtime_ns) == (found.st_size, found.st_mtime_ns)
     said: list[str] = []
-    after = identify_campaign(folder, Means(say=said.append))
+    after = identify_campaign(folder, RunContext(say=said.append))
     assert said[0] == "ingest first: changed: raw/states.csv"
     assert after["key"] != before["key"]
 
@@ -174,7 +174,7 @@ def test_without_the_logs_a_strangers_results_are_shown_and_marked(
 ) -> None:
     without_logs(delivered)
     said: list[str] = []
-    document = identify_campaign(delivered, Means(say=said.append))
+    document = identify_campaign(delivered, RunContext(say=said.append))
     assert document["origin"] == "foreign"
     assert said[0] == "the logs are missing (raw/states.csv): results that were not computed by you are shown"
     assert validate_campaign(delivered)["origin"] == "foreign"
@@ -212,7 +212,7 @@ def test_a_fit_of_a_strangers_states_stays_a_strangers(delivered: Path, made: Pa
     # When the logs come, all is computed from them.
     shutil.copytree(made / "raw", delivered / "raw")
     said: list[str] = []
-    assert identify_campaign(delivered, Means(say=said.append))["origin"] == "own"
+    assert identify_campaign(delivered, RunContext(say=said.append))["origin"] == "own"
     assert said[0] == NOT_YOURS
 
 
@@ -282,7 +282,7 @@ def test_restoring_a_strangers_model_shows_it_and_asks(
     text = 'schema = "stiffcal/model/1"\n# \u202e\n[[effects]]\ntype = "joint-compliance"\njoints = [2]\n'
     forge(delivered, "history", lambda document: document["fits"][0].update(model_text=text))
     with pytest.raises(InputError, match="history: fit 1: this fit was not made by you"):
-        restore_model(delivered, Means(), "1")
+        restore_model(delivered, RunContext(), "1")
     for words, code in (([], 2), (["--json"], 2), (["--yes"], 0)):
         with pytest.raises(SystemExit) as ended:
             main(["history", str(delivered), "--restore", "1", *words])
@@ -298,7 +298,7 @@ def test_restoring_what_is_no_model_is_one_line(delivered: Path) -> None:
     (delivered / "model.toml").unlink()
     forge(delivered, "history", lambda document: document["fits"][0].update(model_text="[[effects]]\ntype = 7\n"))
     with pytest.raises(InputError, match=r"model\.toml"):
-        restore_model(delivered, Means(), "1", lambda entry: True)
+        restore_model(delivered, RunContext(), "1", lambda entry: True)
     assert not (delivered / "model.toml").exists()
 
 
@@ -311,7 +311,7 @@ def test_a_store_of_version_0_1_is_computed_again_and_its_history_kept(delivered
             del entry["sha256"]
     index.write_text(json.dumps(document), "utf-8")
     said: list[str] = []
-    assert identify_campaign(delivered, Means(say=said.append))["origin"] == "own"
+    assert identify_campaign(delivered, RunContext(say=said.append))["origin"] == "own"
     assert said[0] == NOT_YOURS
     assert [fit["origin"] for fit in read_history(delivered)["fits"]] == ["foreign", "own"]
 
@@ -319,19 +319,19 @@ def test_a_store_of_version_0_1_is_computed_again_and_its_history_kept(delivered
 def test_in_a_trusted_place_what_others_wrote_counts(delivered: Path, state: Path) -> None:
     open_record().allow_place(str(delivered.parent))
     said: list[str] = []
-    document = validate_campaign(delivered, Means(say=said.append))
+    document = validate_campaign(delivered, RunContext(say=said.append))
     assert said == []
     assert document["origin"] == "trusted place"
     assert document["passed"] is False
     assert "not computed by you" not in document["failed"][0]
     open_record().revoke(str(delivered.parent))
-    assert validate_campaign(delivered, Means(say=said.append))["origin"] == "own"
+    assert validate_campaign(delivered, RunContext(say=said.append))["origin"] == "own"
     assert said[0] == NOT_YOURS
 
 
 def test_store_option_is_no_proof_of_origin(delivered: Path) -> None:
     said: list[str] = []
-    means = Means(store=str(delivered / "store"), say=said.append)
+    means = RunContext(store=str(delivered / "store"), say=said.append)
     assert identify_campaign(delivered, means)["origin"] == "own"
     assert said[0] == NOT_YOURS
 
@@ -342,7 +342,7 @@ def test_where_nothing_can_be_remembered_each_step_is_computed_once(
     inside = delivered / "state"  # a record in the campaign folder is not believed
     monkeypatch.setenv("STIFFCAL_STATE", str(inside))
     said: list[str] = []
-    document = validate_campaign(delivered, Means(say=said.append))
+    document = validate_campaign(delivered, RunContext(say=said.append))
     assert document["origin"] == "own"
     assert len(said) == 2
     assert not inside.exists()
@@ -352,7 +352,7 @@ def test_where_nothing_can_be_remembered_each_step_is_computed_once(
 
 def test_no_update_refuses_a_strangers_store(delivered: Path) -> None:
     with pytest.raises(InputError, match="the store was not written by you"):
-        identify_campaign(delivered, Means(update=False))
+        identify_campaign(delivered, RunContext(update=False))
 
 
 WRONG: tuple[object, ...] = ([], "x", -1)
@@ -415,13 +415,13 @@ def test_a_strangers_table_of_another_shape_is_one_line(
 def test_a_delivered_report_does_not_pass_for_the_one_of_this_batch(
     delivered: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def write(folder: Path, means: Means, output: Path) -> None:
+    def write(folder: Path, means: RunContext, output: Path) -> None:
         output.write_bytes(b"by the user")
 
     monkeypatch.setattr(batch_task, "report_campaign", write)
     forged = b"all thresholds hold"
     (without_logs(delivered) / "report.pdf").write_bytes(forged)
-    key = batch_task._report_key(ingested(delivered, Means()))
+    key = batch_task._report_key(ingested(delivered, RunContext()))
     made = {"schema": "stiffcal/report-made/1", "key": key, "sha256": hashlib.sha256(forged).hexdigest()}
     current = (delivered / "store" / "current").resolve()
     index = json.loads((current / "generation.json").read_text("utf-8"))

@@ -9,10 +9,10 @@ from stiffcal.effects.joint_friction import JointFriction
 from stiffcal.measurements.load_states import Attachment, Floats
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.simulation.friction import play_friction, strokes_program
+from stiffcal.simulation.friction import simulate_friction, strokes_program
 from stiffcal.simulation.motion import MotionProgram
-from stiffcal.simulation.play import Act, ToolWeight
 from stiffcal.simulation.settings import FrictionMotion, Loads
+from stiffcal.simulation.true_motion import PlannedRun, ToolWeight
 from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model
 from tests.laboratory.robots import six_axes
 
@@ -29,8 +29,8 @@ def played(tool: ToolWeight) -> MotionProgram:
     chain = six_axes()
     robot = CompliantRobot(chain, (PlacedEffect(LAW, Place("joints", (2,)), VALUES),))
     program = strokes_program(MOTION, POSE, 2)
-    act = Act("a", POSE, program, Loads(), Attachment(0, np.eye(4)), 0.0)
-    done = play_friction(robot, act, {}, tool, MOTION).act.program
+    planned = PlannedRun("a", POSE, program, Loads(), Attachment(0, np.eye(4)), 0.0)
+    done = simulate_friction(robot, planned, {}, tool, MOTION).planned.program
     assert isinstance(done, MotionProgram)
     return done
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.model.equilibrium import solve_balance
-from stiffcal.simulation.scene import valued_robot
+from stiffcal.simulation.scene import robot_with_values
 from stiffcal.simulation.simulate import simulate_campaign
 from tests.laboratory.simulation_folders import FRAMES, MODEL, POSES, SETTINGS, TABLE, write_folder
 from tests.simulation.test_simulate import rows_of
@@ -63,7 +63,7 @@ def test_a_base_that_gives(tmp_path: Path) -> None:
     frames = resolve_frames(campaign.manifest, campaign.chain)
     setup = measurement_setup(campaign.manifest, campaign.chain, frames)
     angles = campaign.chain.model_angles(rows.signals["joints"].T)
-    balance = solve_balance(valued_robot(campaign), angles, rows.signals["wrench"].T, setup)
+    balance = solve_balance(robot_with_values(campaign), angles, rows.signals["wrench"].T, setup)
     tracker = frames["tracker"].transform
     expected = (balance.target_position[:, 0] - tracker[:3, 3]) @ tracker[:3, :3]
     np.testing.assert_allclose(rows.signals["position.target"].T, expected, atol=2e-8)

@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
-from stiffcal.simulation import controller, guided
-from stiffcal.simulation.guided import SETTLED, SETTLED_M, GuideError, settle_guided
-from stiffcal.simulation.play import Places
+from stiffcal.simulation import controller
 from stiffcal.simulation.settings import Loads
-from stiffcal.simulation.simulate import play_campaign
+from stiffcal.simulation.side_constraint import SETTLED, SETTLED_M, SideConstraintError, balance_with_side_constraint
+from stiffcal.simulation.simulate import simulate_runs
+from stiffcal.simulation.true_motion import Places
 from tests.laboratory.simulation_folders import FRAMES, MODEL, SETTINGS, TABLE, write_folder
 from tests.simulation.test_controller import POSES, SAME, TWICE
 
@@ -36,23 +36,23 @@ def sides_of(folder: Path, stiffness: float, model: str = MODEL) -> list[float]:
     manifest = FRAMES + TABLE + TWICE.format(off="", on="")
     once = SETTINGS.replace("[0.5, 1.0]", "[1.0]") + "ramp_points = 0\n"
     campaign, settings = write_folder(folder, manifest, once + SAME + DRILL.format(stiffness) + POSES, model)
-    _, stage = play_campaign(campaign, settings, 1)
-    off, on = stage.played
+    _, stage = simulate_runs(campaign, settings, 1)
+    off, on = stage.true_run
     sides = []
-    for played in (off, on):
-        assert played.wrench is not None
-        program = played.act.program.wrench_at(played.node)
-        side = played.wrench[:, :3] - program[:, :3]
+    for true_run in (off, on):
+        assert true_run.wrench is not None
+        program = true_run.act.program.wrench_at(true_run.node)
+        side = true_run.wrench[:, :3] - program[:, :3]
         thrust = program[int(np.argmax(np.abs(program[:, 2]))), :3]
         along = thrust / np.linalg.norm(thrust)
         assert np.abs(side @ along).max() < 1e-9
         sides.append(float(np.linalg.norm(side, axis=1).max()))
-        if played is off:
+        if true_run is off:
             enough = max(SETTLED * float(np.linalg.norm(thrust)), SETTLED_M * stiffness)
-            moved = played.position["load_point"] - played.position["load_point"][0]
+            moved = true_run.position["load_point"] - true_run.position["load_point"][0]
             across = moved - np.outer(moved @ along, along)
             assert np.allclose(side, -stiffness * across, atol=2.0 * enough)
-            assert np.allclose(played.wrench_at(played.node), played.wrench)
+            assert np.allclose(true_run.wrench_at(true_run.node), true_run.wrench)
     return sides
 
 
@@ -64,7 +64,7 @@ def test_the_side_force_is_that_of_the_guide(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("stiffness", [1e3, 1e6, 1e8])
 def test_soft_and_hard_guides_settle(tmp_path: Path, stiffness: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stiffcal.simulation.simulate.compensated", lambda robot, played, *_: played)
+    monkeypatch.setattr("stiffcal.simulation.simulate.compensated", lambda robot, true_run, *_: true_run)
     sides = sides_of(tmp_path, stiffness)
     assert sides[0] == pytest.approx(sides[1])
 
@@ -90,7 +90,9 @@ def test_loads_that_are_rounding_do_not_count(rounding: float) -> None:
     """Zero times a turned axis is 1e-17 N on one processor and nothing on another: the answer is the same."""
     wrench = np.zeros((3, 6))
     wrench[:, 2] = [rounding, -150.0, -300.0]
-    places, acting = settle_guided(wrench, np.full(3, STIFFNESS), [3], 0, lambda load: springs(load, 1e-16))
+    places, acting = balance_with_side_constraint(
+        wrench, np.full(3, STIFFNESS), [3], 0, lambda load: springs(load, 1e-16)
+    )
     across = np.diag([1.0, 1.0, 0.0])
     side = np.linalg.solve(
         np.eye(3) + STIFFNESS * across @ COMPLIANCE, -STIFFNESS * across @ COMPLIANCE @ wrench[2, :3]
@@ -109,8 +111,8 @@ def test_a_guide_that_does_not_settle_is_an_error_of_its_run(monkeypatch: pytest
         places.position[3, 0, 0] += 1e-3 * (-1) ** next(restless)
         return places
 
-    with pytest.raises(GuideError, match="does not settle") as caught:
-        settle_guided(wrench, np.full(4, STIFFNESS), [2, 2], 0, jumping)
+    with pytest.raises(SideConstraintError, match="does not settle") as caught:
+        balance_with_side_constraint(wrench, np.full(4, STIFFNESS), [2, 2], 0, jumping)
     assert caught.value.run == 1
 
 

@@ -18,10 +18,10 @@ from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.equilibrium import solve_balance
-from stiffcal.simulation.play import play
-from stiffcal.simulation.scene import draw_acts, tool_weight, true_frames, valued_robot
+from stiffcal.simulation.scene import draw_acts, robot_with_values, tool_weight, true_frames
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
+from stiffcal.simulation.true_motion import play
 from stiffcal.validation.validate import validate_fit
 from stiffcal.workflow.reducing import reduce_campaign
 from tests.laboratory.simulation_folders import IRB4400
@@ -45,7 +45,7 @@ def search_pose() -> ModuleType:
 
 @pytest.mark.parametrize(("folder", "stiffness"), [(".", SECTION_III_C), ("figure-2", SECTION_II_C)])
 def test_the_stiffness_is_the_paper_s(folder: str, stiffness: list[float]) -> None:
-    values = valued_robot(load_campaign(IRB4400 / folder, check_files=False)).values()
+    values = robot_with_values(load_campaign(IRB4400 / folder, check_files=False)).values()
     assert [1.0 / values[f"joint-compliance.j{k}.c"] for k in range(1, 7)] == pytest.approx(stiffness, rel=1e-8)
 
 
@@ -75,7 +75,7 @@ def test_zeros_and_axes_are_those_that_the_readme_states() -> None:
 def test_drive_2_turns_the_lower_arm_alone() -> None:
     """Parallel rod: a torque that drive 2 carries moves the upper arm sideways, without tipping it."""
     campaign = load_campaign(IRB4400, check_files=False)
-    robot = valued_robot(campaign).with_values({f"joint-compliance.j{k}.c": 0.0 for k in (1, 3, 4, 5, 6)})
+    robot = robot_with_values(campaign).with_values({f"joint-compliance.j{k}.c": 0.0 for k in (1, 3, 4, 5, 6)})
     setup = MeasurementSetup(
         Attachment(0, np.eye(4)), Attachment(7, np.eye(4)), (Attachment(7, np.eye(4)),), ("flange",), True, np.eye(4)
     )
@@ -91,7 +91,7 @@ def test_loads_deflect_the_robot_by_some_one_and_a_half_millimetres() -> None:
     campaign, settings = load_campaign(IRB4400, check_files=False), load_settings(IRB4400)
     frames = true_frames(campaign, settings)
     acts = draw_acts(campaign, settings, frames, settings.seed)
-    for played in play(valued_robot(campaign), acts, frames, tool_weight(campaign.manifest)):
+    for played in play(robot_with_values(campaign), acts, frames, tool_weight(campaign.manifest)):
         moved = played.position["probe_point"] - played.position["probe_point"][0]
         assert 1.2e-3 < np.abs(moved).max() < 2.2e-3
         assert moved.max() > 0.8e-3

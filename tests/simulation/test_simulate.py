@@ -18,9 +18,9 @@ from stiffcal.mechanics.rotations import rotation_from_quaternion, rotation_from
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.reduction.logs import Rows, read_rows
 from stiffcal.simulation.instruments import rpy_from_rotation
-from stiffcal.simulation.play import Act, ToolWeight, play
-from stiffcal.simulation.scene import draw_acts, tool_weight, true_frames, valued_robot
+from stiffcal.simulation.scene import draw_acts, robot_with_values, tool_weight, true_frames
 from stiffcal.simulation.simulate import simulate_campaign
+from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, play
 from stiffcal.trust.record import open_record
 from tests.laboratory.simulation_folders import FRAMES, LOGS, MODEL, POSES, RUNS, SETTINGS, TABLE, write_folder
 
@@ -64,7 +64,7 @@ def test_a_table_without_noise_is_the_balance(tmp_path: Path) -> None:
     frames = resolve_frames(campaign.manifest, campaign.chain)
     setup = measurement_setup(campaign.manifest, campaign.chain, frames)
     angles = campaign.chain.model_angles(rows.signals["joints"].T)
-    balance = solve_balance(valued_robot(campaign), angles, rows.signals["wrench"].T, setup)
+    balance = solve_balance(robot_with_values(campaign), angles, rows.signals["wrench"].T, setup)
     tracker = frames["tracker"].transform
     seen = (balance.target_position[:, 0] - tracker[:3, 3]) @ tracker[:3, :3]
     np.testing.assert_allclose(rows.signals["position.target"].T, seen, atol=2e-8)  # written to 10 nm
@@ -79,15 +79,15 @@ def test_ramps_are_exact_within_a_tenth_of_a_micrometre(tmp_path: Path) -> None:
     """Places between the balances that are solved, against balances solved right there."""
     campaign, settings = write_folder(tmp_path, FRAMES + TABLE, SETTINGS + POSES)
     frames = true_frames(campaign, settings)
-    act = draw_acts(campaign, settings, frames, 3)[0]
-    robot, tool = valued_robot(campaign), tool_weight(campaign.manifest)
-    played = play(robot, [act], frames, tool)[0]
-    path = np.linspace(0.0, 2.0 * len(act.program) - 1.0, 307, dtype=np.float64)
+    planned = draw_acts(campaign, settings, frames, 3)[0]
+    robot, tool = robot_with_values(campaign), tool_weight(campaign.manifest)
+    played = play(robot, [planned], frames, tool)[0]
+    path = np.linspace(0.0, 2.0 * len(planned.program) - 1.0, 307, dtype=np.float64)
     setup = measurement_setup(campaign.manifest, campaign.chain, frames)
     base = Attachment(0, np.eye(4))
     setup = replace(setup, wrench_axes=base, wrench_point=frames["load_point"], moments_measured=True)
-    joints = np.repeat(campaign.chain.model_angles(act.joints[None, :]), path.size, axis=0)
-    balance = solve_balance(robot, joints, act.program.wrench_at(path), setup)
+    joints = np.repeat(campaign.chain.model_angles(planned.joints[None, :]), path.size, axis=0)
+    balance = solve_balance(robot, joints, planned.program.wrench_at(path), setup)
     assert np.abs(played.position_at("target", path) - balance.target_position[:, 0]).max() < 1e-7
     turn = vector_from_rotation(played.rotation_at("target", path) @ np.swapaxes(balance.target_rotation[:, 0], 1, 2))
     assert np.abs(turn).max() < 1e-7
@@ -98,18 +98,20 @@ def test_logs_of_three_formats_hold_the_same_moment(tmp_path: Path) -> None:
     campaign, settings = write_folder(tmp_path / "source", FRAMES + LOGS + RUNS, SETTINGS + RATES + POSES)
     truth = simulate_campaign(campaign, settings, tmp_path / "out")["truth"]
     frames = true_frames(campaign, settings)
-    robot, tool = valued_robot(campaign), tool_weight(campaign.manifest)
+    robot, tool = robot_with_values(campaign), tool_weight(campaign.manifest)
     acts = draw_acts(campaign, settings, frames, settings.seed)
-    for run, act, played in zip(truth["runs"], acts, play(robot, acts, frames, tool), strict=True):
+    for run, planned, played in zip(truth["runs"], acts, play(robot, acts, frames, tool), strict=True):
         holds = np.array(run["holds"])
-        force, tracker, joints = (rows_of(tmp_path / "out", name, act.name) for name in ("ft", "tracker", "controller"))
+        force, tracker, joints = (
+            rows_of(tmp_path / "out", name, planned.name) for name in ("ft", "tracker", "controller")
+        )
         for rows, source in ((force, "ft"), (tracker, "tracker"), (joints, "controller")):
             assert rows.time[0] == 0.0
             assert rows.time[-1] + run["clock_ahead_s"]["ft"] > holds[-1, 0], source
         middle = holds.mean(axis=1)
-        path = np.arange(0.5, 2.0 * len(act.program), 2.0, dtype=np.float64)
+        path = np.arange(0.5, 2.0 * len(planned.program), 2.0, dtype=np.float64)
         load = np.stack([np.interp(middle, force.time, channel) for channel in force.signals["wrench"][:3]])
-        size = np.sqrt(np.sum(act.program.wrench[:, :3] ** 2, axis=1))
+        size = np.sqrt(np.sum(planned.program.wrench[:, :3] ** 2, axis=1))
         np.testing.assert_allclose(np.sqrt(np.sum(load**2, axis=0)), size, atol=1e-3)
         seen = middle + run["clock_ahead_s"]["tracker"]
         position = np.stack(
@@ -118,7 +120,7 @@ def test_logs_of_three_formats_hold_the_same_moment(tmp_path: Path) -> None:
         place = frames["tracker"].transform
         there = (played.position_at("target", path) - place[:3, 3]) @ place[:3, :3]
         np.testing.assert_allclose(position, there, atol=2e-8)
-        np.testing.assert_allclose(joints.signals["joints"].T, np.tile(act.joints, (len(joints), 1)), atol=1e-12)
+        np.testing.assert_allclose(joints.signals["joints"].T, np.tile(planned.joints, (len(joints), 1)), atol=1e-12)
 
 
 def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
@@ -185,7 +187,7 @@ deflection = { translation = ["dx", "dy", "dz"], units = { translation = "mm" },
     frames = resolve_frames(campaign.manifest, campaign.chain)
     setup = measurement_setup(campaign.manifest, campaign.chain, frames)
     angles = campaign.chain.model_angles(rows.signals["joints"].T)
-    balance = solve_balance(valued_robot(campaign), angles, rows.signals["wrench"].T, setup)
+    balance = solve_balance(robot_with_values(campaign), angles, rows.signals["wrench"].T, setup)
     np.testing.assert_allclose(rows.signals["translation"].T, balance.displacement[:, 0, :3], atol=2e-8)
 
 
@@ -211,12 +213,12 @@ def test_a_folder_may_be_simulated_into_itself_and_again(tmp_path: Path) -> None
 def test_runs_of_one_batch_are_those_of_single_runs(tmp_path: Path) -> None:
     campaign, settings = write_folder(tmp_path, FRAMES + TABLE, SETTINGS + POSES)
     frames = true_frames(campaign, settings)
-    acts: list[Act] = draw_acts(campaign, settings, frames, 3)
-    robot, tool = valued_robot(campaign), ToolWeight(5.0, np.zeros(3))
+    acts: list[PlannedRun] = draw_acts(campaign, settings, frames, 3)
+    robot, tool = robot_with_values(campaign), ToolWeight(5.0, np.zeros(3))
     together = play(robot, acts, frames, tool)
-    alone = [play(robot, [act], frames, tool)[0] for act in acts]
+    alone = [play(robot, [planned], frames, tool)[0] for planned in acts]
     for one, other in zip(together, alone, strict=True):
-        assert one.act.name == other.act.name
+        assert one.planned.name == other.planned.name
         np.testing.assert_allclose(one.position["target"], other.position["target"], atol=1e-11)
 
 
@@ -282,7 +284,7 @@ def test_drift_and_creep_follow_time_and_hold(tmp_path: Path) -> None:
     campaign, settings = write_folder(tmp_path, manifest, many + POSES, WITH_PLUGIN)
     frames = true_frames(campaign, settings)
     acts = draw_acts(campaign, settings, frames, 3)
-    robot, tool = valued_robot(campaign), tool_weight(campaign.manifest)
+    robot, tool = robot_with_values(campaign), tool_weight(campaign.manifest)
     without = robot.with_values({"wandering.setup.x": 0.0, "yielding.j1.c": 0.0})
     program = acts[1].program
     for name, kept in (("wandering.setup.x", "yielding.j1.c"), ("yielding.j1.c", "wandering.setup.x")):

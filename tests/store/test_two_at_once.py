@@ -12,7 +12,7 @@ import pytest
 
 from stiffcal.store import Store
 from stiffcal.workflow.identify import fit_now, identify_campaign, store_fit
-from stiffcal.workflow.steps import Means, ingested
+from stiffcal.workflow.steps import RunContext, ingested
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -51,7 +51,7 @@ def test_three_commands_at_once_on_a_new_campaign(tmp_path: Path) -> None:
     assert documents["identify"]["fit_id"] == ids[-1]
     # What each says is of the same fit, or is made anew on the next call: never taken for something it is not.
     said: list[str] = []
-    document = validate_campaign(folder, Means(say=said.append))
+    document = validate_campaign(folder, RunContext(say=said.append))
     assert document["fit_id"] == identify_campaign(folder)["fit_id"]
     assert len(list((folder / "store" / "generations").iterdir())) == 1
 
@@ -60,8 +60,8 @@ def test_no_fit_of_two_that_end_together_is_lost_from_the_history(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = write_small_campaign(tmp_path / "small", poses=2)
-    data = ingested(folder, Means())
-    fit = fit_now(data, "linear", Means())
+    data = ingested(folder, RunContext())
+    fit = fit_now(data, "linear", RunContext())
     together = threading.Barrier(3)
     begin = Store.begin
 

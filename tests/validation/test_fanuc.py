@@ -129,7 +129,7 @@ def test_all_poses() -> None:
 
 def test_unseen_poses_and_no_model() -> None:
     found = validate_fit(measurements(), identified())
-    assert found.unseen.scheme == "leave-one-pose-out"
+    assert found.heldout.scheme == "leave-one-pose-out"
     assert found.rms["translation"] == pytest.approx(0.405e-3, abs=0.5e-6)
     assert found.zero_model["translation"] == pytest.approx(1.725e-3, abs=0.5e-6)
 

@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem, identify_parameters
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.validation.unseen import pose_folds, unseen_residuals
+from stiffcal.validation.heldout import heldout_residuals, pose_folds
 from stiffcal.validation.validate import rms_of, validate_fit
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
@@ -23,11 +23,11 @@ def test_leaving_a_pose_out_equals_a_fit_without_it() -> None:
     states = played(joint_springs(six_axes(), stiffness), runs=5, noise=Sigma(2e-4, 3e-4))
     robot = joint_springs(six_axes())
     fit = identify_parameters(states, robot)
-    quick = unseen_residuals(states, fit)
+    quick = heldout_residuals(states, fit)
     for number in range(5):
         without = fit_observations(fit_problem(states, robot, states.run != number), robot, Settings(noise=fit.noise))
         runs = tuple(replace(info, holdout=k == number) for k, info in enumerate(states.runs))
-        exact = unseen_residuals(replace(states, runs=runs), without)
+        exact = heldout_residuals(replace(states, runs=runs), without)
         part = quick.residual[:, quick.data.run == number]
         assert exact.scheme == "holdout"
         assert np.allclose(part, exact.residual, atol=0.02 * float(np.std(exact.residual)))
@@ -65,5 +65,5 @@ def test_the_lost_degree_of_freedom_is_counted() -> None:
     states = replace(states, position=states.position + 1e-4 * rng.normal(size=states.position.shape))
     runs = tuple(replace(info, holdout=True) for info in states.runs)
     fit = identify_parameters(played(medium_robot(), runs=4), joint_springs(six_axes()))
-    unseen = unseen_residuals(replace(states, runs=runs), fit)
+    unseen = heldout_residuals(replace(states, runs=runs), fit)
     assert rms_of(unseen.residual, unseen.data)["translation"] == pytest.approx(1e-4 * np.sqrt(3.0), rel=0.06)

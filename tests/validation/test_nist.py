@@ -253,7 +253,7 @@ def as_observations(x: Floats, y: Floats, free_offset: bool) -> Observations:
         wrench=np.zeros((6, n)),
         order=StateOrder(one_run, np.zeros(n), np.zeros(n), np.zeros((1, n)), np.zeros(n), np.zeros(n)),
         measured=y[None],
-        seen=np.ones((1, n), dtype=np.bool_),
+        measured_mask=np.ones((1, n), dtype=np.bool_),
         layout=layout_of([0], [0], [0]),
         free_offset=free_offset,
         run=one_run,

@@ -18,7 +18,7 @@ from stiffcal.report.building import lay_out
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import Means, ingested
+from stiffcal.workflow.steps import RunContext, ingested
 from stiffcal.workflow.validate import validated
 from tests.laboratory.friction_campaigns import rehearsed, set_keys
 from tests.whole_campaigns.conftest import Command
@@ -122,7 +122,7 @@ def test_the_store_holds_passes_and_fit(made: Path, command: Command) -> None:
 
 
 def test_pages_on_friction(made: Path) -> None:
-    means = Means()
+    means = RunContext()
     data = ingested(made, means)
     identified = fitted(data, means)
     content = report_content(data, identified, validated(data, identified, means), read_history(made, means))

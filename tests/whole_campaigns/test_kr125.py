@@ -25,7 +25,7 @@ from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import fitted, identify_campaign
 from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import Means, ingested
+from stiffcal.workflow.steps import RunContext, ingested
 from stiffcal.workflow.validate import validate_campaign, validated
 
 SOURCE = Path(__file__).parents[2] / "campaigns" / "kr125"
@@ -88,9 +88,9 @@ def joint_of(document: dict[str, Any], joint: int) -> dict[str, Any]:
 
 
 def content_of(folder: Path) -> ReportContent:
-    data = ingested(folder, Means())
-    told = fitted(data, Means())
-    return report_content(data, told, validated(data, told, Means()), read_history(folder, Means()))
+    data = ingested(folder, RunContext())
+    told = fitted(data, RunContext())
+    return report_content(data, told, validated(data, told, RunContext()), read_history(folder, RunContext()))
 
 
 def values(document: dict[str, Any]) -> dict[str, dict[str, Any]]:

@@ -23,7 +23,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.equilibrium import solve_balance
-from stiffcal.simulation.scene import valued_robot
+from stiffcal.simulation.scene import robot_with_values
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.validation.validate import Slice, validate_fit
@@ -39,7 +39,7 @@ RATIO_OF_001 = 0.36
 
 
 @dataclass(frozen=True)
-class Played:
+class TrueRun:
     """The simulated campaign, what is true of it, and its fit with the right effects."""
 
     folder: Path
@@ -50,13 +50,13 @@ class Played:
 
 
 @pytest.fixture(scope="module")
-def played(tmp_path_factory: pytest.TempPathFactory) -> Played:
+def played(tmp_path_factory: pytest.TempPathFactory) -> TrueRun:
     folder = tmp_path_factory.mktemp("kr125") / "demo"
     written = simulate_campaign(load_campaign(BODIES, check_files=False), load_settings(BODIES), folder)
     campaign = load_campaign(folder)
     states = reduce_campaign(campaign, no_progress).states
     fit = identify_parameters(states, compliant_robot(campaign.chain, campaign.model, find_effects()))
-    return Played(folder, states, campaign.chain, written["truth"]["parameters"], fit)
+    return TrueRun(folder, states, campaign.chain, written["truth"]["parameters"], fit)
 
 
 def tool(fit: Fit, states: LoadStates) -> Slice:
@@ -71,7 +71,7 @@ def share(part: Slice) -> float:
     return (part.rms["translation"] or np.inf) / (part.zero_model["translation"] or np.nan)
 
 
-def test_some_points_are_hidden(played: Played) -> None:
+def test_some_points_are_hidden(played: TrueRun) -> None:
     lines = (played.folder / "raw" / "leds.csv").read_text(encoding="utf-8").splitlines()
     cells = [cell for line in lines[1:] for cell in line.split(",")[1:]]
     hidden = sum(cell == "nan" for cell in cells) / len(cells)
@@ -80,7 +80,7 @@ def test_some_points_are_hidden(played: Played) -> None:
     assert np.isfinite(played.states.position).all(axis=2).mean() > 0.995
 
 
-def test_dominant_rotations(played: Played) -> None:
+def test_dominant_rotations(played: TrueRun) -> None:
     names = [f"joint-compliance.j{k}.c" for k in range(1, 7)]
     found = np.array([played.fit.parameter(name).value for name in names], dtype=np.float64)
     away = found - [played.truth[name] for name in names]
@@ -92,13 +92,13 @@ def test_dominant_rotations(played: Played) -> None:
     assert 0.9 < played.fit.reduced_chi2 < 1.1
 
 
-def test_rotations_rise_above_the_noise_and_translations_do_not(played: Played) -> None:
+def test_rotations_rise_above_the_noise_and_translations_do_not(played: TrueRun) -> None:
     for one in played.fit.parameters:
         if one.effect in THIRTY_SIX:
             assert one.above_noise is (one.effect != "joint-translation"), one.name
 
 
-def test_each_joint_by_itself(played: Played) -> None:
+def test_each_joint_by_itself(played: TrueRun) -> None:
     """36 lines, link against link, no model at all: 35 straight ones and the play; couplings that chance would make."""
     motions = joint_motions(played.states, played.chain)
     assert [motion.joint for motion in motions] == [1, 2, 3, 4, 5, 6]
@@ -117,7 +117,7 @@ def test_each_joint_by_itself(played: Played) -> None:
     assert np.sum(np.square(deviations)) < 66.6
 
 
-def test_curves_of_all_joints_together(played: Played) -> None:
+def test_curves_of_all_joints_together(played: TrueRun) -> None:
     """The 36 lines curved, 108 numbers in one fit: no bend but that of the play, which a cubic follows as it can."""
     found = find_effects()
     straight = [one for one in played.fit.robot.placed if one.effect.name in THIRTY_SIX]
@@ -147,7 +147,7 @@ def is_bend(one: Parameter) -> bool:
     return one.effect != "backlash" and not one.spec.compliance
 
 
-def test_the_play_is_found(played: Played) -> None:
+def test_the_play_is_found(played: TrueRun) -> None:
     """From drives and tilts alone `diagnose` finds what the campaign hides: play in joint 4."""
     names = (
         "joint-compliance", "bearing-tilt", "backlash", "cubic-stiffness", "asymmetric-stiffness", "base-compliance",
@@ -162,7 +162,7 @@ def test_the_play_is_found(played: Played) -> None:
     assert not search.unexplained
 
 
-def test_error_at_the_tool(played: Played) -> None:
+def test_error_at_the_tool(played: TrueRun) -> None:
     right = tool(played.fit, played.states)
     noise = played.fit.noise_length["translation"]
     assert noise is not None
@@ -176,7 +176,7 @@ def test_error_at_the_tool(played: Played) -> None:
     assert share(right) < share(plain) < RATIO_OF_001
 
 
-def test_the_whole_matrices(played: Played) -> None:
+def test_the_whole_matrices(played: TrueRun) -> None:
     """The full symmetric 6×6 of each joint, 126 numbers: the drives come back, and no coupling is made up."""
     found = find_effects()
     placed = tuple(
@@ -207,7 +207,7 @@ def test_against_an_outside_engine() -> None:
     campaign = load_campaign(BODIES, check_files=False)
     chain = campaign.chain
     setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
-    robot = valued_robot(campaign)
+    robot = robot_with_values(campaign)
     robot = replace(robot, placed=tuple(one for one in robot.placed if one.effect.name in THIRTY_SIX))
     value: dict[str, Any] = robot.values()
     springs = [
@@ -233,6 +233,6 @@ def test_against_an_outside_engine() -> None:
     assert np.all(away < 1e-3 * np.linalg.norm(moved, axis=2))
 
 
-def test_truth_is_the_model_s(played: Played) -> None:
+def test_truth_is_the_model_s(played: TrueRun) -> None:
     assert json.loads((played.folder / "truth.json").read_text())["parameters"] == played.truth
     assert "value" not in (played.folder / "model.toml").read_text().replace("values", "")

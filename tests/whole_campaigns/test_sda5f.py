@@ -18,7 +18,7 @@ from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.equilibrium import solve_balance
-from stiffcal.simulation.scene import valued_robot
+from stiffcal.simulation.scene import robot_with_values
 from stiffcal.simulation.settings import Sensor, TrueRobot, load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.reducing import reduce_campaign
@@ -129,7 +129,7 @@ def test_against_an_outside_engine(arm: str) -> None:
     joints = chain.model_angles(rng.uniform(0.8 * chain.limits[:, 0], 0.8 * chain.limits[:, 1], (10, 8)))
     wrench = rng.normal(size=(10, 6)) * np.repeat([40.0, 4.0], 3)
     wrench[0] = 0.0
-    ours = solve_balance(valued_robot(campaign), joints, wrench, setup)
+    ours = solve_balance(robot_with_values(campaign), joints, wrench, setup)
     theirs = MujocoRobot(chain, TABLE[arm], setup).settle(joints, wrench)
     np.testing.assert_allclose(ours.target_position, theirs.position, rtol=0, atol=1e-10)
     np.testing.assert_allclose(ours.target_rotation, theirs.rotation, rtol=0, atol=1e-10)

@@ -23,7 +23,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.store import Store
 from stiffcal.trust.record import open_record
 from stiffcal.workflow import batch_processes
-from stiffcal.workflow.batch import Wishes, batch_campaigns, cores, find_campaigns
+from stiffcal.workflow.batch import BatchOptions, batch_campaigns, cores, find_campaigns
 from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_processes import WorkerProcess
 from stiffcal.workflow.batch_summary import junit_text, markdown_text
@@ -135,7 +135,7 @@ def test_one_broken_campaign_does_not_stop_the_others(copied: Path) -> None:
     for name in ("a", "b"):
         shutil.rmtree(copied / name / "store")
     heard: list[tuple[int, int]] = []
-    wishes = Wishes(jobs=2, report=False, finished=lambda _, done, of: heard.append((done, of)))
+    wishes = BatchOptions(jobs=2, report=False, finished=lambda _, done, of: heard.append((done, of)))
     document = batch_campaigns([copied], wishes)
     states = {name: one["state"] for name, one in by_name(document).items()}
     assert states == {"a": "held", "b": "held", "broken": "broken"}
@@ -154,7 +154,7 @@ def test_unchanged_campaigns_are_not_computed_again(copied: Path) -> None:
     generation = Store(copied / "a" / "store").generation
     model = copied / "b" / "model.toml"
     model.write_text(model.read_text(encoding="utf-8").replace("[1, 2, 3, 4, 5, 6]", "[1, 2, 3, 4, 5]"), "utf-8")
-    found = by_name(batch_campaigns([copied], Wishes(jobs=1, report=False)))
+    found = by_name(batch_campaigns([copied], BatchOptions(jobs=1, report=False)))
     assert done(found["a"]) == []
     assert Store(copied / "a" / "store").generation == generation
     assert done(found["b"]) == ["identify", "validate"]
@@ -207,7 +207,7 @@ def test_the_summary_names_what_does_not_hold(copied: Path, tmp_path: Path, caps
 
 @pytest.mark.usefixtures("in_this_process")
 def test_summaries_bear_any_text(cells: Path) -> None:
-    document = batch_campaigns([cells / "a"], Wishes(jobs=1, report=False))
+    document = batch_campaigns([cells / "a"], BatchOptions(jobs=1, report=False))
     outcome = document["campaigns"][0]
     outcome["campaign"] = "a\x00|b <script> & `c`\n_d_"
     outcome["checks"] = [{"threshold": "max_rms_m", "where": "", "held": False, "says": "\x1b[1m]]> \ud800"}]
@@ -222,7 +222,7 @@ def test_summaries_bear_any_text(cells: Path) -> None:
 @pytest.mark.usefixtures("in_this_process", "unprinted")
 def test_stores_and_reports_elsewhere(tmp_path: Path) -> None:
     write_small_campaign(tmp_path / "fresh", poses=2)
-    wishes = Wishes(jobs=1, store=str(tmp_path / "stores"), reports=tmp_path / "pdf")
+    wishes = BatchOptions(jobs=1, store=str(tmp_path / "stores"), reports=tmp_path / "pdf")
     (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes)["campaigns"]
     assert outcome["report"] == str(tmp_path / "pdf" / "fresh.pdf")
     assert Path(outcome["report"]).read_bytes().startswith(b"%PDF")
@@ -241,7 +241,7 @@ def test_a_killed_process_costs_a_retry(copied: Path) -> None:
     with_plugin(copied / "a", once)
     with_plugin(copied / "broken", KILLED)
     shutil.copy(copied / "a" / "robot.toml", copied / "broken" / "robot.toml")
-    found = by_name(batch_campaigns([copied], Wishes(jobs=2, report=False)))
+    found = by_name(batch_campaigns([copied], BatchOptions(jobs=2, report=False)))
     assert {name: one["state"] for name, one in found.items()} == {"a": "held", "b": "held", "broken": "broken"}
     error = found["broken"]["error"]
     assert (error["file"], error["place"]) == ("own.py", "plugins")
@@ -263,14 +263,17 @@ def test_a_process_that_has_grown_is_replaced(
 
     monkeypatch.setattr(batch_processes, "LARGE_BYTES", large)
     monkeypatch.setattr(batch_processes, "WorkerProcess", start)
-    batch_campaigns([cells], Wishes(jobs=1, report=False))
+    batch_campaigns([cells], BatchOptions(jobs=1, report=False))
     assert len(started) == processes
     assert not any(alive(worker.pid) for worker in started)
 
 
 @pytest.mark.usefixtures("in_this_process")
 def test_as_many_processes_as_cores(cells: Path) -> None:
-    assert batch_campaigns([cells], Wishes(report=False))["workers"] == {"kind": "processes", "count": min(cores(), 3)}
+    assert batch_campaigns([cells], BatchOptions(report=False))["workers"] == {
+        "kind": "processes",
+        "count": min(cores(), 3),
+    }
 
 
 def alive(pid: int) -> bool:
@@ -307,7 +310,7 @@ def test_ctrl_c_ends_all_processes_and_the_next_call_goes_on(copied: Path) -> No
     assert "Traceback" not in error
     assert not any(alive(int(pid)) for pid in (waiting / "pids").read_text().split())
     (waiting / "go").touch()
-    found = by_name(batch_campaigns([copied], Wishes(jobs=1, report=False)))
+    found = by_name(batch_campaigns([copied], BatchOptions(jobs=1, report=False)))
     assert {one["state"] for one in found.values()} == {"held"}
     assert (done(found["a"]), done(found["b"])) == ([], ["identify", "validate"])
 

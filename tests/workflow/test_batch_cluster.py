@@ -17,7 +17,7 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.batch import Wishes, batch_campaigns
+from stiffcal.workflow.batch import BatchOptions, batch_campaigns
 from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_task import run_task
 from tests.laboratory.small_campaign import write_small_campaign
@@ -81,7 +81,7 @@ def test_a_cluster_gives_the_same_and_a_killed_worker_costs_a_retry(scheduler: s
     open_record().allow_folder(here / "b")
     (cells / "b" / "own.py").write_text(PLUGIN + KILL_THE_CLUSTERS_WORKER)
     with workers(scheduler, 2) as running:
-        document = batch_campaigns([cells], Wishes(scheduler=scheduler, report=False))
+        document = batch_campaigns([cells], BatchOptions(scheduler=scheduler, report=False))
         killed = int((cells / "b" / "killed").read_text())
         assert killed in {worker.pid for worker in running}
         assert [worker.wait(LONGEST_S) for worker in running if worker.pid == killed] == [-signal.SIGKILL]
@@ -99,12 +99,12 @@ def test_a_cluster_without_workers_or_without_a_scheduler(
     monkeypatch.setattr("stiffcal.workflow.batch_cluster.ANSWER_S", 1)
     write_small_campaign(tmp_path / "a", poses=2)
     with pytest.raises(InputError, match=r"the cluster at .* has no worker; start workers: dask worker"):
-        batch_campaigns([tmp_path], Wishes(scheduler=scheduler))
+        batch_campaigns([tmp_path], BatchOptions(scheduler=scheduler))
     with pytest.raises(InputError, match=r"--scheduler: no Dask scheduler at tcp://127\.0\.0\.1:9"):
-        batch_campaigns([tmp_path], Wishes(scheduler="tcp://127.0.0.1:9"))
+        batch_campaigns([tmp_path], BatchOptions(scheduler="tcp://127.0.0.1:9"))
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"not installed; install it: python -m pip install 'stiffcal\[dask\]'"):
-        batch_campaigns([tmp_path], Wishes(scheduler=scheduler))
+        batch_campaigns([tmp_path], BatchOptions(scheduler=scheduler))
 
 
 def test_folders_that_a_cluster_does_not_see(tmp_path: Path) -> None:

@@ -17,10 +17,10 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment, Floats
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import quaternion_from_rotation
-from stiffcal.workflow.compensate import CompensateWish, compensate_campaign
+from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign
 from stiffcal.workflow.compensation_path import Forces
-from stiffcal.workflow.steps import Document, Means
-from stiffcal.workflow.valued import ValuedCampaign, _cautions, valued_campaign
+from stiffcal.workflow.fitted_robot import FittedRobot, _cautions, fitted_robot
+from stiffcal.workflow.steps import Document, RunContext
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS, write_small_campaign
 
 NAMES = "A1,A2,A3,A4,A5,A6"
@@ -67,8 +67,8 @@ def path_file(folder: Path, header: str = NAMES, rows: int = 24, more: str = "")
     return file
 
 
-def valued(folder: Path) -> ValuedCampaign:
-    return valued_campaign(load_campaign(folder, check_files=False), Means())
+def valued(folder: Path) -> FittedRobot:
+    return fitted_robot(load_campaign(folder, check_files=False), RunContext())
 
 
 def lengths(document: Document, key: str) -> Floats:
@@ -76,7 +76,7 @@ def lengths(document: Document, key: str) -> Floats:
 
 
 def test_the_right_model_takes_more_than_95_per_cent_and_says_what_is_left(campaign: Path) -> None:
-    wish = CompensateWish(path_file(campaign), Forces("120,200,-300,10,-20,5"), judge=true_robot(campaign))
+    wish = CompensateRequest(path_file(campaign), Forces("120,200,-300,10,-20,5"), judge=true_robot(campaign))
     document = document_of(compensate_campaign(campaign, wish, output=campaign / "out.csv"))
     assert lengths(document, "error_after").max() < 1e-6
     assert lengths(document, "error_before").max() > 1e-3
@@ -95,7 +95,7 @@ def test_the_right_model_takes_more_than_95_per_cent_and_says_what_is_left(campa
 def test_joint_compliance_alone_takes_60_per_cent_on_a_robot_that_has_more(tmp_path: Path) -> None:
     """Wang, Zhang and Fuhlbrigge 2009: with a model of the drives alone more than 60 % of the deflection goes."""
     folder = write_small_campaign(tmp_path / "small", hidden=OTHERS)
-    wish = CompensateWish(path_file(folder), Forces("120,200,-300"), judge=true_robot(folder, OTHERS))
+    wish = CompensateRequest(path_file(folder), Forces("120,200,-300"), judge=true_robot(folder, OTHERS))
     document = document_of(compensate_campaign(folder, wish))
     assert 0.60 < document["judged"]["gone"] < 0.98
     # what is left is the bearings', which no uncertainty of the drives holds
@@ -125,14 +125,14 @@ def test_poses_in_space_are_reached_sag_and_all(campaign: Path) -> None:
     file = campaign / "poses.csv"
     file.write_text("\n".join(["X,Y,Z,qw,qx,qy,qz", *lines]) + "\n")
     start = ",".join(str(angle) for angle in POSES_DEG[0])
-    document = document_of(compensate_campaign(campaign, CompensateWish(file, Forces("0,0,-300"), start=start)))
+    document = document_of(compensate_campaign(campaign, CompensateRequest(file, Forces("0,0,-300"), start=start)))
     assert np.allclose([row["joints"] for row in document["rows"]], joints, atol=1e-7)
     assert lengths(document, "error_after").max() < 1e-6
     # unlike a path of joint angles, the sag under weight is taken out too
     deflection = lengths(document, "deflection")
     assert np.all(lengths(document, "error_before") > deflection + 2e-4)
     without = document_of(
-        compensate_campaign(campaign, CompensateWish(file, Forces("0,0,-300"), start=start, sag=False))
+        compensate_campaign(campaign, CompensateRequest(file, Forces("0,0,-300"), start=start, sag=False))
     )
     assert np.allclose(lengths(without, "error_before"), deflection)
 
@@ -143,12 +143,12 @@ def test_forces_of_segments(campaign: Path) -> None:
     file.write_text("\n".join([text[0], *(line + f",{name}" for line, name in zip(text[1:], "abba", strict=True))]))
     forces = campaign / "segments.csv"
     forces.write_text("segment,Fx [kN],Fz\na,0.1,0\nb,0,-200\n")
-    document = document_of(compensate_campaign(campaign, CompensateWish(file, Forces(segments=forces))))
+    document = document_of(compensate_campaign(campaign, CompensateRequest(file, Forces(segments=forces))))
     assert [row["wrench"][0] for row in document["rows"]] == [100.0, 0.0, 0.0, 100.0]
     assert [row["wrench"][2] for row in document["rows"]] == [0.0, -200.0, -200.0, 0.0]
     forces.write_text("segment,Fx\na,100\n")
     with pytest.raises(InputError, match="line 3: no force for the segment b"):
-        compensate_campaign(campaign, CompensateWish(file, Forces(segments=forces)))
+        compensate_campaign(campaign, CompensateRequest(file, Forces(segments=forces)))
 
 
 def test_a_sensors_log_is_filtered_and_weighed(campaign: Path) -> None:
@@ -175,27 +175,29 @@ def test_a_sensors_log_is_filtered_and_weighed(campaign: Path) -> None:
     rows = [",".join(f"{x:.6f}" for x in (t, *row)) for t, row in zip(moments, reading, strict=True)]
     log.write_text("\n".join(["t,Fx,Fy,Fz,Tx,Ty,Tz", *rows]))
     forces = Forces(log=log, frame="load_point", acts_on="environment", filter_hz=3.0, tool="6,0.01,0,0.1", zeroed=True)
-    document = document_of(compensate_campaign(campaign, CompensateWish(file, forces)))
+    document = document_of(compensate_campaign(campaign, CompensateRequest(file, forces)))
     found = np.array([row["wrench"] for row in document["rows"]])
     # 4 N of noise at 500 Hz leaves about 4 √(3·1.1·2/500) = 0.5 N
     assert np.abs(found[:, :3] - [0.0, 0.0, -250.0]).max() < 2.0
-    raw = document_of(compensate_campaign(campaign, CompensateWish(file, replace(forces, tool=None, filter_hz=None))))
+    raw = document_of(
+        compensate_campaign(campaign, CompensateRequest(file, replace(forces, tool=None, filter_hz=None)))
+    )
     rough = np.array([row["wrench"] for row in raw["rows"]])
     assert np.abs(rough[:, :3] - [0.0, 0.0, -250.0]).max() > 8.0
 
 
 def test_what_is_written_is_a_path_again(campaign: Path) -> None:
     output = campaign / "out.csv"
-    compensate_campaign(campaign, CompensateWish(path_file(campaign, rows=3), Forces("0,0,-300")), output=output)
+    compensate_campaign(campaign, CompensateRequest(path_file(campaign, rows=3), Forces("0,0,-300")), output=output)
     assert output.read_text().startswith('"A1 [deg]"') or output.read_text().startswith("A1 [deg]")
-    again = document_of(compensate_campaign(campaign, CompensateWish(output)))
+    again = document_of(compensate_campaign(campaign, CompensateRequest(output)))
     assert [row["wrench"][2] for row in again["rows"]] == [-300.0] * 3
 
 
 @pytest.mark.parametrize("ending", ["svg", "pdf"])
 def test_the_picture(campaign: Path, ending: str) -> None:
     picture = campaign / f"error.{ending}"
-    wish = CompensateWish(path_file(campaign, rows=6), Forces("0,100,-300"), normal="0,0,1")
+    wish = CompensateRequest(path_file(campaign, rows=6), Forces("0,100,-300"), normal="0,0,1")
     assert document_of(compensate_campaign(campaign, wish, picture=picture))["picture"] == str(picture)
     assert picture.stat().st_size > 3000
 
@@ -228,22 +230,22 @@ def test_a_circles_error_is_shown_along_its_radius(campaign: Path) -> None:
 )
 def test_faulty_forces(campaign: Path, forces: Forces, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        compensate_campaign(campaign, CompensateWish(path_file(campaign, rows=3), forces))
+        compensate_campaign(campaign, CompensateRequest(path_file(campaign, rows=3), forces))
 
 
 def test_joints_beyond_their_limits_and_poses_out_of_reach(campaign: Path) -> None:
     robot = campaign / "robot.toml"
     robot.write_text(robot.read_text().replace('name = "A1"\n', 'name = "A1"\nlimits_deg = [-90, 5]\n'))
     with pytest.raises(InputError, match=r"path.csv: line 31: A1 = 6° lies beyond its limits; .* -90° … 5°"):
-        compensate_campaign(campaign, CompensateWish(path_file(campaign, rows=30), Forces("0,0,-300")))
+        compensate_campaign(campaign, CompensateRequest(path_file(campaign, rows=30), Forces("0,0,-300")))
     far = campaign / "far.csv"
     far.write_text("X,Y,Z\n9000,0,0\n1400,0,900\n")
     with pytest.raises(InputError, match="far.csv: line 2: the robot does not reach this pose"):
-        compensate_campaign(campaign, CompensateWish(far, Forces("0,0,-300")))
+        compensate_campaign(campaign, CompensateRequest(far, Forces("0,0,-300")))
 
 
 def test_a_correction_that_a_limit_stops_is_said(campaign: Path) -> None:
-    wish = CompensateWish(path_file(campaign, rows=3), Forces("0,300,0"))
+    wish = CompensateRequest(path_file(campaign, rows=3), Forces("0,300,0"))
     free = document_of(compensate_campaign(campaign, wish))["rows"][0]
     moved = np.degrees(np.array(free["corrected"]) - np.array(free["joints"]))
     end = float(np.degrees(free["joints"][0]) + 0.3 * moved[0])
@@ -258,15 +260,15 @@ def test_units_that_were_forgotten_are_suspected(campaign: Path) -> None:
     forces = Forces("0,0,-300")
     file = campaign / "radians.csv"
     file.write_text(f"{NAMES}\n0.1,0.2,-0.1,0.3,0.5,0.1\n")
-    document = document_of(compensate_campaign(campaign, CompensateWish(file, forces)))
+    document = document_of(compensate_campaign(campaign, CompensateRequest(file, forces)))
     assert any('write the unit behind the names, "A1 [rad]"' in text for text in document["warnings"])
     file.write_text(",".join(f"{name} [rad]" for name in NAMES.split(",")) + "\n0.1,0.2,-0.1,0.3,0.5,0.1\n")
     assert not any(
         "radians" in text
-        for text in document_of(compensate_campaign(campaign, CompensateWish(file, forces)))["warnings"]
+        for text in document_of(compensate_campaign(campaign, CompensateRequest(file, forces)))["warnings"]
     )
     file.write_text("X,Y,Z\n1.4,0,0.9\n")
-    document = document_of(compensate_campaign(campaign, CompensateWish(file, forces)))
+    document = document_of(compensate_campaign(campaign, CompensateRequest(file, forces)))
     assert any("where they are metres" in text for text in document["warnings"])
 
 
@@ -274,17 +276,17 @@ def test_faulty_wishes(campaign: Path) -> None:
     file = path_file(campaign, rows=3)
     forces = Forces("0,0,-300")
     for wish, message in (
-        (CompensateWish(file, forces, target="nowhere"), "no frame is called nowhere"),
-        (CompensateWish(file, forces, target="base"), "base stands on the ground"),
-        (CompensateWish(campaign / "nothing.csv", forces), "no such file"),
+        (CompensateRequest(file, forces, target="nowhere"), "no frame is called nowhere"),
+        (CompensateRequest(file, forces, target="base"), "base stands on the ground"),
+        (CompensateRequest(campaign / "nothing.csv", forces), "no such file"),
     ):
         with pytest.raises(InputError, match=message):
             compensate_campaign(campaign, wish)
     with pytest.raises(InputError, match="no picture format"):
-        compensate_campaign(campaign, CompensateWish(file, forces), picture=Path("x.bmp"))
-    wish = CompensateWish(file, forces, normal="1,2")
+        compensate_campaign(campaign, CompensateRequest(file, forces), picture=Path("x.bmp"))
+    wish = CompensateRequest(file, forces, normal="1,2")
     with pytest.raises(InputError, match="is no direction"):
         compensate_campaign(campaign, wish, picture=campaign / "x.svg")
-    single = CompensateWish(path_file(campaign, rows=1), forces)
+    single = CompensateRequest(path_file(campaign, rows=1), forces)
     with pytest.raises(InputError, match="one pose is no path to draw"):
         compensate_campaign(campaign, single, picture=campaign / "x.svg")

@@ -14,7 +14,7 @@ from stiffcal.errors import InputError
 from stiffcal.workflow.export import export_campaign
 from stiffcal.workflow.plot import plot_campaign
 from stiffcal.workflow.report import report_campaign
-from stiffcal.workflow.steps import Means, ingested
+from stiffcal.workflow.steps import RunContext, ingested
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS
 
 
@@ -55,7 +55,7 @@ def test_urdf_has_the_same_kinematics(campaign: Path) -> None:
     pose = data.oMf[model.getFrameId("flange")].homogeneous
     from stiffcal.mechanics.kinematics import body_poses
 
-    chain = ingested(campaign, Means()).campaign.chain
+    chain = ingested(campaign, RunContext()).campaign.chain
     positions, rotations = body_poses(chain, chain.model_angles(angles[None]))
     assert np.allclose(pose[:3, 3], positions[0, -1], atol=1e-9)
     assert np.allclose(pose[:3, :3], rotations[0, -1], atol=1e-9)
@@ -110,11 +110,11 @@ def test_plots_that_cannot_be(campaign: Path, run: str | None, against: str | No
 def test_report_is_a_pdf_with_the_stiffness_table(campaign: Path) -> None:
     from pypdf import PdfReader
 
-    file = Path(report_campaign(campaign, Means(update=False))["file"])
+    file = Path(report_campaign(campaign, RunContext(update=False))["file"])
     assert file == campaign / "report.pdf"
     text = "\n".join(page.extract_text() for page in PdfReader(file).pages)
     assert "medium six-axis" in text
     assert "98.5 % of the" in text
     first = file.read_bytes()
-    report_campaign(campaign, Means(update=False))
+    report_campaign(campaign, RunContext(update=False))
     assert file.read_bytes() == first

@@ -10,7 +10,7 @@ from stiffcal.errors import InputError
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.history import read_history, restore_model, same_model
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import Means
+from stiffcal.workflow.steps import RunContext
 
 
 def test_validate_completes_the_entry(campaign: Path) -> None:
@@ -35,7 +35,7 @@ def test_restore_brings_the_model_back_with_its_comments(campaign: Path) -> None
     before = (campaign / "model.toml").read_text()
     edit_model(campaign, "remove", "joint-compliance", where={"joints": "A6"})
     assert (campaign / "model.toml").read_text() != before
-    restore_model(campaign, Means(), "1")
+    restore_model(campaign, RunContext(), "1")
     assert (campaign / "model.toml").read_text() == before
     assert "not_fitted_yet" not in read_history(campaign)
 
@@ -45,13 +45,13 @@ def test_restore_where_the_default_model_held(campaign: Path) -> None:
     identify_campaign(campaign)
     edit_model(campaign, "remove", "joint-compliance", where={"joints": "6"})
     identify_campaign(campaign)
-    restore_model(campaign, Means(), read_history(campaign)["fits"][0]["id"])
+    restore_model(campaign, RunContext(), read_history(campaign)["fits"][0]["id"])
     assert "joints" in (campaign / "model.toml").read_text()
 
 
 def test_restore_of_an_unknown_fit(campaign: Path) -> None:
     with pytest.raises(InputError, match="no fit has the id 9; known: 1"):
-        restore_model(campaign, Means(), "9")
+        restore_model(campaign, RunContext(), "9")
 
 
 def test_models_are_the_same_in_any_order() -> None:

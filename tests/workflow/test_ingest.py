@@ -14,8 +14,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.reduction.logs import read_rows
 from stiffcal.store import Store
+from stiffcal.workflow.data_quality import DataQuality
 from stiffcal.workflow.ingest import ingest_campaign, is_stale, stored_states
-from stiffcal.workflow.watching import Watches
 from tests.laboratory.hidden_campaigns import copied, edit, edit_table, first_run_alone
 
 
@@ -250,7 +250,7 @@ def test_each_fault_of_a_log_is_one_clear_line(fault: str, tmp_path: Path) -> No
 
 def test_a_log_is_watched_from_batch_to_batch(tmp_path: Path) -> None:
     campaign = load_campaign(first_run_alone(tmp_path))
-    watches = Watches(campaign)
+    watches = DataQuality(campaign)
     rows = next(read_rows(campaign.folder, "ft", campaign.manifest.sources["ft"], {"": "raw/pose01_ft.csv"}))
     watches.see("ft", "raw/pose01_ft.csv", rows)
     with pytest.raises(InputError, match="line 2: time runs backwards"):

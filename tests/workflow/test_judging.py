@@ -11,7 +11,7 @@ import pytest
 from stiffcal.campaign.thresholds import load_thresholds
 from stiffcal.errors import InputError
 from stiffcal.workflow.export import export_campaign
-from stiffcal.workflow.steps import Means, open_store
+from stiffcal.workflow.steps import RunContext, open_store
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -50,16 +50,16 @@ def test_drift_against_a_stored_model(campaign: Path) -> None:
     # the verdict is renewed when the baseline is, without fitting or validating anew
     baseline_of(campaign, 1.0)
     said: list[str] = []
-    assert validate_campaign(campaign, Means(say=said.append))["passed"] is True
+    assert validate_campaign(campaign, RunContext(say=said.append))["passed"] is True
     assert said == []
-    assert open_store(campaign, Means()).read_document("validate")["passed"] is True
+    assert open_store(campaign, RunContext()).read_document("validate")["passed"] is True
 
 
 def test_a_campaign_as_baseline_is_fitted_first(campaign: Path, softer: Path) -> None:
     shutil.copytree(softer, campaign / "before")
     ask(campaign, 'baseline = "before"\nmax_drift = { all = 0.2, A6 = 0.3 }')
     said: list[str] = []
-    document = validate_campaign(campaign, Means(say=said.append))
+    document = validate_campaign(campaign, RunContext(say=said.append))
     assert [line.split(":")[0] for line in said] == ["ingest first", "identify first"]
     assert document["passed"] is True
     assert {check["where"] for check in document["checks"]} == {"A1", "A2", "A3", "A4", "A5", "A6"}
@@ -70,12 +70,12 @@ def test_a_baseline_outside_is_only_taken_where_the_user_names_it(campaign: Path
     ask(campaign, 'baseline = "../outside.json"')
     with pytest.raises(InputError, match=r"thresholds\.baseline: .* lies outside the campaign folder; name it"):
         validate_campaign(campaign)
-    assert validate_campaign(campaign, Means(reach=(tmp_path,)))["passed"] is False
+    assert validate_campaign(campaign, RunContext(reach=(tmp_path,)))["passed"] is False
     file = tmp_path / "thresholds.toml"
     file.write_text('schema = "stiffcal/thresholds/1"\n[validate]\nbaseline = "outside.json"\n')
     thresholds = load_thresholds(file)
     assert thresholds.baselines() == (Path(outside).resolve(),)
-    document = validate_campaign(campaign, Means(reach=thresholds.baselines()), thresholds=thresholds)
+    document = validate_campaign(campaign, RunContext(reach=thresholds.baselines()), thresholds=thresholds)
     assert document["passed"] is False
 
 
@@ -88,7 +88,7 @@ def test_thresholds_of_a_file_go_before_the_manifests_and_are_not_stored(campaig
     document = validate_campaign(campaign, thresholds=load_thresholds(file))
     assert document["thresholds"] == {"max_rms_m": 1e-6, "max_relative": 0.5}
     assert document["failed"][0].endswith("is above max_rms_m = 0.001 mm")
-    assert open_store(campaign, Means()).read_document("validate")["passed"] is True
+    assert open_store(campaign, RunContext()).read_document("validate")["passed"] is True
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stiffcal.workflow.diagnose import _held_words, _law_fits
+from stiffcal.workflow.diagnose import _fit_sentence, _law_fits
 
 
 def judged(left: float, noise: float | None, count: int = 400) -> dict[str, Any]:
@@ -24,9 +24,9 @@ def test_what_chance_leaves_over_is_no_lack() -> None:
 
 def test_nothing_is_judged_without_noise() -> None:
     assert _law_fits(judged(1.0, None), None) is None
-    assert "too few repeats" in _held_words("Friction", "at unseen speeds", None, judged(1.0, None))
+    assert "too few repeats" in _fit_sentence("Friction", "at unseen speeds", None, judged(1.0, None))
 
 
 def test_a_law_that_does_not_hold_is_told_with_its_size() -> None:
-    words = _held_words("Torque over angle", "in poses left out", False, judged(2.0, 1.0))
+    words = _fit_sentence("Torque over angle", "in poses left out", False, judged(2.0, 1.0))
     assert "leaves 2 N·m in poses left out, 4 % of the torque, where repeats scatter 1 N·m" in words

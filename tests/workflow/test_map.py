@@ -15,10 +15,10 @@ from stiffcal.compensation.targets import PoseGoal
 from stiffcal.compensation.workspace import longest_reach
 from stiffcal.errors import InputError
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.workflow.fitted_robot import fitted_robot
 from stiffcal.workflow.map import MapRequest, map_campaign
 from stiffcal.workflow.predict import predict_campaign
-from stiffcal.workflow.steps import Means
-from stiffcal.workflow.valued import valued_campaign
+from stiffcal.workflow.steps import RunContext
 from tests.laboratory.robots import force_sensor_setup, seven_axes
 from tests.laboratory.small_campaign import POSES_DEG
 from tests.workflow.test_predict import poses_file
@@ -35,7 +35,7 @@ def test_every_point_holds_what_predict_says_there(campaign: Path) -> None:
     assert (slices, max(rows, columns)) == (1, 6)
     reached = [point for point in result.points if point.status == "reached"]
     assert len(reached) == result.reached > 5
-    robot = valued_campaign(load_campaign(campaign, check_files=False), Means())
+    robot = fitted_robot(load_campaign(campaign, check_files=False), RunContext())
     chain, target = robot.campaign.chain, robot.setup.targets[0]
     kept = attached_poses(chain, chain.model_angles(np.radians([POSES_DEG[0]])), target)[1][0]
     joints = np.array([point.joints for point in reached])
@@ -66,8 +66,8 @@ def test_reach_and_limits(campaign: Path) -> None:
     for name, ends in limits.items():
         text = text.replace(f'name = "{name}"\n', f'name = "{name}"\nlimits_deg = {ends}\n')
     robot.write_text(text)
-    result = map_campaign(campaign, MapRequest("0,0,-200", plane="xy", at=0.9, points=7), Means())
-    inside = valued_campaign(load_campaign(campaign, check_files=False), Means())
+    result = map_campaign(campaign, MapRequest("0,0,-200", plane="xy", at=0.9, points=7), RunContext())
+    inside = fitted_robot(load_campaign(campaign, check_files=False), RunContext())
     chain, target = inside.campaign.chain, inside.setup.targets[0]
     assert result.beyond_limits > 0
     for point in result.points:

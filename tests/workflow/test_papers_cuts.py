@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.documents import document_of
-from stiffcal.workflow.compensate import CompensateWish, compensate_campaign
+from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign
 from stiffcal.workflow.compensation_path import Forces
-from stiffcal.workflow.steps import Means
+from stiffcal.workflow.steps import RunContext
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
@@ -18,7 +18,7 @@ def test_a_milling_cut_that_the_normal_force_should_lift_goes_too_deep(tmp_path:
     """Paper 002, Fig. 9: 0.5 mm too much removed without, less than 0.1 mm with, on a robot with more than drives."""
     irb4400 = CAMPAIGNS / "irb4400"
     exact = irb4400 / "compensation"
-    wish = CompensateWish(
+    wish = CompensateRequest(
         exact / "cut.csv",
         Forces(segments=exact / "cut-forces.csv"),
         target="load_point",
@@ -30,7 +30,7 @@ def test_a_milling_cut_that_the_normal_force_should_lift_goes_too_deep(tmp_path:
     output = tmp_path / "corrected.csv"
     document = document_of(
         compensate_campaign(
-            irb4400, wish, Means(store=str(tmp_path / "store")), output=output, picture=tmp_path / "cut.svg"
+            irb4400, wish, RunContext(store=str(tmp_path / "store")), output=output, picture=tmp_path / "cut.svg"
         )
     )
     cutting = [row for row in document["rows"] if row["wrench"][0] == 300.0]
@@ -46,11 +46,11 @@ def test_a_milling_cut_that_the_normal_force_should_lift_goes_too_deep(tmp_path:
 def test_a_milled_circle_becomes_an_oval(tmp_path: Path) -> None:
     """Paper 001, Fig. 8: the circle of 35 mm; the oval is gone with the model of 36 springs and the play of joint 4."""
     kr125 = CAMPAIGNS / "kr125-bodies"
-    wish = CompensateWish(
+    wish = CompensateRequest(
         kr125 / "circle.csv", target="load_point", start="0,-60,70,0,80,0", sag=False, normal="radial"
     )
     document = document_of(
-        compensate_campaign(kr125, wish, Means(store=str(tmp_path / "store")), picture=tmp_path / "circle.svg")
+        compensate_campaign(kr125, wish, RunContext(store=str(tmp_path / "store")), picture=tmp_path / "circle.svg")
     )
     assert all(row["reached"] for row in document["rows"])
     before = np.array([row["error_before"][:3] for row in document["rows"]])

@@ -10,9 +10,9 @@ import pytest
 from stiffcal.errors import InputError
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.workflow.load_table import read_load_table
-from stiffcal.workflow.predict import LoadPathWish, predict_campaign
+from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import Means, ingested, open_store
+from stiffcal.workflow.steps import RunContext, ingested, open_store
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS
 
 POSE = ",".join(f"{angle:g}" for angle in POSES_DEG[0])
@@ -28,7 +28,7 @@ def poses_file(folder: Path, rows: list[str], header: str = "A1,A2,A3,A4,A5,A6,F
 def test_cartesian_compliance_is_the_papers_at_small_load(campaign: Path) -> None:
     """Wang, Zhang and Fuhlbrigge 2009, eq. 7: C = J K⁻¹ Jᵀ without load."""
     (state,) = predict_campaign(campaign, poses=poses_file(campaign, [POSE + ",0,0,0,0,0,0"])).states
-    data = ingested(campaign, Means())
+    data = ingested(campaign, RunContext())
     chain = data.campaign.chain
     jacobian = jacobians(chain, chain.model_angles(np.radians([POSES_DEG[0]])), data.states.setup.targets[0])[0]
     expected = jacobian @ np.diag(1.0 / np.array(STIFFNESS)) @ jacobian.T
@@ -44,7 +44,7 @@ def test_deflection_follows_the_compliance(campaign: Path) -> None:
     rows = [POSE + f",{100 + step},0,-200,0,0,0" for step in (0, 1)]
     first, second = predict_campaign(campaign, poses=poses_file(campaign, rows)).states
     difference = np.array(second.deflection) - np.array(first.deflection)
-    data = ingested(campaign, Means())
+    data = ingested(campaign, RunContext())
     lever = np.array(data.states.setup.targets[0].transform[:3, 3] - data.states.setup.wrench_point.transform[:3, 3])
     assert np.linalg.norm(lever) > 0.05  # so that load point and target differ indeed
     # a force at the load point is one at the target and a moment: the compliance knows both
@@ -72,7 +72,7 @@ def test_uncertainty_is_that_of_the_parameters(campaign: Path) -> None:
 
 
 def test_load_path_passes_its_corners_and_reaches_the_report(campaign: Path) -> None:
-    wish = LoadPathWish("-100,200,-300;0,0,0;100,-200,100", POSE, points=4, note="the pose of the test")
+    wish = LoadPathRequest("-100,200,-300;0,0,0;100,-200,100", POSE, points=4, note="the pose of the test")
     result = predict_campaign(campaign, load_path=wish)
     path = result.load_path
     assert path is not None
@@ -80,9 +80,9 @@ def test_load_path_passes_its_corners_and_reaches_the_report(campaign: Path) -> 
     assert path.force[8].tolist() == [100.0, -200.0, 100.0]
     assert np.allclose(path.deflection[4], 0.0, atol=1e-11)
     predict_campaign(campaign, load_path=wish)
-    stored = open_store(campaign, Means()).read_document("load_paths")["paths"]
+    stored = open_store(campaign, RunContext()).read_document("load_paths")["paths"]
     assert len(stored) == 1
-    data = ingested(campaign, Means())
+    data = ingested(campaign, RunContext())
     store = data.store
     content = report_content(
         data, store.read_document("identify"), store.read_document("validate"), store.read_document("history")
@@ -92,14 +92,14 @@ def test_load_path_passes_its_corners_and_reaches_the_report(campaign: Path) -> 
 
 def test_a_load_path_may_be_a_file(campaign: Path) -> None:
     file = poses_file(campaign, ["0,0,0", "0,0,-100"], header="Fx,Fy,Fz")
-    states = predict_campaign(campaign, load_path=LoadPathWish(str(file), POSE, points=2)).states
+    states = predict_campaign(campaign, load_path=LoadPathRequest(str(file), POSE, points=2)).states
     assert [state.wrench[2] for state in states] == [0.0, -50.0, -100.0]
 
 
 def test_values_of_the_model_file_serve_where_nothing_was_measured(campaign: Path, tmp_path: Path) -> None:
     (campaign / "raw" / "states.csv").unlink()
-    wish = LoadPathWish("0,0,0;0,0,-100", POSE, points=1)
-    elsewhere = Means(store=str(tmp_path / "elsewhere"))
+    wish = LoadPathRequest("0,0,0;0,0,-100", POSE, points=1)
+    elsewhere = RunContext(store=str(tmp_path / "elsewhere"))
     with pytest.raises(InputError, match=r"nothing is measured here, and joint-compliance.j1.c has no value"):
         predict_campaign(campaign, elsewhere, load_path=wish)
     values = "\n".join(f'"joint-compliance.j{k + 1}.c" = {{ value = {1 / c} }}' for k, c in enumerate(STIFFNESS))
@@ -126,14 +126,14 @@ def test_output_is_a_table_with_units(campaign: Path) -> None:
 @pytest.mark.parametrize(
     ("wish", "message"),
     [
-        (LoadPathWish("1,2;3,4", POSE), "is no list of loads"),
-        (LoadPathWish("1,2,3", POSE), "this is no path"),
-        (LoadPathWish("1,2,3;4,5,x", POSE), "holds something that is no number"),
-        (LoadPathWish("1,2,3;4,5,6"), "no pose given"),
-        (LoadPathWish("1,2,3;4,5,6", "1,2,3"), "3 angles, the robot has 6 joints"),
+        (LoadPathRequest("1,2;3,4", POSE), "is no list of loads"),
+        (LoadPathRequest("1,2,3", POSE), "this is no path"),
+        (LoadPathRequest("1,2,3;4,5,x", POSE), "holds something that is no number"),
+        (LoadPathRequest("1,2,3;4,5,6"), "no pose given"),
+        (LoadPathRequest("1,2,3;4,5,6", "1,2,3"), "3 angles, the robot has 6 joints"),
     ],
 )
-def test_faulty_load_paths(campaign: Path, wish: LoadPathWish, message: str) -> None:
+def test_faulty_load_paths(campaign: Path, wish: LoadPathRequest, message: str) -> None:
     with pytest.raises(InputError, match=message):
         predict_campaign(campaign, load_path=wish)
 

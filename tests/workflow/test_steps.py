@@ -10,13 +10,13 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import Means, ingested, key_of_table, open_store
+from stiffcal.workflow.steps import RunContext, ingested, key_of_table, open_store
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
 
 
-def means_with(said: list[str], update: bool = True) -> Means:
-    return Means(say=said.append, update=update)
+def means_with(said: list[str], update: bool = True) -> RunContext:
+    return RunContext(say=said.append, update=update)
 
 
 def test_missing_steps_run_first_and_are_said_in_one_line_each(tmp_path: Path) -> None:
@@ -34,12 +34,12 @@ def test_no_update_refuses_and_names_the_step(tmp_path: Path) -> None:
 
 
 def test_what_is_current_is_not_run_again(campaign: Path) -> None:
-    before = open_store(campaign, Means()).generation
+    before = open_store(campaign, RunContext()).generation
     said: list[str] = []
     identify_campaign(campaign, means_with(said))
     validate_campaign(campaign, means_with(said))
     assert said == ["nothing has changed since fit 1"]
-    assert open_store(campaign, Means()).generation == before
+    assert open_store(campaign, RunContext()).generation == before
 
 
 def test_a_changed_source_is_named_and_everything_after_it_runs_again(campaign: Path) -> None:
@@ -98,13 +98,13 @@ def test_a_copied_campaign_keeps_its_results(campaign: Path, tmp_path: Path) -> 
 def test_store_elsewhere(campaign: Path, tmp_path: Path) -> None:
     elsewhere = tmp_path / "elsewhere"
     shutil.rmtree(campaign / "store")
-    identify_campaign(campaign, Means(store=str(elsewhere)))
-    assert open_store(campaign, Means(store=str(elsewhere))).exists
+    identify_campaign(campaign, RunContext(store=str(elsewhere)))
+    assert open_store(campaign, RunContext(store=str(elsewhere))).exists
     assert not (campaign / "store").exists()
 
 
 def test_the_fit_finds_the_true_stiffness(validated_folder: Path) -> None:
-    document = identify_campaign(validated_folder, Means(update=False))
+    document = identify_campaign(validated_folder, RunContext(update=False))
     found = np.array([one["stiffness"] for one in document["parameters"]])
     std = np.array([one["stiffness_std"] for one in document["parameters"]])
     assert np.all(np.abs(found - STIFFNESS) < 4.0 * std)
@@ -115,7 +115,7 @@ def test_the_fit_finds_the_true_stiffness(validated_folder: Path) -> None:
 def test_the_table_key_follows_the_values_not_their_chunks(validated_folder: Path) -> None:
     import pyarrow as pa
 
-    table = ingested(validated_folder, Means()).table
+    table = ingested(validated_folder, RunContext()).table
     pieces = pa.concat_tables([table.slice(0, 3), table.slice(3)])
     assert key_of_table(pieces) == key_of_table(table)
     assert key_of_table(table.slice(1)) != key_of_table(table)
@@ -141,4 +141,4 @@ def test_unknown_loss_is_refused(campaign: Path) -> None:
 def test_another_loss_is_another_fit(campaign: Path) -> None:
     assert identify_campaign(campaign, loss="huber")["fit_id"] == "2"
     # validate takes the fit that stands, robust or not
-    assert validate_campaign(campaign, Means(update=False))["fit_id"] == "2"
+    assert validate_campaign(campaign, RunContext(update=False))["fit_id"] == "2"

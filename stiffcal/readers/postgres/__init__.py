@@ -195,7 +195,7 @@ def _connected(options: Options) -> Iterator[tuple[Any, _What]]:
     try:
         connection = dbapi.connect(address.text)
     except dbapi.Error as error:
-        reason = f"the database cannot be reached ({_told(error, address)})"
+        reason = f"the database cannot be reached ({_identified(error, address)})"
         mend = "correct postgres.host, .port, .database, .user or the variable of postgres.uri_env, or start the server"
         raise InputError.at(what.shown, "postgres", reason, mend) from None
     hint = {StatementOptions.BATCH_SIZE_HINT_BYTES.value: str(BATCH_BYTES)}
@@ -213,7 +213,7 @@ def _connected(options: Options) -> Iterator[tuple[Any, _What]]:
             elif state == _NO_TABLE:
                 with suppress(dbapi.Error, pa.ArrowException, OSError):
                     mend = _near_table(connection, str(error), what) or mend
-            raise InputError.at(what.shown, "", f"the database refused ({_told(error, address)})", mend) from None
+            raise InputError.at(what.shown, "", f"the database refused ({_identified(error, address)})", mend) from None
 
 
 def _longest_statement_s() -> int:
@@ -242,7 +242,7 @@ def _near_table(connection: Any, told: str, what: _What) -> str:
     return near.replace("the file has no columns", "the database has no tables").replace("the file has", "tables:")
 
 
-def _told(error: Exception, address: Address) -> str:
+def _identified(error: Exception, address: Address) -> str:
     """Return what the server says, on one line, without the address's secrets."""
     told = address.without_secrets(" ".join(str(error).split()))
     found = re.search(r"(?:ERROR|FATAL): .*?(?= LINE \d| Query was|$)", told)

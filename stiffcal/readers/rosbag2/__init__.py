@@ -49,7 +49,7 @@ TRANSFORMS = "tf2_msgs/msg/TFMessage"
 # Arrays of a joint state, whose elements go by the names in `name`.
 NAMED = ("position", "velocity", "effort")
 MEND = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may mend what a recorder left"
-BY_THEN_NOT_TOLD = "ros2_humble"
+UNKNOWN_AT_END = "ros2_humble"
 
 
 class RosOptions(Table):
@@ -133,7 +133,7 @@ class RosReader(Reader):
         except ImportError:
             raise missing_library(self.name, shown, "ros") from None
         releases = [store.value for store in Stores if store.value.startswith("ros2_")]
-        types = str(options.get("types") or BY_THEN_NOT_TOLD)
+        types = str(options.get("types") or UNKNOWN_AT_END)
         if types not in releases:
             raise InputError.at(shown, f"{self.name}.types", f"no release {types!r}", nearest_name(types, releases))
         fence_rosbags()

@@ -16,7 +16,7 @@ import numpy as np
 from stiffcal.files import replacing
 from stiffcal.report.content import Floats, Integers
 from stiffcal.report.drawing_library import drawing_library
-from stiffcal.report.fonts import make_drawable, no_notices_of_fonts
+from stiffcal.report.fonts import make_drawable, silence_font_notices
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -117,8 +117,8 @@ def save_figure(figure: Figure, path: Path, text_as_shapes: bool = True) -> None
         style = _STYLE | {"svg.fonttype": "path" if text_as_shapes else "none"}
         matplotlib.rcParams.update(cast(Any, style))
         make_drawable(figure)
-        with no_notices_of_fonts(), replacing(path) as beside:
-            figure.savefig(beside, format=kind, metadata=metadata, dpi=200)
+        with silence_font_notices(), replacing(path) as temporary:
+            figure.savefig(temporary, format=kind, metadata=metadata, dpi=200)
 
 
 def in_legend(name: str) -> str:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _LABEL_WIDTH = 46
 # Steps that change the error by less than this factor are not worth a number.
-_TELLING = 1.05
+_SIGNIFICANT = 1.05
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Rung:
     """
 
     label: str
-    unseen: float | None
+    heldout: float | None
     fitted: float | None
 
 
@@ -65,9 +65,9 @@ def draw_ladder(
     above: float | None = None
     for row, rung in enumerate(rungs):
         _draw_rung(axes, row, rung, unit, above)
-        above = rung.unseen or above
+        above = rung.heldout or above
     handles = _legend(axes, floor)
-    low, high = _limits([value for rung in rungs for value in (rung.unseen, rung.fitted)] + [floor])
+    low, high = _limits([value for rung in rungs for value in (rung.heldout, rung.fitted)] + [floor])
     axes.set_xlim(low, high)
     if floor is not None:
         axes.axvspan(low, floor * 1e3, color=canvas.PALE, alpha=0.5, linewidth=0, zorder=0.2)
@@ -102,7 +102,7 @@ def ladder_rungs(fits: Sequence[dict[str, Any]], zero_model: dict[str, Any] | No
 
 def _draw_steps(axes: Axes, rungs: Sequence[Rung]) -> None:
     """Join the errors in unseen poses by stairs."""
-    known = [(row, rung.unseen * 1e3) for row, rung in enumerate(rungs) if rung.unseen]
+    known = [(row, rung.heldout * 1e3) for row, rung in enumerate(rungs) if rung.heldout]
     for (row, error), (below, lower) in itertools.pairwise(known):
         axes.plot([error, lower, lower], [row, row, below], color=canvas.COLOURS[0], linewidth=0.9, zorder=2, alpha=0.7)
 
@@ -113,15 +113,15 @@ def _draw_rung(axes: Axes, row: int, rung: Rung, unit: str, above: float | None)
         axes.plot(
             rung.fitted * 1e3, row, marker="D", markersize=7.5, color=canvas.INK, markerfacecolor="none", zorder=3
         )
-    if rung.unseen is not None:
-        axes.plot(rung.unseen * 1e3, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
-        words = f"{wording.digits(rung.unseen * 1e3)} {unit}"
-        factor = above / rung.unseen if above and rung.unseen else 1.0
-        if max(factor, 1.0 / factor) > _TELLING:
+    if rung.heldout is not None:
+        axes.plot(rung.heldout * 1e3, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
+        words = f"{wording.digits(rung.heldout * 1e3)} {unit}"
+        factor = above / rung.heldout if above and rung.heldout else 1.0
+        if max(factor, 1.0 / factor) > _SIGNIFICANT:
             sign = "÷" if factor > 1.0 else "×"
             words += f"  ({sign} {wording.digits(max(factor, 1.0 / factor), 2)})"
         axes.annotate(
-            words, (rung.unseen * 1e3, row), xytext=(8, -7 if above else 0), textcoords="offset points", va="center",
+            words, (rung.heldout * 1e3, row), xytext=(8, -7 if above else 0), textcoords="offset points", va="center",
             fontsize=6.5, zorder=5,
         )  # fmt: skip
     elif rung.fitted is None:

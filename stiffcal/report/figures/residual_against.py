@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.report.content import Driver, ReportStates
+from stiffcal.report.content import ReportStates, ResidualCovariate
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:
@@ -17,7 +17,9 @@ MOST_POINTS = 500
 
 
 @canvas.styled
-def draw_residual_against(states: ReportStates, drivers: Sequence[Driver], noise: float | None = None) -> Figure:
+def draw_residual_against(
+    states: ReportStates, drivers: Sequence[ResidualCovariate], noise: float | None = None
+) -> Figure:
     """Draw the residual along x, y and z against each driver: one row of panels per driver.
 
     Parameters

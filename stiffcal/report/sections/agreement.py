@@ -23,7 +23,7 @@ def section(content: ReportContent) -> Section | LeftOut:
         return LeftOut(_TITLE, "no model has been fitted yet")
     by = (
         "by fits that had not seen the pose"
-        if states.predicted_unseen is not None
+        if states.predicted_heldout is not None
         else "by the fit itself (not validated)"
     )
     caption = f"Deflection measured against predicted {by}, base axes. On the dashed diagonal both agree."

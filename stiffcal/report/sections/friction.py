@@ -32,7 +32,7 @@ def section(content: ReportContent) -> Section | LeftOut | None:
     return Section(_TITLE, tuple(blocks), new_page=True)
 
 
-def friction_told(content: ReportContent) -> frozenset[str]:
+def identified_friction(content: ReportContent) -> frozenset[str]:
     """Return the names of the parameters that this section shows: others need not show them again."""
     fit = content.identify or {}
     laws, joints = set((fit.get("friction") or {}).get("effects", ())), set()

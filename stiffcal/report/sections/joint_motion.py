@@ -41,15 +41,15 @@ def section(content: ReportContent) -> Section | LeftOut | None:
     return Section(_TITLE if joints else "Cartesian stiffness", tuple(blocks), new_page=True)
 
 
-def _told(joints: tuple[JointPicture, ...], kind: str) -> tuple[int, int]:
+def _identified(joints: tuple[JointPicture, ...], kind: str) -> tuple[int, int]:
     """Return how many of the displacements of a kind ("r", "t") rise above the noise, and how many there are."""
     curves = [curve for joint in joints for curve in joint.curves if curve.component[0] == kind]
     return sum(curve.above_noise for curve in curves), len(curves)
 
 
 def _lead(joints: tuple[JointPicture, ...]) -> str:
-    turns, all_turns = _told(joints, "r")
-    shifts, all_shifts = _told(joints, "t")
+    turns, all_turns = _identified(joints, "r")
+    shifts, all_shifts = _identified(joints, "t")
     return (
         "Links on either side of a joint are tracked, so that the joint’s own displacement is measured and not "
         "inferred: how one link moves against the other, about the joint’s origin in the joint’s axes, over the load’s "

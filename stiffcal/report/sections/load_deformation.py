@@ -65,7 +65,7 @@ def _run_rms(content: ReportContent) -> dict[str, float]:
     return {str(entry["label"]): wording.part(entry.get("rms"), "translation") or 0.0 for entry in entries}
 
 
-def telling_runs(content: ReportContent, states: ReportStates, candidates: list[int]) -> dict[int, str]:
+def most_loaded_runs(content: ReportContent, states: ReportStates, candidates: list[int]) -> dict[int, str]:
     """Choose the runs to show large, with the reason: worst, largest deflection, most ordinary.
 
     Returns
@@ -89,7 +89,7 @@ def telling_runs(content: ReportContent, states: ReportStates, candidates: list[
 
 
 def _curves(content: ReportContent, states: ReportStates, curves: list[int]) -> list[Block]:
-    chosen = telling_runs(content, states, curves) if len(curves) > 3 else dict.fromkeys(curves, "")
+    chosen = most_loaded_runs(content, states, curves) if len(curves) > 3 else dict.fromkeys(curves, "")
     text = (
         "Deflection of the target along each base axis against the force along the same axis, both counted from the "
         "run’s unloaded reference. Filled marks: loading; hollow: unloading; lines: the fitted model. A gap between "
@@ -127,9 +127,9 @@ def _caption(content: ReportContent, states: ReportStates, number: int, why: str
         f"{wording.length(float(size.max()))}; the fitted model is nowhere more than "
         f"{wording.length(float(off.max()))} off."
     )
-    unseen = _run_rms(content).get(name)
-    if unseen:
-        text += f" Fitted without this pose, it leaves {wording.length(unseen)} rms here."
+    heldout = _run_rms(content).get(name)
+    if heldout:
+        text += f" Fitted without this pose, it leaves {wording.length(heldout)} rms here."
     against = _against_the_force(states, number)
     if against:
         text += (
@@ -168,12 +168,12 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -
     )
     names = [run.name for run in content.runs]
     blocks: list[Block] = [Paragraph(text)]
-    unseen = " by a fit without that pose" if states.predicted_unseen is not None else " by the fit"
+    heldout = " by a fit without that pose" if states.predicted_heldout is not None else " by the fit"
     inside = states.used & np.isin(states.run, singles)
     off = np.where(inside, np.linalg.norm(states.residual[:, :3], axis=1), -1.0)
     worst = int(np.argmax(off))
     caption = (
-        f"Deflection in each run, measured and predicted{unseen}. Farthest apart: run {names[int(states.run[worst])]}, "
+        f"Deflection in each run, measured and predicted{heldout}. Farthest apart: run {names[int(states.run[worst])]}, "
         f"{wording.length(float(off[worst]))} under {wording.digits(float(states.load[worst]))} N."
     )
     for group in map(list, wording.in_sheets(singles, _MOST_SINGLES)):

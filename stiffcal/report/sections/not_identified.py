@@ -7,7 +7,7 @@ from typing import Any
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, Section
 from stiffcal.report.content import ReportContent
-from stiffcal.report.sections.friction import friction_told
+from stiffcal.report.sections.friction import identified_friction
 from stiffcal.report.sections.stiffness import where_words
 
 ORDER = 40
@@ -20,7 +20,7 @@ def section(content: ReportContent) -> Section | LeftOut | None:
     """Lay out what is not identifiable, and which combinations are known all the same."""
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
-    elsewhere = friction_told(content)
+    elsewhere = identified_friction(content)
     named = [
         _words(entry)
         for entry in content.identify.get("not_identifiable", [])

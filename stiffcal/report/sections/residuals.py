@@ -21,7 +21,7 @@ _WORST_COLUMNS = {
     "load": (Column("load", "N"), 1.0),
     "row": (Column("row"), 1.0),
 }
-_DRIVERS_PER_PICTURE = 4
+_COVARIATES_PER_PICTURE = 4
 _MOST_RUNS_PER_PICTURE = 60
 _JOINTS_PER_PICTURE = 7
 
@@ -173,7 +173,7 @@ def _against(content: ReportContent, states: ReportStates) -> list[Block]:
             f" About {MOST_POINTS} of {wording.count(n_used, 'state')} are drawn, the largest residuals among them."
         )
     blocks: list[Block] = [Subheading("What the residual might follow")]
-    for sheet in wording.in_sheets(range(len(content.drivers)), _DRIVERS_PER_PICTURE):
+    for sheet in wording.in_sheets(range(len(content.drivers)), _COVARIATES_PER_PICTURE):
         group = [content.drivers[number] for number in sheet]
         text = caption.format(wording.listing([driver.name for driver in group]))
         blocks.append(Picture(partial(draw_residual_against, states, group, noise), text))

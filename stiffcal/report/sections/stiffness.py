@@ -7,7 +7,7 @@ from typing import Any
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Column, LeftOut, Paragraph, Section, Subheading, Table
 from stiffcal.report.content import Document, ReportContent
-from stiffcal.report.sections.friction import friction_told
+from stiffcal.report.sections.friction import identified_friction
 
 ORDER = 30
 _TITLE = "Stiffness"
@@ -22,7 +22,7 @@ def section(content: ReportContent) -> Section | LeftOut:
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet: run “stiffcal identify”")
     parameters: list[Document] = list(content.identify.get("parameters", []))
-    elsewhere = friction_told(content)
+    elsewhere = identified_friction(content)
     if parameters and len(elsewhere) == len(parameters):
         return LeftOut(_TITLE, "these runs tell friction alone")
     parameters = [each for each in parameters if each["name"] not in elsewhere]

@@ -21,9 +21,9 @@ def section(content: ReportContent) -> Section | LeftOut:
     sentences = _fit_sentences(content)
     readings_alone = content.states is None and bool(content.extra.get("friction") or content.extra.get("clamped"))
     if readings_alone and content.validate is not None:
-        sentences += _unseen_readings(content.validate)
+        sentences += _heldout_readings(content.validate)
     else:
-        sentences += _unseen_sentences(content.validate)
+        sentences += _heldout_sentences(content.validate)
     if sentences:
         blocks.append(Paragraph(" ".join(sentences), "key"))
     warnings = [
@@ -65,7 +65,7 @@ def _readings_sentence(content: ReportContent, fit: Document) -> str:
     )
 
 
-def _unseen_readings(validation: Document) -> list[str]:
+def _heldout_readings(validation: Document) -> list[str]:
     rms, zero = validation.get("rms"), validation.get("zero_model")
     left = wording.part(validation.get("relative"), "torque")
     seen = str(validation.get("scheme", ""))
@@ -81,7 +81,7 @@ def _unseen_readings(validation: Document) -> list[str]:
     return sentences
 
 
-def _unseen_sentences(validation: Document | None) -> list[str]:
+def _heldout_sentences(validation: Document | None) -> list[str]:
     """Say what error to expect in new poses, beside the deflection itself and the noise."""
     if validation is None:
         return ["What error to expect in new poses has not been tested yet (no validation)."]

@@ -11,7 +11,7 @@ from stiffcal.errors import InputError
 _in_use: list[str] = []
 
 
-def use_results_of_stranger(shown: str) -> None:
+def use_foreign_results(shown: str) -> None:
     """Note that results from a store are used that the user's own runs have not written; `shown` names the store."""
     _in_use[:] = [shown]
 
@@ -21,15 +21,15 @@ def use_own_results() -> None:
     _in_use.clear()
 
 
-def fault_of_stranger(error: Exception) -> InputError | None:
+def fault_of_foreign_content(error: Exception) -> InputError | None:
     """Return an unforeseen error as that of the stranger's results in use, None where none are.
 
     Examples
     --------
-    >>> fault_of_stranger(KeyError("x")) is None
+    >>> fault_of_foreign_content(KeyError("x")) is None
     True
-    >>> use_results_of_stranger("store")
-    >>> print(fault_of_stranger(KeyError("x")))
+    >>> use_foreign_results("store")
+    >>> print(fault_of_foreign_content(KeyError("x")))
     store: not computed by you, and of another shape than stiffcal writes (KeyError: 'x'); ask for the logs, or remove \
 the store
     >>> use_own_results()

@@ -13,7 +13,7 @@ from stiffcal.campaign.thresholds import ThresholdsFile, strange_joints
 from stiffcal.errors import InputError
 from stiffcal.files import read_regular
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, Ingested, Means, ingested
+from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested
 
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import Thresholds
@@ -25,7 +25,7 @@ MODEL_SCHEMAS = ("stiffcal/model-export/1", "stiffcal/identify/1")
 
 
 def judgement(
-    data: Ingested, identified: Document, validation: Document, means: Means, file: ThresholdsFile | None = None
+    data: Ingested, identified: Document, validation: Document, context: RunContext, file: ThresholdsFile | None = None
 ) -> Document:
     """Hold a validated fit to the campaign's thresholds.
 
@@ -60,11 +60,11 @@ def judgement(
         # Not even looked at: a baseline would be computed for nothing.
         checks = judge(limits, identified, validation, data.joint_names, None)
         return verdict(not_counted(checks, data.uncounted), limits)
-    checks = judge(limits, identified, validation, data.joint_names, _baseline(data, limits, means), asked)
+    checks = judge(limits, identified, validation, data.joint_names, _baseline(data, limits, context), asked)
     return verdict(checks, limits)
 
 
-def _baseline(data: Ingested, limits: Thresholds, means: Means) -> Baseline | None:
+def _baseline(data: Ingested, limits: Thresholds, context: RunContext) -> Baseline | None:
     if limits.baseline is None:
         return None
     from stiffcal.validation.thresholds import Baseline
@@ -73,25 +73,25 @@ def _baseline(data: Ingested, limits: Thresholds, means: Means) -> Baseline | No
     path = (data.campaign.folder / name).resolve()
     place = "thresholds.baseline"
     outside = escapes(name) or leads_outside(data.campaign.folder, name) is not None
-    if outside and not any(path.is_relative_to(folder.resolve()) for folder in means.reach):
+    if outside and not any(path.is_relative_to(folder.resolve()) for folder in context.reach):
         reason = f'"{name}" lies outside the campaign folder'
         mend = "name it in a file of thresholds of your own (--thresholds FILE), or name one inside the campaign folder"
         raise InputError.at(MANIFEST_FILE, place, reason, mend)
     if not path.exists():
         mend = "name a campaign folder, or a model written by stiffcal export DIR -o baseline.json"
         raise InputError.at(MANIFEST_FILE, place, f"no such file or folder: {name}", mend)
-    document = _fit_of(path, name, means) if path.is_dir() else _read_model(path, name)
+    document = _fit_of(path, name, context) if path.is_dir() else _read_model(path, name)
     known = {one["name"]: one for one in document["parameters"]}
     return Baseline(path.name if path.is_dir() else name, known)
 
 
-def _fit_of(path: Path, shown: str, means: Means) -> Document:
+def _fit_of(path: Path, shown: str, context: RunContext) -> Document:
     """Return the fit of a baseline's campaign; one that does not count is no baseline."""
-    data = ingested(path, replace(means, store=None))
+    data = ingested(path, replace(context, store=None))
     if data.uncounted:
         mend = "put its logs in place, or name a baseline of your own"
         raise InputError.at(MANIFEST_FILE, "thresholds.baseline", f"{shown}: {data.uncounted}", mend)
-    return fitted(data, means)
+    return fitted(data, context)
 
 
 def _read_model(path: Path, shown: str) -> Document:

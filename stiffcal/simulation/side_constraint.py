@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.simulation.secant import SecantSteps
 
 if TYPE_CHECKING:
-    from stiffcal.simulation.play import Places
+    from stiffcal.simulation.true_motion import Places
 
 Floats = NDArray[np.float64]
 
@@ -21,10 +21,10 @@ SETTLED, SETTLED_M = 1e-6, 1e-9
 # A smooth robot takes six steps, one with play, friction and creep a dozen.
 MOST_STEPS = 100
 # Loads below this share of the run's largest say nothing of the compliance: what moves there is rounding or play.
-_TELLING_LOAD = 1e-3
+_SIGNIFICANT_LOAD = 1e-3
 
 
-class GuideError(ArithmeticError):
+class SideConstraintError(ArithmeticError):
     """No side force is found at which guide and robot agree.
 
     Attributes
@@ -40,7 +40,7 @@ class GuideError(ArithmeticError):
         self.run, self.left_N = run, left_N
 
 
-def settle_guided(
+def balance_with_side_constraint(
     wrench: Floats, stiffness: Floats, sizes: Sequence[int], point: int, solve: Callable[[Floats], Places]
 ) -> tuple[Places, Floats]:
     """Find where a robot with a guided tool comes to rest, and what acts on it there.
@@ -62,7 +62,7 @@ def settle_guided(
 
     Raises
     ------
-    GuideError : the side force does not settle to `SETTLED`.
+    SideConstraintError : the side force does not settle to `SETTLED`.
     """
     places = solve(wrench)
     if not stiffness.any():
@@ -88,7 +88,7 @@ def settle_guided(
         acting[:, :3] += side
         places = solve(acting)
     first = int(np.argmax(~(size <= enough)))
-    raise GuideError(int(np.searchsorted(np.cumsum(sizes), first, side="right")), float(size[first]))
+    raise SideConstraintError(int(np.searchsorted(np.cumsum(sizes), first, side="right")), float(size[first]))
 
 
 def _directions(wrench: Floats, runs: Sequence[slice]) -> tuple[Floats, Floats]:
@@ -110,6 +110,6 @@ def _compliances(wrench: Floats, moved: Floats, runs: Sequence[slice]) -> Floats
     gives = np.zeros(len(wrench))
     for run in runs:
         load, way = np.linalg.norm(wrench[run, :3], axis=1), np.linalg.norm(moved[run], axis=1)
-        telling = load > _TELLING_LOAD * load.max(initial=0.0)
+        telling = load > _SIGNIFICANT_LOAD * load.max(initial=0.0)
         gives[run] = np.max(way[telling] / load[telling], initial=0.0)
     return gives

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stiffcal.campaign.loading import Campaign
 from stiffcal.errors import InputError
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, Means, free_names, ingested, placed_robot
+from stiffcal.workflow.steps import Document, RunContext, free_names, ingested, placed_robot
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
@@ -23,7 +23,7 @@ _BEYOND_NOISE = 1.2
 
 
 @dataclass(frozen=True)
-class ValuedCampaign:
+class FittedRobot:
     """A robot with values, and how well they are known.
 
     Attributes
@@ -87,7 +87,7 @@ class ValuedCampaign:
         return replace(self.setup, targets=(target,), target_names=(name,)), name
 
 
-def valued_campaign(campaign: Campaign, means: Means) -> ValuedCampaign:
+def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     """Return the fitted robot; where there are no logs, the robot as its model file values it.
 
     Raises
@@ -110,20 +110,20 @@ def valued_campaign(campaign: Campaign, means: Means) -> ValuedCampaign:
             raise InputError.at("model.toml", "parameters", reason, "give it a value, or put the logs in place")
         chain = campaign.chain
         setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
-        return ValuedCampaign(campaign, robot, _aimed(setup, chain.n_joints), {}, "model.toml")
-    data = ingested(campaign.folder, means)
-    identified = fitted(data, means)
+        return FittedRobot(campaign, robot, _aimed(setup, chain.n_joints), {}, "model.toml")
+    data = ingested(campaign.folder, context)
+    identified = fitted(data, context)
     names, matrix = identified["free_parameters"], identified["covariance"]
     # what shows in motion alone (friction) is in the fit and not in the robot at rest
     here = {one.parameter_name(spec.symbol) for one in robot.placed for spec in one.effect.parameters}
     kept = [(k, name) for k, name in enumerate(names) if name in here]
     covariance = {a: {b: float(matrix[i][j]) for j, b in kept} for i, a in kept}
-    valued = robot.with_values(values_of(identified))
+    fitted_values = robot.with_values(values_of(identified))
     setup = _aimed(data.states.setup, campaign.chain.n_joints)
     # null where the rods do not tell becomes NaN
     of_links = {one["link"]: np.array(one["compliance"], dtype=np.float64) for one in identified.get("links", [])}
     cautions = tuple(_cautions(identified, here))
-    return ValuedCampaign(campaign, valued, setup, covariance, f"fit {identified['fit_id']}", cautions, of_links)
+    return FittedRobot(campaign, fitted_values, setup, covariance, f"fit {identified['fit_id']}", cautions, of_links)
 
 
 def _cautions(identified: Document, names: set[str]) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """The model in poses that the fit has not seen.
 
-Unseen means unseen *poses*: all runs whose joints agree within 1° fall into one fold, and a fold is left out whole.
+HeldoutResiduals means unseen *poses*: all runs whose joints agree within 1° fall into one fold, and a fold is left out whole.
 Around the full fit the problem is linear to within a fraction of a standard uncertainty, so that leaving a fold out is
 a matter of the folds' triangular factors and not of new fits. An unseen run's constant offset (the error of its
 reference) is the weighted mean of its own residuals, and the lost degree of freedom is counted by √(n/(n − 1)).
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.bounded import column_scale
+from stiffcal.bounded_least_squares import column_scale
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, fit_problem, offset_free_residual, raw_whitening
 from stiffcal.identification.least_squares import Reduced, run_edges, take_out_offsets, triangular
@@ -23,7 +23,7 @@ from stiffcal.identification.observation import Observations, evaluate, free_col
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Sort
+from stiffcal.model.effect import ParameterRole
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -32,7 +32,7 @@ SAME_POSE = np.radians(1.0)
 
 
 @dataclass(frozen=True)
-class Unseen:
+class HeldoutResiduals:
     """Residuals in unseen poses.
 
     Attributes
@@ -59,7 +59,7 @@ def pose_folds(data: Observations) -> Integers:
     return np.asarray(np.repeat(fold_of_run, counts), dtype=np.int64)
 
 
-def unseen_residuals(states: LoadStates, fit: Fit) -> Unseen:
+def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     """Return the residuals in poses that were not used to fit.
 
     Parameters
@@ -69,31 +69,31 @@ def unseen_residuals(states: LoadStates, fit: Fit) -> Unseen:
     """
     held = [info.holdout for info in states.runs]
     if any(held):
-        return held_out_residuals(states, fit)
+        return holdout_run_residuals(states, fit)
     fold = pose_folds(fit.data)
     if fold.max(initial=0) == 0:
         whitening = _weights(fit, fit.data, fit.robot)
-        residual = with_lost_freedom(offset_free_residual(fit.robot, fit.data, whitening), fit.data)
-        return Unseen("none", residual, _without_model(fit.data, whitening), fit.data, fold)
+        residual = corrected_for_freedom(offset_free_residual(fit.robot, fit.data, whitening), fit.data)
+        return HeldoutResiduals("none", residual, _without_model(fit.data, whitening), fit.data, fold)
     return left_out_residuals(fit, fold)
 
 
-def held_out_residuals(states: LoadStates, fit: Fit) -> Unseen:
+def holdout_run_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     """Judge the runs that the manifest keeps back."""
     whole = fit_problem(_all_runs(states), fit.robot).data
     held = np.array([info.holdout for info in states.runs], dtype=np.bool_)[whole.run]
     data = whole.part(held)
     whitening = _weights(fit, data, fit.robot)
-    residual = with_lost_freedom(offset_free_residual(fit.robot, data, whitening), data)
-    return Unseen("holdout", residual, _without_model(data, whitening), data, pose_folds(data))
+    residual = corrected_for_freedom(offset_free_residual(fit.robot, data, whitening), data)
+    return HeldoutResiduals("holdout", residual, _without_model(data, whitening), data, pose_folds(data))
 
 
-def residuals_of_model(states: LoadStates, fit: Fit) -> Unseen:
+def residuals_of_model(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     """Judge every run by a model that was fitted elsewhere (``validate --model``)."""
     data = fit_problem(_all_runs(states), fit.robot).data
     whitening = _weights(fit, data, fit.robot)
-    residual = with_lost_freedom(offset_free_residual(fit.robot, data, whitening), data)
-    return Unseen("other campaign's model", residual, _without_model(data, whitening), data, pose_folds(data))
+    residual = corrected_for_freedom(offset_free_residual(fit.robot, data, whitening), data)
+    return HeldoutResiduals("other campaign's model", residual, _without_model(data, whitening), data, pose_folds(data))
 
 
 def _all_runs(states: LoadStates) -> LoadStates:
@@ -111,13 +111,13 @@ def _weights(fit: Fit, data: Observations, robot: CompliantRobot) -> Whitening:
     return whiten(fit.noise, data, sensitivity)
 
 
-def with_lost_freedom(residual: Floats, data: Observations) -> Floats:
+def corrected_for_freedom(residual: Floats, data: Observations) -> Floats:
     """Scale each run's residuals by √(n/(n − 1)) where its own offset was taken out."""
     if not data.free_offset:
         return residual
     edges = run_edges(data.run)
     counts = np.diff(np.append(edges, data.n_states))
-    readings = np.add.reduceat(data.seen.any(axis=0).astype(np.int64), edges)
+    readings = np.add.reduceat(data.measured_mask.any(axis=0).astype(np.int64), edges)
     factor = np.sqrt(readings / np.maximum(readings - 1, 1))
     return np.asarray(residual * np.repeat(factor, counts))
 
@@ -126,10 +126,10 @@ def _without_model(data: Observations, whitening: Whitening) -> Floats:
     if not data.free_offset:
         return data.measured
     centred = take_out_offsets(data.measured[None], data.run, whitening)[0][0]
-    return with_lost_freedom(np.where(data.seen, centred, 0.0), data)
+    return corrected_for_freedom(np.where(data.measured_mask, centred, 0.0), data)
 
 
-def left_out_residuals(fit: Fit, fold: Integers) -> Unseen:
+def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     """Leave each fold out in turn, from the folds' triangular factors about the full fit.
 
     Parameters
@@ -145,10 +145,10 @@ def left_out_residuals(fit: Fit, fold: Integers) -> Unseen:
     blocks = list(evaluate(fit.robot, data, columns))
     stack = np.concatenate([block.columns for block in blocks], axis=2)
     difference = data.measured - np.concatenate([block.predicted for block in blocks], axis=1)
-    stack = np.concatenate([stack, np.where(data.seen, difference, 0.0)[None]])
+    stack = np.concatenate([stack, np.where(data.measured_mask, difference, 0.0)[None]])
     if data.free_offset:
         stack, _ = take_out_offsets(stack, data.run, whitening)
-    stack = np.where(data.seen, stack, 0.0)
+    stack = np.where(data.measured_mask, stack, 0.0)
     white = whitening.apply(stack)
     folds = members_of(fold)
     factors = [triangular(white[:, :, part].reshape(len(white), -1).T) for part in folds]
@@ -160,8 +160,8 @@ def left_out_residuals(fit: Fit, fold: Integers) -> Unseen:
         reduced = Reduced(rest[:p, :p], rest[:p, p], 0.0, 0)
         step = _damped(reduced, lower - amplitude)
         residual[:, part] -= np.einsum("pmn,p->mn", stack[:p][:, :, part], step)
-    residual = with_lost_freedom(residual, data)
-    return Unseen("leave-one-pose-out", residual, _without_model(data, whitening), data, fold)
+    residual = corrected_for_freedom(residual, data)
+    return HeldoutResiduals("leave-one-pose-out", residual, _without_model(data, whitening), data, fold)
 
 
 def factors_without_each(factors: Sequence[Floats], outside: Floats | None = None) -> Iterator[Floats]:
@@ -197,7 +197,14 @@ def _damped(reduced: Reduced, lowest: Floats) -> Floats:
 
 def _lowest(robot: CompliantRobot, placed: int, symbol: str) -> float:
     spec = robot.placed[placed].effect.spec(symbol)
-    return spec.lower if spec.sort is Sort.AMPLITUDE and not spec.inverse else -np.inf
+    return spec.lower if spec.role is ParameterRole.AMPLITUDE and not spec.inverse else -np.inf
 
 
-__all__ = ["Problem", "Unseen", "held_out_residuals", "left_out_residuals", "pose_folds", "unseen_residuals"]
+__all__ = [
+    "HeldoutResiduals",
+    "Problem",
+    "heldout_residuals",
+    "holdout_run_residuals",
+    "left_out_residuals",
+    "pose_folds",
+]

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Shape:
+class DeformedChain:
     """A chain in one shape: n states, state axis last.
 
     Attributes
@@ -33,7 +33,7 @@ class Shape:
     origins: list[Floats]
 
 
-def chain_shape(chain: Chain, angles: Floats, small: Floats | None) -> Shape:
+def deformed_chain(chain: Chain, angles: Floats, small: Floats | None) -> DeformedChain:
     """Place every body and node of the chain whose nodes are displaced by ``small``.
 
     Parameters
@@ -66,7 +66,7 @@ def chain_shape(chain: Chain, angles: Floats, small: Floats | None) -> Shape:
             nodes.append(frame)
             origins.append(frame.position)
     bodies.append(displace(frame.moved(chain.flange), 2 * chain.n_joints + 1))
-    return Shape(bodies, nodes, origins)
+    return DeformedChain(bodies, nodes, origins)
 
 
 def _shifted_along_z(frame: StackedFrame, distance: float) -> StackedFrame:
@@ -87,7 +87,7 @@ def _inverse(rigid: Floats) -> Floats:
     return result
 
 
-def unit_wrenches(chain: Chain, shape: Shape, inputs: Inputs) -> tuple[Floats, Floats]:
+def unit_wrenches(chain: Chain, shape: DeformedChain, inputs: Inputs) -> tuple[Floats, Floats]:
     """Return what the nodes carry per unit of the reading, without weight.
 
     Parameters
@@ -117,7 +117,7 @@ def unit_wrenches(chain: Chain, shape: Shape, inputs: Inputs) -> tuple[Floats, F
     return direct, levered
 
 
-def _reading_axes(shape: Shape, setup: MeasurementSetup, n: int) -> StackedFrame:
+def _reading_axes(shape: DeformedChain, setup: MeasurementSetup, n: int) -> StackedFrame:
     """Return the axes of the wrench's components; base axes are those of the ground, whatever the foundation does."""
     body = base_frame(n) if setup.wrench_axes.body == 0 else shape.bodies[setup.wrench_axes.body]
     return body.moved(setup.wrench_axes.transform)
@@ -129,7 +129,7 @@ def _is_node(chain: Chain, node: int) -> bool:
     return node == 0 or node % 2 == 1 or node in bending
 
 
-def node_wrenches(chain: Chain, shape: Shape, inputs: Inputs, forces: Floats | None = None) -> Floats:
+def node_wrenches(chain: Chain, shape: DeformedChain, inputs: Inputs, forces: Floats | None = None) -> Floats:
     """Return what every node carries: load and outboard weight, in node axes about the node's shifted origin.
 
     Parameters

@@ -11,7 +11,7 @@ from stiffcal.diagnosis.search import Workbench, without
 from stiffcal.identification.fit import Fit
 
 
-def superfluous_effects(bench: Workbench, fit: Fit, basic: Sequence[str]) -> list[Candidate]:
+def redundant_effects(bench: Workbench, fit: Fit, basic: Sequence[str]) -> list[Candidate]:
     """Return effects without which the error in unseen poses is no worse.
 
     Parameters

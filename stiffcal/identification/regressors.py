@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from stiffcal.identification.observation import (
     Observations,
     lever_of,
+    observed_displacement,
     predicted,
     predicted_rows,
     rests,
-    seen_displacement,
 )
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Effect, NodeLoads, Observed, Place, Sort
+from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place
 from stiffcal.model.equilibrium import Rest, Unloaded
 
 Floats = NDArray[np.float64]
@@ -32,7 +32,7 @@ MOST_KEPT = 1 << 25
 
 
 @dataclass(frozen=True)
-class Signature:
+class Regressor:
     """An effect's displacements per unit of its amplitudes.
 
     Attributes
@@ -77,7 +77,7 @@ class Linearised:
     def about(cls, robot: CompliantRobot, data: Observations) -> Linearised:
         """Find the rests of a robot in all states."""
         loaded, unloaded = rests(robot, data)
-        seen = seen_displacement(robot, data, loaded, unloaded)
+        seen = observed_displacement(robot, data, loaded, unloaded)
         return cls(robot, data, loaded, unloaded, seen, predicted_rows(data, seen, loaded, unloaded))
 
     @property
@@ -98,7 +98,7 @@ class Linearised:
         grid = effect.shape_grid(place, self.robot.chain, self.loads)
         return [dict(zip(grid, values, strict=True)) for values in product(*(grid[s].tolist() for s in grid))]
 
-    def signature(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Signature:
+    def regressor(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor:
         """Return an effect's signature about the present model."""
         data, chain = self.data, self.robot.chain
         columns: dict[str, Floats] = {}
@@ -118,7 +118,9 @@ class Linearised:
         for symbol, seen in effect.observation_columns(place, Observed(self.seen, data.order), shape).items():
             add(symbol, data.layout.of_targets(seen))
         for spec in effect.parameters:
-            if spec.sort is Sort.SETUP or (spec.sort is Sort.AMPLITUDE and spec.symbol not in columns):
+            if spec.role is ParameterRole.SETUP or (
+                spec.role is ParameterRole.AMPLITUDE and spec.symbol not in columns
+            ):
                 difference = self._difference(effect, place, shape, spec.symbol, 1e-3 * spec.typical)
                 if difference is not None:
                     add(spec.symbol, difference)
@@ -126,7 +128,7 @@ class Linearised:
         fixed = columns.pop("", np.broadcast_to(0.0, data.measured.shape))
         symbols = tuple(columns)
         stack = np.stack([columns[s] for s in symbols]) if symbols else np.zeros((0, *data.measured.shape))
-        return Signature(effect, place, dict(shape), symbols, stack, fixed)
+        return Regressor(effect, place, dict(shape), symbols, stack, fixed)
 
     def _difference(
         self, effect: Effect, place: Place, shape: Mapping[str, float], symbol: str, step: float
@@ -139,7 +141,7 @@ class Linearised:
         return change / step if change.any() else None
 
 
-class SignatureSource:
+class RegressorSource:
     """Makes signatures about one model again, so that a large campaign need not keep those of a hundred candidates.
 
     Parameters
@@ -162,24 +164,24 @@ class SignatureSource:
         """Let go of the model at rest: much larger than what it was found from."""
         self._state = None
 
-    def kept(self, signature: Signature | RecalledSignature) -> Signature | RecalledSignature:
+    def kept(self, regressor: Regressor | StoredRegressor) -> Regressor | StoredRegressor:
         """Return the signature itself as long as there is room (`MOST_KEPT`), else what it can be made from again."""
-        if isinstance(signature, RecalledSignature):
-            return signature
-        size = signature.columns.nbytes + (signature.fixed.nbytes if signature.fixed.any() else 0)
+        if isinstance(regressor, StoredRegressor):
+            return regressor
+        size = regressor.columns.nbytes + (regressor.fixed.nbytes if regressor.fixed.any() else 0)
         if self._bytes_kept + size > MOST_KEPT:
-            return RecalledSignature(signature.effect, signature.place, signature.shape, signature.symbols, self)
+            return StoredRegressor(regressor.effect, regressor.place, regressor.shape, regressor.symbols, self)
         self._bytes_kept += size
-        return signature
+        return regressor
 
 
 @dataclass(frozen=True)
-class RecalledSignature:
+class StoredRegressor:
     """A signature whose columns are made when they are asked for.
 
     Attributes
     ----------
-    effect, place, shape, symbols : as in `Signature`.
+    effect, place, shape, symbols : as in `Regressor`.
     source : makes them.
     """
 
@@ -187,11 +189,11 @@ class RecalledSignature:
     place: Place
     shape: Mapping[str, float]
     symbols: tuple[str, ...]
-    source: SignatureSource
+    source: RegressorSource
 
-    def whole(self) -> Signature:
+    def whole(self) -> Regressor:
         """Return the signature with its columns."""
-        return self.source.state().signature(self.effect, self.place, self.shape)
+        return self.source.state().regressor(self.effect, self.place, self.shape)
 
     @property
     def columns(self) -> Floats:

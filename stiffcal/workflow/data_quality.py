@@ -17,7 +17,7 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
-from stiffcal.reduction.plausibility import LogWatch, check_displacements
+from stiffcal.reduction.plausibility import LogQuality, check_displacements
 from stiffcal.reduction.rezeroed import rezeroed_runs
 from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
@@ -26,12 +26,12 @@ from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_u
 ENOUGH_FOR_RODS = 12
 
 
-class Watches:
+class DataQuality:
     """One watch per source and file of a campaign."""
 
     def __init__(self, campaign: Campaign) -> None:
         self._campaign = campaign
-        self.logs: dict[tuple[str, str, str], LogWatch] = {}
+        self.logs: dict[tuple[str, str, str], LogQuality] = {}
 
     def see(self, source: str, file: str, rows: Rows, run: str = "") -> None:
         """Look at rows as they stream past; raises `InputError` at what cannot be.
@@ -44,7 +44,7 @@ class Watches:
             place = partial(partial, place_of_row, self._campaign.folder, held)
             files = files_of_signals(held, source)
             elsewhere = {signal: (own, place(own)) for signal, own in files.items()}
-            self.logs[key] = LogWatch(
+            self.logs[key] = LogQuality(
                 file,
                 place(file),
                 not held.is_states,
@@ -68,11 +68,13 @@ class Watches:
         told = [remark for watch in self.logs.values() for remark in watch.remarks()]
         for (source, _, _), watch in self.logs.items():
             others = [other for (name, _, _), other in self.logs.items() if name == source and other is not watch]
-            told += [watch.told_of_dead(k) for k in watch.dead() if any(k not in other.dead() for other in others)]
+            told += [
+                watch.dead_channel_remark(k) for k in watch.dead() if any(k not in other.dead() for other in others)
+            ]
         return told
 
 
-def contradictions(states: LoadStates, campaign: Campaign, estimated: bool) -> tuple[list[Fault], list[str]]:
+def check_load_states(states: LoadStates, campaign: Campaign, estimated: bool) -> tuple[list[Fault], list[str]]:
     """Return what cannot be in the load states, as faults, and what is doubtful, as warnings.
 
     Parameters

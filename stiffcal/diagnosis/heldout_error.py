@@ -10,7 +10,7 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.observation import free_columns
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.validation.unseen import unseen_residuals, with_lost_freedom
+from stiffcal.validation.heldout import corrected_for_freedom, heldout_residuals
 from stiffcal.validation.validate import rms_of
 
 Floats = NDArray[np.float64]
@@ -25,12 +25,12 @@ def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
     trial : the candidate, None for the present model.
     """
     score = scan.base if trial is None else trial.score
-    columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.signature.columns])
-    residual = scan.residual if trial is None else scan.residual - trial.signature.fixed
+    columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.regressor.columns])
+    residual = scan.residual if trial is None else scan.residual - trial.regressor.fixed
     residual = residual.copy()
     for number, part in enumerate(members_of(scan.fold_of_state)):
         residual[:, part] -= np.tensordot(score.without[number], columns[:, :, part], axes=1)
-    return with_lost_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
+    return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 
 
 def left_out_rms(scan: Scan, trial: Trial | None) -> dict[str, float | None]:
@@ -40,15 +40,15 @@ def left_out_rms(scan: Scan, trial: Trial | None) -> dict[str, float | None]:
 
 def fitted_rms(states: LoadStates, fit: Fit) -> dict[str, float | None]:
     """Return a fit's rms in unseen poses, m and rad."""
-    unseen = unseen_residuals(states, fit)
-    return rms_of(unseen.residual, unseen.data)
+    heldout = heldout_residuals(states, fit)
+    return rms_of(heldout.residual, heldout.data)
 
 
 def contribution(scan: Scan, trial: Trial) -> Floats:
     """Return (m, n) what the candidate adds to the displacements, its run's mean taken out."""
-    count = len(trial.signature.symbols)
+    count = len(trial.regressor.symbols)
     amplitude = trial.score.solution[len(trial.score.solution) - count :]
-    added = np.einsum("qmn,q->mn", trial.signature.columns, amplitude) + trial.signature.fixed
+    added = np.einsum("qmn,q->mn", trial.regressor.columns, amplitude) + trial.regressor.fixed
     return np.asarray(scan.space.centred(added[None])[0])
 
 
@@ -59,10 +59,10 @@ def size_at_tool(scan: Scan, trial: Trial) -> float:
 
 def poses_helped(scan: Scan, trial: Trial) -> int:
     """Return in how many poses the unseen error falls."""
-    return int(np.count_nonzero(trial.score.unseen < scan.base.unseen))
+    return int(np.count_nonzero(trial.score.heldout < scan.base.heldout))
 
 
-def valued_with(scan: Scan, trial: Trial) -> CompliantRobot:
+def with_values_of(scan: Scan, trial: Trial) -> CompliantRobot:
     """Return the model with the candidate, both valued as the scan found them with all poses."""
     fit = scan.fit
     fixed = fit.held | {one.name for one in fit.parameters if one.fixed}

@@ -45,7 +45,7 @@ class _Group:
     direction: int
 
 
-def set_bumped_aside(states: LoadStates) -> LoadStates:
+def reject_outliers(states: LoadStates) -> LoadStates:
     """Return the states with bumped readings set aside, each with its reason.
 
     Examples
@@ -79,7 +79,7 @@ def bumped_readings(states: LoadStates) -> dict[int, str]:
         return {}
     cycles = find_load_cycles(states)
     groups = _groups(states, cycles)
-    readings = readings - _askew(readings, states, cycles)
+    readings = readings - _misaligned(readings, states, cycles)
     noise = _noise(readings, groups)
     if noise is None:
         return {}
@@ -125,7 +125,7 @@ def _readings(states: LoadStates) -> tuple[Floats, int]:
     return np.concatenate(parts, axis=1), 3
 
 
-def _askew(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Floats:
+def _misaligned(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Floats:
     """Return (n, k): what the readings owe to forces that were not quite along their direction.
 
     A heavy load set askew by half a degree moves a soft robot sideways by several times the tracker's noise. How the
@@ -397,4 +397,4 @@ class _RunReadings:
         return False
 
 
-__all__ = ["BUMPED", "bumped_readings", "load_is_good", "set_bumped_aside"]
+__all__ = ["BUMPED", "bumped_readings", "load_is_good", "reject_outliers"]

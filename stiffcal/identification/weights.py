@@ -48,7 +48,7 @@ def wrench_matters(given: Noise | None) -> bool:
     return given is None or given.of_wrench
 
 
-def tell_weights(
+def estimate_weights(
     data: Observations,
     blocks: Sequence[Evaluation],
     groups: Sequence[Integers],
@@ -129,7 +129,7 @@ def along_the_sweep(sensitivity: Floats, data: Observations) -> Floats:
     sensitivity : (m, 6, n). data : the observations, whole runs.
     """
     motors = data.rows_of(MOTOR)
-    clamped = data.seen[motors].any(axis=0)
+    clamped = data.measured_mask[motors].any(axis=0)
     if not clamped.any():
         return sensitivity
     smooth = sensitivity.copy()
@@ -158,9 +158,9 @@ def _size_of_kinds(values: Floats, data: Observations) -> Floats:
     size = np.ones(N_KINDS)
     for kind in np.unique(data.kind):
         rows = data.kind == kind
-        seen = values[rows][data.seen[rows]]
-        if seen.size and seen.any():
-            size[kind] = np.sqrt(np.mean(seen**2))
+        measured_mask = values[rows][data.measured_mask[rows]]
+        if measured_mask.size and measured_mask.any():
+            size[kind] = np.sqrt(np.mean(measured_mask**2))
     return size
 
 
@@ -187,9 +187,9 @@ def offset_free_residual(robot: CompliantRobot, data: Observations, whitening: W
 
 def without_offsets(data: Observations, predicted: Floats | None, whitening: Whitening) -> Floats:
     """Return (m, n) measured minus predicted (nothing: measured alone), runs' offsets taken out, 0 where not seen."""
-    residual = np.where(data.seen, data.measured - (0.0 if predicted is None else predicted), 0.0)
+    residual = np.where(data.measured_mask, data.measured - (0.0 if predicted is None else predicted), 0.0)
     if data.free_offset:
-        residual = np.where(data.seen, take_out_offsets(residual[None], data.run, whitening)[0][0], 0.0)
+        residual = np.where(data.measured_mask, take_out_offsets(residual[None], data.run, whitening)[0][0], 0.0)
     return residual
 
 

@@ -21,12 +21,12 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Observed, Sort, StateOrder
+from stiffcal.model.effect import Observed, ParameterRole, StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.simulation.correction import Correction
 from stiffcal.simulation.cycles import LoadProgram
-from stiffcal.simulation.guided import GuideError, settle_guided
 from stiffcal.simulation.settings import FILE_NAME, Loads
+from stiffcal.simulation.side_constraint import SideConstraintError, balance_with_side_constraint
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -35,7 +35,7 @@ _BASE = Attachment(0, np.eye(4))
 
 
 @dataclass(frozen=True)
-class Act:
+class PlannedRun:
     """One run to be played.
 
     Attributes
@@ -57,12 +57,12 @@ class Act:
 
 
 @dataclass(frozen=True)
-class Played:
+class TrueRun:
     """One run as it really was: frames along the load path.
 
     Attributes
     ----------
-    act : what was played.
+    planned : what was played.
     node : (s,) path coordinates of the balances that were solved, rising.
     position : frame name to (s, 3), m, base axes.
     turn : frame name to (s, 3), rotation vector of R R_0ᵀ, rad, base axes.
@@ -74,7 +74,7 @@ class Played:
         force too; N and N·m, base axes. None: the program's.
     """
 
-    act: Act
+    planned: PlannedRun
     node: Floats
     position: Mapping[str, Floats]
     turn: Mapping[str, Floats]
@@ -85,7 +85,7 @@ class Played:
 
     def wrench_at(self, path: Floats) -> Floats:
         """Return (n, 6) what acts at path coordinates, N and N·m, base axes, about the load point."""
-        return self.act.program.wrench_at(path) if self.wrench is None else self.between(self.wrench, path)
+        return self.planned.program.wrench_at(path) if self.wrench is None else self.between(self.wrench, path)
 
     def position_at(self, frame: str, path: Floats) -> Floats:
         """Return (n, 3) the frame's origin in base axes at path coordinates, m; without corrections."""
@@ -153,18 +153,18 @@ class _Nodes:
 
 def play(
     robot: CompliantRobot,
-    acts: Sequence[Act],
+    planned_runs: Sequence[PlannedRun],
     frames: Mapping[str, Attachment],
     tool: ToolWeight,
     settle: Settle | None = None,
     told: Mapping[str, Floats] | None = None,
-) -> list[Played]:
+) -> list[TrueRun]:
     """Solve all runs in one batch.
 
     Parameters
     ----------
     robot : chain and valued effects.
-    acts : the runs.
+    planned_runs : the runs.
     frames : the frames that instruments look at, where they really are.
     tool : what hangs on the flange.
     settle : who says where the robot comes to rest; None: the exact balance of ``robot``. Effects of observation
@@ -178,34 +178,36 @@ def play(
     """
     _refuse_setup_effects(robot)
     names = list(frames)
-    played = []
+    true_run = []
     # One batch for each load point: it is part of the set-up.
-    for point in dict.fromkeys(act.loads.point for act in acts):
-        group = [act for act in acts if act.loads.point == point]
-        nodes = [_nodes_of(act) for act in group]
-        joints = [_joints_of(act, mine, told) for act, mine in zip(group, nodes, strict=True)]
-        wrench = [act.program.wrench_at(mine.path[mine.first]) for act, mine in zip(group, nodes, strict=True)]
+    for point in dict.fromkeys(planned.loads.point for planned in planned_runs):
+        group = [planned for planned in planned_runs if planned.loads.point == point]
+        nodes = [_nodes_of(planned) for planned in group]
+        joints = [_joints_of(planned, mine, told) for planned, mine in zip(group, nodes, strict=True)]
+        wrench = [planned.program.wrench_at(mine.path[mine.first]) for planned, mine in zip(group, nodes, strict=True)]
         asked = _Asked(group, nodes, np.concatenate(joints), frames, tool)
         solve = partial(_solve, robot, asked, settle=settle or _balanced(robot))
-        stiffness = [act.loads.guide_N_per_m for act in group]
+        stiffness = [planned.loads.guide_N_per_m for planned in group]
         sizes, at = [mine.first.size for mine in nodes], names.index(point)
         try:
-            places, acting = settle_guided(np.concatenate(wrench), np.repeat(stiffness, sizes), sizes, at, solve)
-        except GuideError as error:
+            places, acting = balance_with_side_constraint(
+                np.concatenate(wrench), np.repeat(stiffness, sizes), sizes, at, solve
+            )
+        except SideConstraintError as error:
             raise InputError.at(
                 FILE_NAME, f'runs "{group[error.run].name}": loads.guide_N_per_m', str(error),
                 "lower guide_N_per_m, or take effects with play or friction out of model.toml",
             ) from None  # fmt: skip
         start = 0
-        for act, mine in zip(group, nodes, strict=True):
+        for planned, mine in zip(group, nodes, strict=True):
             stop = start + mine.first.size
-            one = _cut(act, mine, places, slice(start, stop), names)
-            if act.loads.guide_N_per_m > 0.0:
+            one = _cut(planned, mine, places, slice(start, stop), names)
+            if planned.loads.guide_N_per_m > 0.0:
                 one = replace(one, wrench=acting[start:stop][mine.solved])
-            played.append(one)
+            true_run.append(one)
             start = stop
-    order = {act.name: number for number, act in enumerate(acts)}
-    return sorted(played, key=lambda one: order[one.act.name])
+    order = {planned.name: number for number, planned in enumerate(planned_runs)}
+    return sorted(true_run, key=lambda one: order[one.planned.name])
 
 
 @dataclass(frozen=True)
@@ -216,14 +218,14 @@ class ToolWeight:
     com: Floats
 
 
-def _nodes_of(act: Act) -> _Nodes:
+def _nodes_of(planned: PlannedRun) -> _Nodes:
     """Choose where on its path a run is solved: in each hold, and at equal steps of load on each ramp."""
     path: list[float] = []
     solved: list[int] = []
     balance = -1
-    within = act.loads.hold_points
-    ramp = act.loads.ramp_points
-    for hold in range(len(act.program)):
+    within = planned.loads.hold_points
+    ramp = planned.loads.ramp_points
+    for hold in range(len(planned.program)):
         if within == 1:
             balance += 1
             path += [2.0 * hold, 2.0 * hold + 1.0]
@@ -234,7 +236,7 @@ def _nodes_of(act: Act) -> _Nodes:
                 balance += 1
                 path.append(2.0 * hold + float(share))
                 solved.append(balance)
-        if hold + 1 < len(act.program):
+        if hold + 1 < len(planned.program):
             for k in range(1, ramp + 1):
                 balance += 1
                 path.append(2.0 * hold + 1.0 + k / (ramp + 1))
@@ -244,17 +246,17 @@ def _nodes_of(act: Act) -> _Nodes:
     return _Nodes(np.array(path), numbers, first)
 
 
-def _joints_of(act: Act, nodes: _Nodes, told: Mapping[str, Floats] | None) -> Floats:
+def _joints_of(planned: PlannedRun, nodes: _Nodes, told: Mapping[str, Floats] | None) -> Floats:
     """Return (b, L) the logged angles at which each balance of a run is solved, rad."""
-    joints = np.repeat(act.joints[None], nodes.first.size, axis=0)
-    return joints if told is None else joints + told[act.name][nodes.first]
+    joints = np.repeat(planned.joints[None], nodes.first.size, axis=0)
+    return joints if told is None else joints + told[planned.name][nodes.first]
 
 
 @dataclass(frozen=True)
 class _Asked:
     """Runs with one load point: what is solved, at which logged angles (b, L), and what is looked at."""
 
-    acts: Sequence[Act]
+    planned_runs: Sequence[PlannedRun]
     nodes: Sequence[_Nodes]
     logged: Floats
     frames: Mapping[str, Attachment]
@@ -265,7 +267,7 @@ def _solve(robot: CompliantRobot, asked: _Asked, wrench: Floats, settle: Settle)
     """Find the places in several runs with one load point under wrenches (b, 6); observation effects included."""
     setup = MeasurementSetup(
         wrench_axes=_BASE,
-        wrench_point=asked.acts[0].load_point,
+        wrench_point=asked.planned_runs[0].load_point,
         targets=tuple(asked.frames.values()),
         target_names=tuple(asked.frames),
         moments_measured=True,
@@ -274,7 +276,7 @@ def _solve(robot: CompliantRobot, asked: _Asked, wrench: Floats, settle: Settle)
         tool_com=asked.tool.com,
     )
     logged = asked.logged
-    order = _order_of(robot, asked.acts, asked.nodes)
+    order = _order_of(robot, asked.planned_runs, asked.nodes)
     places = settle(robot.chain.model_angles(logged), wrench, setup, order)
     shift = _observed_shift(robot, places.displacement, order)
     turned = rotation_from_vector(shift[..., 3:]) @ places.rotation
@@ -294,22 +296,22 @@ def _balanced(robot: CompliantRobot) -> Settle:
     return settle
 
 
-def _order_of(robot: CompliantRobot, acts: Sequence[Act], nodes: Sequence[_Nodes]) -> StateOrder:
+def _order_of(robot: CompliantRobot, planned_runs: Sequence[PlannedRun], nodes: Sequence[_Nodes]) -> StateOrder:
     """Return order and times of the balances, for laws with a memory of load or time."""
     run, time, hold, since = [], [], [], []
-    for number, (act, mine) in enumerate(zip(acts, nodes, strict=True)):
-        program = act.program
+    for number, (planned, mine) in enumerate(zip(planned_runs, nodes, strict=True)):
+        program = planned.program
         path = mine.path[mine.first]
         moment = _time_on(program, path)
         # a hold that is solved once stands for its middle
-        if act.loads.hold_points == 1:
+        if planned.loads.hold_points == 1:
             holding = path % 2.0 == 0.0
             middle = 0.5 * (program.start + program.end)
             moment[holding] = middle[(path[holding] / 2.0).astype(np.int64)]
         which = (path / 2.0).astype(np.int64)
         in_hold = path - 2.0 * which <= 1.0
         run.append(np.full(path.size, number, dtype=np.int64))
-        time.append(act.begins + moment)
+        time.append(planned.begins + moment)
         hold.append(np.where(in_hold, moment - program.start[which], 0.0))
         since.append(moment - 0.5 * (program.start[0] + program.end[0]))
     size = sum(part.size for part in run)
@@ -348,7 +350,7 @@ def _observed_shift(robot: CompliantRobot, displacement: Floats, order: StateOrd
 def _refuse_setup_effects(robot: CompliantRobot) -> None:
     """Raise where the model holds turned or shifted frames: those are said in simulate.toml, where nothing can mix."""
     for one in robot.placed:
-        if one.specs(Sort.SETUP):
+        if one.specs(ParameterRole.SETUP):
             name = one.effect.name
             raise InputError.at(
                 "model.toml",
@@ -358,7 +360,7 @@ def _refuse_setup_effects(robot: CompliantRobot) -> None:
             )
 
 
-def _cut(act: Act, nodes: _Nodes, places: Places, part: slice, names: Sequence[str]) -> Played:
+def _cut(planned: PlannedRun, nodes: _Nodes, places: Places, part: slice, names: Sequence[str]) -> TrueRun:
     """Take one run out of a batch."""
     position, turn, unloaded = {}, {}, {}
     for body, name in enumerate(names):
@@ -369,6 +371,6 @@ def _cut(act: Act, nodes: _Nodes, places: Places, part: slice, names: Sequence[s
         turn[name] = vector_from_rotation(rotations @ rotations[0].T)[nodes.solved]
         unloaded[name] = start
     if places.nodes is None:
-        return Played(act, nodes.path, position, turn, unloaded)
+        return TrueRun(planned, nodes.path, position, turn, unloaded)
     own = places.nodes[part]
-    return Played(act, nodes.path, position, turn, unloaded, (own - own[0])[nodes.solved])
+    return TrueRun(planned, nodes.path, position, turn, unloaded, (own - own[0])[nodes.solved])

@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 from stiffcal.identification.least_squares import take_out_offsets
 from stiffcal.identification.noise import Noise, Whitening
 from stiffcal.identification.observation import Column, Observations, evaluate, free_columns
-from stiffcal.identification.weighing import raw_whitening
+from stiffcal.identification.weights import raw_whitening
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Sort
+from stiffcal.model.effect import ParameterRole
 
 Floats = NDArray[np.float64]
 
 # The noise's share of a column's sum of squares at which the estimate is drawn half-way to zero.
-DROWNED_SHARE = 0.5
+NOISE_SHARE = 0.5
 
 
-def drowned_parameters(
+def noise_dominated_parameters(
     data: Observations, robot: CompliantRobot, fixed: frozenset[str], noise: Noise
 ) -> frozenset[str]:
     """Return the full names of parameters whose column is made of the wrench's noise.
@@ -39,7 +39,7 @@ def drowned_parameters(
     fixed : full names of parameters that are not free.
     noise : of the readings; without any of the wrench nothing drowns.
     """
-    columns = [column for column in free_columns(robot, fixed) if column.sort is Sort.AMPLITUDE]
+    columns = [column for column in free_columns(robot, fixed) if column.role is ParameterRole.AMPLITUDE]
     if not columns or not noise.of_wrench:
         return frozenset()
     # One draw for all states: some hundred readings tell the mean square to a few per cent.
@@ -53,7 +53,7 @@ def drowned_parameters(
     return frozenset(
         robot.placed[column.placed].parameter_name(column.symbol)
         for column, whole, noisy in zip(columns, squares[0], squares[1], strict=True)
-        if noisy > DROWNED_SHARE * whole > 0.0
+        if noisy > NOISE_SHARE * whole > 0.0
     )
 
 
