@@ -16,8 +16,8 @@ DuckDB ``select * from 'store/current/states.parquet'``.
 
 Why generations: a reader must see the old store or the new one, whenever the writer is killed. A writer fills a new
 folder, flushes it to the disk, and then replaces the link `current`, which is one atomic step of the file system; only
-then is the old folder removed. What a killed writer left behind is removed by the next one. A reader inside stiffcal
-holds a shared lock on its generation, so that it is not removed beneath it.
+then is the old folder removed. What a killed writer left behind, or could not remove, the next command removes. A
+reader inside stiffcal holds a shared lock on its generation, so that it is not removed beneath it.
 
 A store may come from anybody. Files are found by the names of tables and documents alone (never by what an index says),
 opened without following links, and compared with their SHA-256; the user's record of trust knows the digests of the

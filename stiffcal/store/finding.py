@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 
 from stiffcal.errors import InputError
-from stiffcal.store.generations import all_generations, current_folder, place_of
-from stiffcal.store.index import INDEX, DamagedError, file_of, read_index
-from stiffcal.store.inside import open_inside
+from stiffcal.store.generations import CURRENT, all_generations, current_folder, place_of
+from stiffcal.store.index import INDEX, DamagedError, error_of_reading, file_of, read_index
+from stiffcal.store.inside import is_refused, is_there, open_inside
 from stiffcal.store.origin import verify
 from stiffcal.trust.notices import notice
 
@@ -25,19 +24,31 @@ def find_generation(store: Path, shown: str, named: Callable[[Path], Path | None
     Raises
     ------
     NewerError : that one was written by a newer stiffcal.
+    UnreadableError : the system does not let it be read; what cannot be read may be the current one.
     """
+    try:
+        folder = _named_generation(store, named)
+        if folder is not None:
+            return folder
+        candidates = [folder for folder in all_generations(store) if is_there(folder / INDEX)]
+    except OSError as error:
+        raise error_of_reading(error, shown, CURRENT) from None
+    for folder in candidates:
+        if is_whole(store, folder, shown):
+            notice(f"{store}: current names no generation that is there: the newest whole one is used, {folder.name}")
+            return folder
+    return None
+
+
+def _named_generation(store: Path, named: Callable[[Path], Path | None]) -> Path | None:
     before: Path | None = None
     for _ in range(ATTEMPTS):
         folder = named(store)
-        if folder is not None and os.path.lexists(folder / INDEX):
+        if folder is not None and is_there(folder / INDEX):
             return folder
         if folder == before:
             break  # not replaced in between: it is not there
         before = folder
-    for folder in all_generations(store):
-        if os.path.lexists(folder / INDEX) and is_whole(store, folder, shown):
-            notice(f"{store}: current names no generation that is there: the newest whole one is used, {folder.name}")
-            return folder
     return None
 
 
@@ -47,6 +58,7 @@ def is_whole(store: Path, folder: Path, shown: str) -> bool:
     Raises
     ------
     NewerError : it was written by a newer stiffcal.
+    UnreadableError : the system does not let it be read.
     """
     place = place_of(store, folder)
     try:
@@ -56,7 +68,11 @@ def is_whole(store: Path, folder: Path, shown: str) -> bool:
                 inside = file_of(name, ending)
                 with open_inside(store, f"{place}/{inside}") as file:
                     verify(file, folder / inside, entry, shown, name)
-    except (DamagedError, OSError):
+    except DamagedError:
+        return False
+    except OSError as error:
+        if is_refused(error):
+            raise error_of_reading(error, shown, place) from None
         return False
     return True
 

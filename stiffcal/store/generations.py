@@ -14,8 +14,8 @@ from pathlib import Path
 
 from stiffcal.errors import InputError
 from stiffcal.files import try_lock
-from stiffcal.store.index import INDEX
-from stiffcal.store.inside import is_junction, is_plain_folder, kind_of, open_inside
+from stiffcal.store.index import INDEX, error_of_reading
+from stiffcal.store.inside import is_junction, is_plain_folder, is_refused, is_there, kind_of, open_inside
 
 CURRENT = "current"
 CURRENT_ID = "current.id"
@@ -43,12 +43,17 @@ def is_generation_name(name: str) -> bool:
 
 
 def current_folder(store: Path) -> Path | None:
-    """Return the folder of the generation that holds, or None where none is named; it need not be there."""
+    """Return the folder of the generation that holds, or None where none is named; it need not be there.
+
+    Raises
+    ------
+    OSError : the system does not let the name be read.
+    """
     named = _named_by_file(store) or _named_by_link(store)
     if named is not None:
         return store / GENERATIONS / named
     # A copy of a store that turned the link into what it pointed to.
-    whole = is_plain_folder(store / CURRENT) and os.path.lexists(store / CURRENT / INDEX)
+    whole = is_plain_folder(store / CURRENT) and is_there(store / CURRENT / INDEX)
     return store / CURRENT if whole else None
 
 
@@ -56,7 +61,11 @@ def _named_by_file(store: Path) -> str | None:
     try:
         with open_inside(store, CURRENT_ID) as file:
             name = file.read(_MOST_NAME + 2).decode("ascii").strip()
-    except (OSError, UnicodeError):
+    except UnicodeError:
+        return None
+    except OSError as error:
+        if is_refused(error):
+            raise
         return None
     return name if is_generation_name(name) else None
 
@@ -64,7 +73,9 @@ def _named_by_file(store: Path) -> str | None:
 def _named_by_link(store: Path) -> str | None:
     try:
         target = (store / CURRENT).readlink()
-    except OSError:
+    except OSError as error:
+        if is_refused(error):
+            raise
         return None
     # A junction of Windows holds the whole path.
     parts = target.parts if os.name != "nt" else target.parts[-2:]
@@ -152,15 +163,30 @@ def _replace_text(path: Path, text: str) -> None:
 
 
 @contextmanager
-def held(store: Path, folder: Path) -> Iterator[bool]:
-    """Hold a generation against removal while it is read; yields False where it was removed already."""
+def held(store: Path, folder: Path, shown: str = "store") -> Iterator[bool]:
+    """Hold a generation against removal while it is read; yields False where it was removed already.
+
+    Raises
+    ------
+    UnreadableError : the system does not let its index be read; `shown` is the store's name in the message.
+    """
     try:
         file = open_inside(store, f"{place_of(store, folder)}/{INDEX}")
-    except OSError:
+    except OSError as error:
+        if is_refused(error):
+            raise error_of_reading(error, shown, INDEX) from None
         yield False
         return
     with file:
         yield try_lock(file.fileno(), shared=True) and (os.name == "nt" or os.fstat(file.fileno()).st_nlink > 0)
+
+
+def has_others(store: Path, current: Path | None) -> bool:
+    """Return whether something lies beside the current generation; False where none of ``generations`` is named."""
+    generations = store / GENERATIONS
+    if current is None or current.parent != generations or not is_plain_folder(generations):
+        return False
+    return any(path.name != current.name for path in generations.iterdir())
 
 
 def remove_others(store: Path, keep: Path | None) -> None:

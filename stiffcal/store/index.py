@@ -6,6 +6,7 @@ name alone (`file_of`).
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import re
@@ -16,7 +17,8 @@ from typing import Any, NoReturn
 
 from stiffcal.errors import InputError
 from stiffcal.escapes import file_name
-from stiffcal.store.inside import open_inside
+from stiffcal.files import MENDS
+from stiffcal.store.inside import is_refused, open_inside
 
 SCHEMA = "stiffcal/store/2"
 FIRST_SCHEMA = "stiffcal/store/1"
@@ -42,8 +44,42 @@ class DamagedError(InputError):
     """A part of a store cannot be used: it is not what was written, or not there."""
 
 
+class UnreadableError(InputError):
+    """The system does not let a part of a store be read; it may be sound, so nothing is computed or written instead."""
+
+
 class NewerError(InputError):
     """A part of a store was written by a newer stiffcal."""
+
+
+def error_of_reading(error: OSError, shown: str, place: str) -> InputError:
+    """Return why a part of a store cannot be used, after the system's own error.
+
+    Parameters
+    ----------
+    error : from looking at it or opening it.
+    shown : the store's name in messages.
+    place : the part.
+
+    Returns
+    -------
+    InputError
+        An `UnreadableError` where the system refuses, a `DamagedError` where the part is not there or no plain file.
+
+    Examples
+    --------
+    >>> print(error_of_reading(PermissionError(13, "Permission denied"), "store", "identify"))
+    store: identify: cannot be read (Permission denied); get the right to read it, then do this again
+    >>> print(error_of_reading(FileNotFoundError(2, "No such file or directory"), "store", "identify"))
+    store: identify: damaged (No such file or directory); run stiffcal ingest again; \
+the history is kept as far as it can be read
+    """
+    words = error.strerror or str(error)
+    if not is_refused(error):
+        return DamagedError.at(shown, place, f"damaged ({words})", REBUILD)
+    no_right = error.errno in (errno.EACCES, errno.EPERM)
+    mend = "get the right to read it" if no_right else MENDS.get(error.errno or 0, "look whether the disk is in order")
+    return UnreadableError.at(shown, place, f"cannot be read ({words})", f"{mend}, then do this again")
 
 
 @dataclass(frozen=True)
@@ -118,6 +154,8 @@ def read_index(store: Path, place: str, shown: str) -> Index:
     ------
     DamagedError
         If the index is not there, or damaged.
+    UnreadableError
+        If the system does not let it be read.
     NewerError
         If it was written by a newer stiffcal.
     """
@@ -125,7 +163,7 @@ def read_index(store: Path, place: str, shown: str) -> Index:
         with open_inside(store, f"{place}/{INDEX}") as file:
             content = file.read(MOST_BYTES + 1)
     except OSError as error:
-        raise DamagedError.at(shown, INDEX, f"damaged ({error.strerror})", REBUILD) from None
+        raise error_of_reading(error, shown, INDEX) from None
     if len(content) > MOST_BYTES:
         raise DamagedError.at(shown, INDEX, f"damaged (more than {MOST_BYTES} bytes)", REBUILD)
     return parse_index(content, shown)

@@ -18,8 +18,45 @@ _FOLDER = os.O_RDONLY | _COMMON | getattr(os, "O_DIRECTORY", 0)
 _BY_DESCRIPTOR = os.open in os.supports_dir_fd and os.stat in os.supports_dir_fd
 
 
+_REFUSALS = frozenset({
+    errno.EACCES, errno.EPERM, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.EAGAIN, errno.EBUSY,
+    errno.ETIMEDOUT, errno.ESTALE, errno.ENOTCONN,
+})  # fmt: skip
+
+
 class StrangeFileError(OSError):
     """Something in a store is a link, a pipe or a device where a plain file or folder has to be."""
+
+
+def is_refused(error: OSError) -> bool:
+    """Return whether the system does not let something be read that may well be there and sound.
+
+    What is refused is neither missing nor damaged: nothing may be computed again or removed because of it.
+
+    Examples
+    --------
+    >>> is_refused(PermissionError(errno.EACCES, "Permission denied"))
+    True
+    >>> is_refused(FileNotFoundError(errno.ENOENT, "No such file or directory"))
+    False
+    """
+    return error.errno in _REFUSALS
+
+
+def is_there(path: Path) -> bool:
+    """Return whether there is something of this name, be it a link to nothing.
+
+    Raises
+    ------
+    OSError : the system does not say (`is_refused`).
+    """
+    try:
+        path.lstat()
+    except OSError as error:
+        if is_refused(error):
+            raise
+        return False
+    return True
 
 
 def open_inside(root: Path, inside: str) -> IO[bytes]:

@@ -55,10 +55,17 @@ def worst_of(origins: Iterable[str]) -> str:
     return max(origins, key=ORIGINS.index, default=OWN)
 
 
-def remember(digest: str, sources_state: str) -> None:
-    """Record that a run of this user has written the generation whose index has this digest."""
+def remember(digest: str, sources_state: str, *, required: bool = False) -> None:
+    """Record that a run of this user has written the generation whose index has this digest.
+
+    Parameters
+    ----------
+    digest : SHA-256 of the index.
+    sources_state : of the sources that it was made from, "" where it is not known.
+    required : as of `TrustRecord.remember_generation`, whose errors are raised.
+    """
     now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-    open_record().remember_generation(CommittedGeneration(digest, sources_state, now))
+    open_record().remember_generation(CommittedGeneration(digest, sources_state, now), required=required)
     _committed.append(digest)
 
 

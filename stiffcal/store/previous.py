@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiffcal.errors import InputError
 from stiffcal.store.generations import GENERATIONS, SET_ASIDE, all_generations, place_of
 from stiffcal.store.index import (
     ENDINGS,
@@ -16,11 +17,12 @@ from stiffcal.store.index import (
     DamagedError,
     Entry,
     Index,
+    error_of_reading,
     file_of,
     parse_json,
     read_index,
 )
-from stiffcal.store.inside import open_inside
+from stiffcal.store.inside import is_plain_folder, is_refused, kind_of, open_inside
 from stiffcal.store.origin import ENTRY_LISTS, hash_of, known_sources_state, with_origins
 from stiffcal.store.snapshot import Snapshot
 from stiffcal.trust.notices import notice
@@ -94,6 +96,10 @@ class Previous:
         Parameters
         ----------
         writing : the origin of what is written.
+
+        Raises
+        ------
+        UnreadableError : the system does not let the file be read; it may be sound, and is not to be lost.
         """
         entry = self.index.of(kind)[name]
         origin = self.snapshot.origin_of(name)
@@ -111,7 +117,9 @@ class Previous:
         try:
             with open_inside(self.snapshot.store, self._place(kind, name)) as file:
                 return os.fstat(file.fileno()).st_size == entry.bytes
-        except OSError:
+        except OSError as error:
+            if is_refused(error):
+                raise error_of_reading(error, self.snapshot.shown, name) from None
             return False
 
     def _hash_of(self, kind: str, name: str) -> str:
@@ -128,29 +136,51 @@ class Previous:
         try:
             with open_inside(self.snapshot.store, self._place("documents", name)) as file:
                 document = parse_json(file.read(_MOST_BYTES))
-        except (OSError, ValueError):
+        except (OSError, ValueError) as error:
+            if isinstance(error, OSError) and is_refused(error):
+                raise error_of_reading(error, self.snapshot.shown, name) from None
             self._lost = name
+            self._make_place_aside()
             return None
         return with_origins(name, document, Entry(0), FOREIGN, self.snapshot.address)
 
     def set_others_aside(self) -> None:
-        """Where nothing holds, keep what may hold a history: it is moved, not removed."""
+        """Where nothing holds, keep what may hold a history: it is moved, not removed.
+
+        Raises
+        ------
+        OSError : it cannot be moved. InputError : there is something else where it is to go.
+        """
         if not self.there:
             for folder in all_generations(self.snapshot.store):
                 if os.path.lexists(folder / file_of("history", ".json")):
                     self._move(folder)
 
-    def set_aside(self) -> None:
-        """Keep the generation where its history could not be read: it is moved, not removed."""
+    def set_aside(self) -> bool:
+        """Keep the generation where its history could not be read: it is moved, not removed; False: it could not be."""
         if self.there and self._lost and self.folder.parent.name == GENERATIONS:
-            self._move(self.folder)
+            try:
+                self._move(self.folder)
+            except (OSError, InputError) as error:
+                notice(f"{self.folder}: a damaged part of the store, with its history, cannot be moved aside ({error})")
+                return False
+        return True
+
+    def _make_place_aside(self) -> Path:
+        """Return the folder for damaged generations, made where it is not there; a link would lead out of the store."""
+        place, shown = self.snapshot.store / SET_ASIDE, self.snapshot.shown
+        with suppress(FileExistsError):
+            place.mkdir()
+        found = place.lstat()
+        if not is_plain_folder(place):
+            mend = "remove it; stiffcal makes a folder of this name for a history that cannot be read"
+            raise InputError.at(shown, SET_ASIDE, f"this is {kind_of(found)}, not a plain folder", mend)
+        return place
 
     def _move(self, folder: Path) -> None:
-        place = self.snapshot.store / SET_ASIDE
-        with suppress(OSError):
-            place.mkdir(exist_ok=True)
-            folder.rename(place / folder.name)
-            notice(f"{place / folder.name}: a damaged part of the store was moved here with its history")
+        goal = self._make_place_aside() / folder.name
+        folder.rename(goal)
+        notice(f"{goal}: a damaged part of the store was moved here with its history")
 
 
 def previous_generation(store: Store, folder: Path | None) -> Previous:
@@ -159,6 +189,7 @@ def previous_generation(store: Store, folder: Path | None) -> Previous:
     Raises
     ------
     NewerError : it was written by a newer stiffcal.
+    UnreadableError : the system does not let its index be read.
     """
     found = folder or store.folder / GENERATIONS
     index = Index()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 from urllib.parse import unquote, urlsplit
@@ -13,8 +13,10 @@ import pyarrow as pa
 from stiffcal.errors import InputError
 from stiffcal.measurements.columns import Columns
 from stiffcal.store.finding import ATTEMPTS, find_generation, nothing_stored
-from stiffcal.store.generations import current_folder, held, place_of
-from stiffcal.store.index import OWN, REBUILD, DamagedError, read_index
+from stiffcal.store.generations import LOCK, current_folder, has_others, held, place_of, remove_others
+from stiffcal.store.index import INDEX, OWN, REBUILD, DamagedError, read_index
+from stiffcal.store.inside import is_there
+from stiffcal.store.locking import writer_lock
 from stiffcal.store.snapshot import Snapshot
 from stiffcal.store.writing import Writing, begin_writing
 from stiffcal.trust.notices import notice
@@ -76,7 +78,7 @@ class Store:
             folder = self._current()
             if folder is None:
                 raise nothing_stored(self.shown)
-            with held(self.folder, folder) as still_there:
+            with held(self.folder, folder, self.shown) as still_there:
                 if still_there:
                     index = read_index(self.folder, place_of(self.folder, folder), self.shown)
                     yield Snapshot(self.folder, folder, index, self.shown, self.address, self.remote)
@@ -112,6 +114,23 @@ class Store:
                 notice(f"{error}")
                 snapshot = None
             yield snapshot
+
+    def remove_leftovers(self) -> None:
+        """Remove what an earlier command has left beside the current generation: it was killed, or had no right to.
+
+        For a command that has read the current generation. Where somebody writes just now, or this command has not the
+        right to either, it stays for the next one.
+        """
+        if self.remote is not None:
+            return
+        with suppress(OSError, InputError):
+            if not has_others(self.folder, current_folder(self.folder)):
+                return
+            with writer_lock(self.folder / LOCK, "remove leftovers", 0.0, self.shown):
+                # Nobody else switches now; it may have been done since.
+                current = current_folder(self.folder)
+                if current is not None and is_there(current / INDEX):
+                    remove_others(self.folder, current)
 
     def read_table(self, name: str, columns: Sequence[str] | None = None) -> pa.Table:
         """Return a table of the current generation."""
@@ -162,11 +181,7 @@ class Store:
         """
         with self.begin(command) as writing:
             writing.origin = origin
-            made = documents(writing.stored) if callable(documents) else documents
-            for name, table in (tables or {}).items():
-                writing.write_table(name, table)
-            for name, document in (made or {}).items():
-                writing.write_document(name, document)
+            writing.write_all(tables, documents)
             if keep_rest:
                 writing.keep_rest()
             writing.commit()

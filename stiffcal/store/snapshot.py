@@ -16,8 +16,8 @@ import pyarrow.parquet as parquet
 from stiffcal.errors import InputError
 from stiffcal.limits import DOCUMENT, PIECE
 from stiffcal.store.generations import place_of
-from stiffcal.store.index import OWN, DamagedError, Entry, Index, file_of, parse_json
-from stiffcal.store.inside import open_inside
+from stiffcal.store.index import OWN, DamagedError, Entry, Index, error_of_reading, file_of, parse_json
+from stiffcal.store.inside import is_refused, open_inside
 from stiffcal.store.origin import (
     damaged,
     origin_of_entry,
@@ -158,7 +158,7 @@ class Snapshot:
         try:
             file = open_inside(self.store, f"{place_of(self.store, self.folder)}/{file_of(name, ending)}")
         except OSError as error:
-            raise damaged(self.shown, name, error.strerror or str(error)) from None
+            raise error_of_reading(error, self.shown, name) from None
         with file:
             try:
                 verify(file, path, entry, self.shown, name)
@@ -183,6 +183,8 @@ class Snapshot:
             ):
                 yield table
         except (OSError, pa.ArrowException) as error:
+            if isinstance(error, OSError) and is_refused(error):
+                raise error_of_reading(error, self.shown, name) from None
             raise damaged(self.shown, name, (str(error).splitlines() or [type(error).__name__])[0]) from None
 
 

@@ -8,7 +8,7 @@ import json
 import os
 import shutil
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -34,14 +34,14 @@ from stiffcal.store.generations import (
 from stiffcal.store.hashed_file import HashedFile
 from stiffcal.store.index import ENDINGS, INDEX, OWN, SCHEMA, Entry, file_of
 from stiffcal.store.locking import writer_lock
-from stiffcal.store.origin import remember
+from stiffcal.store.origin import damaged, remember
 from stiffcal.store.previous import Previous, previous_generation
 
 # Rows of one Parquet row group: 15 MB of seven float64 columns held in memory while a log streams through.
 ROW_GROUP = 1 << 18
 
 if TYPE_CHECKING:
-    from stiffcal.store.reading import Store
+    from stiffcal.store.reading import Documents, Store, Stored
     from stiffcal.store.remote import Ticket
 
 
@@ -146,12 +146,14 @@ class Writing:
     committed : True after `commit`.
     sources_state : of the sources that it was made from, for the user's record; None: as of the old generation.
     origin : from whom that comes from which the new parts are made; to be set before they are written.
+    needed : whether something of a name must not be left out by `keep_rest` where it is damaged.
     """
 
     def __init__(self, store: Store, command: str, old: Previous, ticket: Ticket | None) -> None:
         self.committed = False
         self.sources_state: str | None = None
         self.origin = OWN
+        self.needed: Callable[[str], bool] = _nothing
         self._remote, self._ticket = store.remote, ticket
         self._kept: dict[str, str] = {}
         self._store = store.folder
@@ -216,12 +218,34 @@ class Writing:
             for kind in kinds:
                 self._carry_over(kind, name)
 
+    def write_all(
+        self,
+        tables: Mapping[str, pa.Table | Columns] | None,
+        documents: Documents | Callable[[Stored], Documents] | None,
+    ) -> None:
+        """Write tables and documents by name; a function makes the documents from those of the old generation."""
+        made = documents(self.stored) if callable(documents) else documents
+        for name, table in (tables or {}).items():
+            self.write_table(name, table)
+        for name, document in (made or {}).items():
+            self.write_document(name, document)
+
     def keep_rest(self) -> None:
-        """Carry over all that the old generation holds and that is not written anew (so far)."""
+        """Carry over all that the old generation holds and that is not written anew (so far).
+
+        What is damaged is left out.
+
+        Raises
+        ------
+        DamagedError : it is needed, by `needed`.
+        UnreadableError : the system does not let something be read.
+        """
         for kind in ENDINGS:
             for name in self._old.index.of(kind):
                 if name not in self._index[kind]:
                     self._carry_over(kind, name)
+                    if name not in self._index[kind] and self.needed(name):
+                        raise damaged(self._shown, name, "it has changed since this command began")
 
     def _carry_over(self, kind: str, name: str) -> None:
         self._check_new(kind, name)
@@ -259,7 +283,8 @@ class Writing:
         Raises
         ------
         InputError
-            If the disk is full or may not be written to; the old generation then still holds.
+            If the disk is full or may not be written to, or the user's record of trust cannot be written any more; the
+            old generation then still holds.
         """
         if self.committed:
             raise ValueError("this generation is committed already")
@@ -274,7 +299,7 @@ class Writing:
             flush_folder(self._store / GENERATIONS)
         # Before the switch: one that holds and is not recorded would be nobody's.
         state = self._old.sources_state if self.sources_state is None else self.sources_state
-        remember(hashlib.sha256(content).hexdigest(), state)
+        remember(hashlib.sha256(content).hexdigest(), state, required=True)
         if self._remote is not None and self._ticket is not None:
             with self._remote.faults():
                 began_from = self._old.folder.name if self._old.there else None
@@ -296,8 +321,11 @@ class Writing:
         """Remove what was written, unless it holds already (an interruption just after the switch)."""
         for stream in self._streams.values():
             stream.abandon()
-        if current_folder(self._store) == self.folder:
-            return
+        try:
+            if current_folder(self._store) == self.folder:
+                return
+        except OSError:
+            return  # it may hold: a later writer removes it where it does not
         if self._remote is not None:
             self._remote.withdraw(self.folder)
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -326,10 +354,14 @@ def begin_writing(store: Store, command: str, wait_s: float) -> Iterator[Writing
             yield writing
         finally:
             if writing.committed:
-                old.set_aside()
-                remove_others(store.folder, writing.folder)
+                if old.set_aside():
+                    remove_others(store.folder, writing.folder)
             else:
                 writing.abandon()
+
+
+def _nothing(name: str) -> bool:
+    return False
 
 
 def _write_flushed(path: Path, text: str) -> bytes:

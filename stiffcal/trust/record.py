@@ -29,8 +29,9 @@ from stiffcal.trust.content import (
     to_json,
 )
 from stiffcal.trust.notices import notice
+from stiffcal.trust.pending import add_pending, all_pending, is_pending, remove_pending
 from stiffcal.trust.places import is_within, normal_place
-from stiffcal.trust.state import fault_of_owner, fault_of_place, make_private, state_folder
+from stiffcal.trust.state import fault_of_owner, fault_of_place, make_private, may_write, state_folder
 
 __all__ = ["CommittedGeneration", "TrustEntry", "TrustRecord", "open_record"]
 
@@ -86,13 +87,18 @@ class TrustRecord:
 
     def generation(self, index_sha256: str) -> CommittedGeneration | None:
         """Return the generation with this index as a run of this user has written it, None where none has."""
-        return self._content.generations.get(index_sha256) or self._written_here().get(index_sha256)
+        known = self._content.generations.get(index_sha256) or self._written_here().get(index_sha256)
+        if known is None and self.file is not None and is_pending(self.file.parent, index_sha256):
+            return CommittedGeneration(index_sha256, "", "")
+        return known
 
     def entries(self) -> list[TrustEntry]:
         """Return everything that is trusted, what the user has allowed first."""
         allowed = sorted(self._content.allowed.values(), key=lambda entry: (entry.kind, entry.since))
         known = {**self._content.generations, **self._written_here()}.values()
-        return [*allowed, *(TrustEntry("generation", row.index_sha256, "", row.committed) for row in known)]
+        found = [*allowed, *(TrustEntry("generation", row.index_sha256, "", row.committed) for row in known)]
+        pending = () if self.file is None else all_pending(self.file.parent)
+        return [*found, *(TrustEntry("generation", digest, "", "") for digest in pending)]
 
     def allow_plugin(self, digest: str, note: str) -> None:
         """Remember that the user has allowed plugin code; `note` says where it was.
@@ -140,16 +146,33 @@ class TrustRecord:
         self._change_or_raise(without)
         return gone
 
-    def remember_generation(self, *generations: CommittedGeneration) -> None:
+    def remember_generation(self, *generations: CommittedGeneration, required: bool = False) -> None:
         """Remember generations that this user's run has just written.
 
-        Where the record cannot be written they hold for this process alone, and one line says so.
+        What the record cannot take is noted beside it. Where that cannot be done either, the generations hold for this
+        process alone, and one line says so.
+
+        Parameters
+        ----------
+        generations : what was written.
+        required : raise instead where the record could be written when this process began. Why: a generation that
+            replaces one of the record and is not in it is nobody's for the next command, which computes all of it
+            again.
+
+        Raises
+        ------
+        InputError : it is required, and refused for a reason that may pass (a full disk, a right taken away).
         """
         for generation in generations:
             if SHA256.fullmatch(generation.index_sha256) is None:
                 raise ValueError(f"not a SHA-256: {generation.index_sha256!r}")
-            self._written_here()[generation.index_sha256] = generation
         fault = self._change(lambda content: content.add(generations))
+        if fault and self.file is not None:
+            fault = "" if add_pending(self.file.parent, (row.index_sha256 for row in generations)) else fault
+        if fault and required and _writable_at_first.get(self.folder, False):
+            mend = "free some space or mend its rights, or name another folder by STIFFCAL_STATE"
+            raise InputError.at(str(self.folder), "", fault, f"{mend}; what was stored before is unchanged")
+        self._written_here().update({generation.index_sha256: generation for generation in generations})
         if fault:
             notice(f"{fault}: {_NOT_REMEMBERED}", RECORD)
 
@@ -180,8 +203,12 @@ class TrustRecord:
                 content, fault = _read(self.folder)
                 if fault:
                     return fault
+                pending, now = all_pending(self.folder), time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+                noted = [digest for digest in pending if digest not in content.generations]
+                content.add(CommittedGeneration(digest, "", now) for digest in noted)
                 change(content)
                 _replace(self.folder / RECORD, to_json(content))
+                remove_pending(self.folder, pending)
                 self._content = content
         except (OSError, InputError) as error:
             reason = (error.strerror if isinstance(error, OSError) else "") or str(error)
@@ -192,6 +219,9 @@ class TrustRecord:
 _of_this_process: dict[Path | None, dict[str, CommittedGeneration]] = {}
 """What this process has written, by state folder, also where no record can be kept: no step is computed twice."""
 
+_writable_at_first: dict[Path | None, bool] = {}
+"""Whether the record was sound and this process had the right to write it when it first opened it, by state folder."""
+
 _Stamp = tuple[str, int, int, int]
 _cached: dict[_Stamp, RecordContent] = {}
 
@@ -201,7 +231,13 @@ def open_record() -> TrustRecord:
 
     A damaged one is set aside, one that is not to be believed is left alone; one line says so, and nothing is trusted.
     """
-    folder = state_folder()
+    record = _opened(state_folder())
+    if record.folder not in _writable_at_first:
+        _writable_at_first[record.folder] = record.file is not None and may_write(record.file.parent, LOCK)
+    return record
+
+
+def _opened(folder: Path | None) -> TrustRecord:
     if folder is None:
         notice(f"there is no home folder: {_NOT_REMEMBERED}; name a folder by STIFFCAL_STATE", RECORD)
         return TrustRecord(None, RecordContent())

@@ -63,6 +63,25 @@ def fault_of_owner(found: os.stat_result) -> str:
     return ""
 
 
+def may_write(folder: Path, lock: str) -> bool:
+    """Return whether the user has the right to write in the state folder, or to make it where it does not exist.
+
+    On Windows access lists are not asked: False, as if there were no right.
+
+    Parameters
+    ----------
+    folder : the state folder.
+    lock : the name of the lock file in it, which has to be writable too where it exists.
+    """
+    if sys.platform == "win32":
+        return False
+    place = folder
+    while not os.path.lexists(place) and place != place.parent:
+        place = place.parent
+    writable = place.is_dir() and os.access(place, os.W_OK | os.X_OK)
+    return writable and (not os.path.lexists(folder / lock) or os.access(folder / lock, os.R_OK | os.W_OK))
+
+
 def make_private(folder: Path, record: str) -> None:
     """Make the state folder, readable by the user alone; an own one without a record yet is made so.
 

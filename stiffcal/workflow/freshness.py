@@ -42,18 +42,19 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
     Raises
     ------
     InputError
-        The store was written by a newer stiffcal, or a source cannot be read.
+        The store was written by a newer stiffcal, or a source or a part of the store cannot be read.
     """
     from stiffcal.workflow.ingest import INGEST, NOTHING, ingest_settings, source_files, sources_elsewhere
-    from stiffcal.workflow.stored import NEEDED
+    from stiffcal.workflow.stored import NEEDED, is_needed, missing_parts
 
     if not store.exists or INGEST not in store.documents:
         return Freshness(NOTHING)
     with store.snapshot() as snapshot:
         origin = snapshot.origin_of(*NEEDED)
-        broken = [name for name in snapshot.damaged(thorough=thorough) if name in NEEDED or "/" in name]
+        broken = [name for name in snapshot.damaged(thorough=thorough) if is_needed(name)]
+        broken += missing_parts(snapshot)
         if broken:
-            return Freshness(f"the store is damaged: {', '.join(broken[:3])}", origin=origin)
+            return Freshness(_damage_of(broken), origin=origin)
         try:
             then = _provenance_of(snapshot)
         except DamagedError as error:
@@ -98,13 +99,32 @@ def _remember_settled(campaign: Campaign, digest: str, known: str, files: list[s
         remember(digest, state)
 
 
-def without_damaged(store: Store, say: Callable[[str], None]) -> None:
-    """Take what is damaged out of a store whose states are sound, so that it is computed again; say so."""
+def _damage_of(names: list[str]) -> str:
+    return f"the store is damaged: {', '.join(names[:3])}"
+
+
+def without_damaged(store: Store, say: Callable[[str], None]) -> str:
+    """Take what is damaged out of a store whose states are sound, so that it is computed again; say so.
+
+    Returns
+    -------
+    str
+        Why the logs have to be read after all, "" where not: the states may have been damaged since they were compared.
+    """
+    from stiffcal.workflow.stored import is_needed
+
     with store.snapshot() as snapshot:
         broken = snapshot.damaged()
+    needed = [name for name in broken if is_needed(name)]
+    if needed:
+        return _damage_of(needed)
     if broken:
         say(f"{store.shown}: {', '.join(broken)}: {next(iter(broken.values()))}: computed again")
-        store.commit(command="mend")
+        with store.begin("mend") as writing:
+            writing.needed = is_needed
+            writing.keep_rest()
+            writing.commit()
+    return ""
 
 
 def say_missing(fresh: Freshness, say: Callable[[str], None]) -> None:

@@ -11,7 +11,7 @@ from stiffcal.errors import InputError
 from stiffcal.files import write_whole
 from stiffcal.store.index import FOREIGN, OWN
 from stiffcal.workflow.identify import NO_HISTORY
-from stiffcal.workflow.steps import HISTORY, Document, RunContext, open_store, stored_document
+from stiffcal.workflow.steps import HISTORY, IDENTIFY, Document, RunContext, open_store, stored_document
 
 PUBLIC = ("id", "time", "model", "heldout_rms", "fit_rms", "noise", "loss")
 
@@ -31,13 +31,16 @@ def read_history(folder: Path, context: RunContext | None = None) -> Document:
     """
     context = context or RunContext()
     campaign = load_campaign(Path(folder), check_files=False)
-    stored = stored_document(open_store(campaign.folder, context), HISTORY) or NO_HISTORY
+    store = open_store(campaign.folder, context)
+    stored = stored_document(store, HISTORY) or NO_HISTORY
     fits = [
         {name: entry.get(name) for name in PUBLIC} | {"origin": entry.get("origin", OWN)} for entry in stored["fits"]
     ]
     document: Document = {"schema": NO_HISTORY["schema"], "warnings": [], "fits": fits}
     present = model_of(campaign.model)
-    if fits and not same_model(present, fits[-1]["model"]):
+    identified = stored_document(store, IDENTIFY) or {}
+    last = next((fit for fit in fits if fit["id"] == identified.get("fit_id")), fits[-1] if fits else None)
+    if last is not None and not same_model(present, last["model"]):
         document["warnings"].append("the model in model.toml is not fitted yet")
         document["not_fitted_yet"] = present
     return document

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
+from stiffcal.store.index import FOREIGN, OWN
 from stiffcal.workflow.steps import (
     FIT_STATES,
     HISTORY,
@@ -24,6 +25,8 @@ from stiffcal.workflow.steps import (
 )
 
 FIT_ID = re.compile(r"[1-9][0-9]{0,8}")
+CONFIRMED = ("model", "fit_rms", "noise", "loss", "model_text")
+"""What of a foreign entry of the history must be equal to a fit of the user's own."""
 
 if TYPE_CHECKING:
     from stiffcal.identification.fit import Fit
@@ -145,7 +148,9 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
 
 
 def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
-    """Write a fit into the store, with what other experiments tell, append it to the history, return its document.
+    """Write a fit into the store, with what other experiments tell, and into the history; return its document.
+
+    The same model of the same states is one entry of the history, however often it is fitted.
 
     Parameters
     ----------
@@ -172,12 +177,33 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
             # Another process has made the same fit meanwhile: it stands in the history already.
             document["fit_id"] = present["fit_id"]
             return {IDENTIFY: document}
-        document["fit_id"] = next_fit_id(history)
-        entries = [*history.get("fits", []), _entry(document, model_text(data.campaign))]
-        return {IDENTIFY: document, HISTORY: history | {"fits": entries}}
+        fits = history.get("fits", [])
+        entry = _entry(document, model_text(data.campaign))
+        same = _same_fit(fits, entry)
+        document["fit_id"] = entry["id"] = next_fit_id(history) if same is None else same["id"]
+        if same is not None and same.get("origin", OWN) != FOREIGN:
+            return {IDENTIFY: document}
+        entries = [row for row in fits if row is not same]
+        return {IDENTIFY: document, HISTORY: history | {"fits": [*entries, entry]}}
 
     data.commit(tables, with_history, command="identify")
     return document
+
+
+def _same_fit(fits: list[Document], entry: Document) -> Document | None:
+    """Return the entry of the history that is the same fit as a new one, None where it is to be appended.
+
+    Of a fit that came with somebody else's store the history keeps their entry, and the user's own is appended. That
+    one becomes foreign where the user's record of trust is lost or cannot be written: of two foreign entries with these
+    very numbers the last one is the user's own again. Without that, each command would append one more.
+    """
+    named = [row for row in fits if isinstance(row.get("id"), str) and FIT_ID.fullmatch(row["id"])]
+    same = [row for row in named if row.get("key") == entry["key"]]
+    own = [row for row in same if row.get("origin", OWN) != FOREIGN]
+    if own:
+        return own[-1]
+    equal = [row for row in same if all(row.get(name) == entry[name] for name in CONFIRMED)]
+    return equal[-1] if len(equal) > 1 else None
 
 
 def next_fit_id(history: Document) -> str:
@@ -187,9 +213,9 @@ def next_fit_id(history: Document) -> str:
 
 
 def _entry(document: Document, text: str) -> Document:
-    """Return a fit's entry of the history; `text` is the model file as it stands."""
+    """Return a fit's entry of the history, without its id; `text` is the model file as it stands."""
     return {
-        "id": document["fit_id"],
+        "id": "",
         "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
         "model": document["model"],
         "heldout_rms": None,

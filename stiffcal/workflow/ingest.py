@@ -56,6 +56,7 @@ def ingest_campaign(
     fresh = freshness_of(campaign, target)
     stored = None if fresh.reason else stored_document(target, INGEST)
     if stored is not None:
+        target.remove_leftovers()
         return stored | {"unchanged": True, "changed": "", "origin": fresh.origin}
     return ingest_now(campaign, target, fresh.reason, progress)
 

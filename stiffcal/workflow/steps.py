@@ -93,8 +93,19 @@ class Ingested:
         return f"the logs are missing ({self.missing[0]})" if self.missing else ""
 
     def commit(self, tables: Mapping[str, Any], documents: Any, command: str) -> None:
-        """Write what was made of these states into the store; it comes from whom they come."""
-        self.store.commit(tables, documents, command=command, origin=self.origin)
+        """Write what was made of these states into the store; it comes from whom they come.
+
+        Raises
+        ------
+        DamagedError : what was made from the logs has been damaged meanwhile; nothing is written then.
+        """
+        from stiffcal.workflow.stored import is_needed
+
+        with self.store.begin(command) as writing:
+            writing.origin, writing.needed = self.origin, is_needed
+            writing.write_all(tables, documents)
+            writing.keep_rest()
+            writing.commit()
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -145,14 +156,15 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
     fresh = freshness_of(campaign, store, context.thorough)
     if fresh.missing:
         say_missing(fresh, context.say)
-    elif fresh.reason:
-        # Logs that are not there are named before anything is announced.
-        campaign = load_campaign(campaign.folder)
-        announce("ingest", fresh.reason, campaign.folder, context)
-        ingest_now(campaign, store, fresh.reason, context.progress)
     else:
-        without_damaged(store, context.say)
+        reason = fresh.reason or without_damaged(store, context.say)
+        if reason:
+            # Logs that are not there are named before anything is announced.
+            campaign = load_campaign(campaign.folder)
+            announce("ingest", reason, campaign.folder, context)
+            ingest_now(campaign, store, reason, context.progress)
     table, states = stored_table(store)
+    store.remove_leftovers()
     non_load = {name: store.read_table(name) for name in NON_LOAD_TABLES if name in store.tables}
     origin = store.origin_of(STATES, *NON_LOAD_TABLES, INGEST)
     if origin != OWN:  # in a place that several people write, too

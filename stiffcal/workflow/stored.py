@@ -22,6 +22,23 @@ Document = dict[str, Any]
 PROVENANCE = "provenance"
 NEEDED = ("states", "ingest", PROVENANCE, "clamped", "friction", "free_motion")
 """Without these nothing can be shown: they are made from the logs, and all else from them."""
+_OF_EVERY_CAMPAIGN = ("states", "ingest", PROVENANCE)
+
+
+def is_needed(name: str) -> bool:
+    """Return whether a table or document is made from the logs alone: without it, they have to be read again.
+
+    Examples
+    --------
+    >>> is_needed("states"), is_needed("recordings/a/ft"), is_needed("validate")
+    (True, True, False)
+    """
+    return name in NEEDED or "/" in name
+
+
+def missing_parts(snapshot: Snapshot) -> list[str]:
+    """Return what every campaign's store holds once its logs are read, and this one does not."""
+    return [name for name in _OF_EVERY_CAMPAIGN if name not in (*snapshot.tables, *snapshot.documents)]
 
 
 def stored_document(store: Store, name: str) -> Document | None:

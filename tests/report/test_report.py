@@ -13,7 +13,7 @@ from pypdf.generic import ArrayObject, DictionaryObject
 
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.errors import InputError
-from stiffcal.report.blocks import Items
+from stiffcal.report.blocks import Items, Picture
 from stiffcal.report.building import build_report, lay_out
 from stiffcal.report.content import Provenance, ReportContent, SourceFile
 from tests.laboratory import report_campaigns as practice
@@ -220,3 +220,15 @@ def test_practice_campaigns_lay_out(folder: str) -> None:
     # Only the pages of a diagnosis that was not made.
     assert all("stiffcal diagnose" in text for text in left_out.texts)
     assert len(content.identify["parameters"]) == len(content.joint_names)
+
+
+def test_the_ladder_ends_with_the_present_fit_where_an_earlier_model_was_restored() -> None:
+    content = made_up_content()
+    assert content.identify is not None
+    captions = []
+    for present in ("2", "1"):
+        restored = replace(content, identify={**content.identify, "fit_id": present})
+        ladder = next(section for section in lay_out(restored) if section.title.startswith("From no model"))
+        captions.append(next(block.caption for block in ladder.blocks if isinstance(block, Picture)))
+    assert "with fit 2" in captions[0]
+    assert "with fit 1" in captions[1]

@@ -23,7 +23,9 @@ def section(content: ReportContent) -> Section | LeftOut:
     noise = (content.validate or {}).get("noise") or next(
         (fit["noise"] for fit in reversed(fits) if fit.get("noise")), None
     )
-    shown = fits[-_MOST_STEPS:]
+    # The present fit is the last rung, also where an earlier model has been restored.
+    present = (content.identify or {}).get("fit_id")
+    shown = sorted(fits, key=lambda fit: fit["id"] == present)[-_MOST_STEPS:]
     blocks: list[Block] = []
     if any(wording.part(fit.get("fit_rms"), "translation") is not None for fit in shown):
         blocks.append(Picture(partial(draw_ladder, shown, zero, noise), _caption(shown, zero, noise)))

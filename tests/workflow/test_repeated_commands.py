@@ -1,0 +1,162 @@
+"""A command that is repeated after a fault answers as if the fault had not been; each fit is once in the history."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stiffcal.errors import InputError
+from stiffcal.store import Store
+from stiffcal.trust import record
+from stiffcal.trust.record import open_record
+from stiffcal.workflow import freshness
+from stiffcal.workflow.edit_model import edit_model
+from stiffcal.workflow.export import export_campaign
+from stiffcal.workflow.history import read_history, restore_model
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.ingest import ingest_campaign
+from stiffcal.workflow.steps import RunContext
+from stiffcal.workflow.validate import validate_campaign
+from tests.laboratory.small_campaign import write_small_campaign
+
+
+def damage(folder: Path, name: str) -> None:
+    """Replace a document of the store by something else."""
+    file = folder / "store" / "current" / f"{name}.json"
+    file.unlink()
+    file.write_text("damaged")
+
+
+def ids(folder: Path) -> list[str]:
+    return [fit["id"] for fit in read_history(folder)["fits"]]
+
+
+def forget_this_process() -> None:
+    """Read the record of trust as another process would."""
+    record._of_this_process.clear()
+    record._cached.clear()
+    record._writable_at_first.clear()
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_small_campaign(tmp_path_factory.mktemp("repeated") / "small", poses=2)
+
+
+@pytest.fixture
+def validated(made: Path, tmp_path: Path, state: Path) -> Path:
+    """A campaign of this user, with one fit."""
+    folder = tmp_path / "mine"
+    shutil.copytree(made, folder, symlinks=True)
+    validate_campaign(folder)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["provenance", "ingest"])
+def test_states_damaged_after_they_were_compared_are_made_again(
+    validated: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    before = read_history(validated)["fits"]
+    true = freshness.freshness_of
+
+    def damaged_afterwards(*given: Any) -> freshness.Freshness:
+        found = true(*given)
+        damage(validated, name)
+        return found
+
+    monkeypatch.setattr(freshness, "freshness_of", damaged_afterwards)
+    said: list[str] = []
+    export_campaign(validated, RunContext(say=said.append), tmp_path / "states.parquet")
+    assert said == [f"ingest first: the store is damaged: {name}"]
+    assert name in Store(validated / "store").documents
+    assert read_history(validated)["fits"] == before
+
+
+@pytest.mark.parametrize("name", ["provenance", "states"])
+@pytest.mark.parametrize("use", [ingest_campaign, identify_campaign])
+def test_a_store_without_a_part_that_all_have_is_made_again(validated: Path, name: str, use: Any) -> None:
+    store = Store(validated / "store")
+    with store.begin() as writing:
+        writing.keep(*({*store.tables, *store.documents} - {name}))
+        writing.commit()
+    use(validated)
+    assert name in (*store.tables, *store.documents)
+    assert ids(validated) == ["1"]
+
+
+def test_a_damaged_fit_is_made_again_as_the_same_entry(validated: Path) -> None:
+    before = read_history(validated)["fits"]
+    damage(validated, "identify")
+    assert identify_campaign(validated)["fit_id"] == "1"
+    assert read_history(validated)["fits"] == before
+    assert before[0]["heldout_rms"] is not None
+
+
+def test_the_model_of_an_earlier_fit_is_that_fit_again(validated: Path) -> None:
+    edit_model(validated, "remove", "joint-compliance", where={"joints": "6"})
+    assert identify_campaign(validated)["fit_id"] == "2"
+    restore_model(validated, RunContext(), "1")
+    assert "not_fitted_yet" in read_history(validated)
+    assert identify_campaign(validated)["fit_id"] == "1"
+    assert "not_fitted_yet" not in read_history(validated)
+    assert ids(validated) == ["1", "2"]
+
+
+def test_where_nothing_is_remembered_the_history_does_not_grow_with_each_command(
+    validated: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("STIFFCAL_STATE", str(validated / "state"))  # not believed: it lies in the campaign folder
+    for _ in range(3):
+        forget_this_process()
+        identify_campaign(validated)
+    # The first is of somebody else, as far as anybody can know.
+    assert ids(validated) == ["1", "2"]
+
+
+def refuse_record(*given: Any) -> None:
+    raise OSError(errno.EFBIG, "File too large")
+
+
+def test_what_the_record_cannot_take_is_known_to_the_next_command(
+    validated: Path, monkeypatch: pytest.MonkeyPatch, state: Path
+) -> None:
+    edit_model(validated, "remove", "joint-compliance", where={"joints": "6"})
+    with monkeypatch.context() as patch:
+        patch.setattr(record, "_replace", refuse_record)
+        identify_campaign(validated)
+    forget_this_process()
+    said: list[str] = []
+    assert identify_campaign(validated, RunContext(say=said.append))["fit_id"] == "2"
+    assert said == ["nothing has changed since fit 2"]
+    assert [fit["origin"] for fit in read_history(validated)["fits"]] == ["own", "own"]
+    assert (state / "pending").exists()
+    open_record().allow_plugin("0" * 64, "elsewhere")  # the record takes it now
+    assert not (state / "pending").exists()
+    forget_this_process()
+    assert Store(validated / "store").origin_of("identify") == "own"
+
+
+def test_what_cannot_be_remembered_at_all_is_not_committed(validated: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    edit_model(validated, "remove", "joint-compliance", where={"joints": "6"})
+    generation = Store(validated / "store").generation
+    with monkeypatch.context() as patch:
+        patch.setattr(record, "_replace", refuse_record)
+        patch.setattr(record, "add_pending", lambda *given: False)
+        with pytest.raises(InputError, match=r"File too large.*; what was stored before is unchanged"):
+            identify_campaign(validated)
+    forget_this_process()
+    store = Store(validated / "store")
+    assert store.generation == generation
+    assert store.origin_of("identify") == "own"
+    assert identify_campaign(validated)["fit_id"] == "2"
+
+
+def test_leftovers_of_a_killed_command_go_with_the_next_one(validated: Path) -> None:
+    for use in (ingest_campaign, identify_campaign):
+        (validated / "store" / "generations" / "20200101T000000-aaaaaa").mkdir()
+        use(validated)
+        assert len(list((validated / "store" / "generations").iterdir())) == 1
