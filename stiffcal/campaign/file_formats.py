@@ -50,7 +50,7 @@ def format_names() -> tuple[str, ...]:
     >>> "csv" in format_names()
     True
     """
-    return tuple(sorted({*_module_names(), *(point.name for point in _outside())}))
+    return tuple(sorted({*module_names(READERS), *(point.name for point in _outside())}))
 
 
 def log_format(name: str) -> LogFormat | None:
@@ -66,7 +66,7 @@ def log_format(name: str) -> LogFormat | None:
     >>> log_format("csv").endings[0], log_format("cvs")
     ('.csv', None)
     """
-    if name in _module_names():
+    if name in module_names(READERS):
         return cast(LogFormat, importlib.import_module(f"{READERS}.{name}").READER)
     for point in _outside():
         if point.name == name:
@@ -76,7 +76,7 @@ def log_format(name: str) -> LogFormat | None:
 
 def log_formats(first: tuple[str, ...] = ()) -> Iterator[LogFormat]:
     """Yield all log formats, each imported when its turn comes: those named in `first`, the package's, others."""
-    names = _module_names()
+    names = module_names(READERS)
     for name in sorted(names, key=lambda name: (name not in first, first.index(name) if name in first else 0, name)):
         yield cast(LogFormat, importlib.import_module(f"{READERS}.{name}").READER)
     for point in _outside():
@@ -102,11 +102,18 @@ def format_of(file: str) -> str | None:
     return None
 
 
-def _module_names() -> tuple[str, ...]:
-    package = sys.modules.get(READERS)
-    spec = find_spec(READERS) if package is None else None
-    folders = package.__path__ if package is not None else (spec.submodule_search_locations if spec is not None else [])
-    return tuple(sorted(module.name for module in pkgutil.iter_modules(folders)))
+def module_names(package: str, *, folders_alone: bool = False) -> tuple[str, ...]:
+    """Return the names of a package's modules, sorted; nothing is imported for them.
+
+    Parameters
+    ----------
+    package : its full name. folders_alone : leave out modules that are single files.
+    """
+    loaded = sys.modules.get(package)
+    spec = find_spec(package) if loaded is None else None
+    folders = loaded.__path__ if loaded is not None else spec.submodule_search_locations if spec is not None else None
+    found = pkgutil.iter_modules(folders or [])
+    return tuple(sorted(module.name for module in found if module.ispkg or not folders_alone))
 
 
 @cache

@@ -16,7 +16,7 @@ from stiffcal.campaign.checks import (
     robot_match_faults,
 )
 from stiffcal.campaign.manifest import Manifest
-from stiffcal.campaign.manifest_type import manifest_type
+from stiffcal.campaign.manifest_type import manifest_type, validate_manifest
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile, default_model, load_model
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.pruning import apart_from, validate_without_wrong_keys
@@ -147,7 +147,7 @@ def _what_is_right(folder: Path, faults: list[Fault]) -> tuple[Manifest | None, 
     if leads_outside(folder, MANIFEST_FILE) is not None:
         return None, ()
     document = _collect([], lambda: read_toml(folder / MANIFEST_FILE, MANIFEST_FILE))
-    return validate_without_wrong_keys(document, manifest_type(document)) if document is not None else (None, ())
+    return validate_without_wrong_keys(document, manifest_type()) if document is not None else (None, ())
 
 
 def _collect(faults: list[Fault], load: Callable[[], Loaded]) -> Loaded | None:
@@ -172,8 +172,7 @@ def load_manifest(folder: Path) -> Manifest:
         mend = f"make one: stiffcal init {shell.escaped_path(str(folder))} --kind load"
         raise InputError.at(MANIFEST_FILE, "", f"there is no {MANIFEST_FILE} in {folder}", mend)
     check_own(Path(folder), MANIFEST_FILE)
-    document = read_toml(path, MANIFEST_FILE)
-    return validate(document, MANIFEST_FILE, manifest_type(document))
+    return validate_manifest(read_toml(path, MANIFEST_FILE))
 
 
 def load_robot(path: Path, file: str | None = None) -> RobotFile:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
+from stiffcal.campaign.experiment_kinds import kind_names
 from stiffcal.campaign.file_formats import format_names, format_of, log_format
 from stiffcal.campaign.registered import OneOf
 from stiffcal.campaign.row_filter import ExcludedRows, check_excluded, count_of_rows
@@ -37,8 +38,6 @@ from stiffcal.campaign.typed import (
     WrongValueError,
 )
 from stiffcal.quantities import UnknownUnitError, unit, unit_names
-
-Experiment: TypeAlias = Literal["load", "clamped", "friction", "free"]
 
 SIGNAL_NAMES = (
     "joints",
@@ -201,8 +200,7 @@ class Source(SourceFiles):
 
     def options_of(self, log_format: str) -> dict[str, object]:
         """Return the options that are written for a log format, empty where none are."""
-        table = getattr(self, log_format, None) if log_format in type(self).model_fields else None
-        return dict(table.model_dump(exclude_unset=True)) if isinstance(table, Table) else {}
+        return _options_of(self, log_format)
 
     def columns(self) -> tuple[str, ...]:
         """Return every column that is read, each once: run, time, then the signals'."""
@@ -261,7 +259,7 @@ class Run(Table):
 
     Attributes
     ----------
-    id : unique name. experiment : load, clamped, friction or free. files : source to file.
+    id : unique name. experiment : what kind of run it is. files : source to file.
     clock_ahead_s : source to the seconds its clock shows more than the first source's; estimated where absent.
     joints_deg : nominal configuration. moved_joint : from 1 (clamped, friction).
     holdout : never used to fit. tags : free words. states : table of the holds (columns start, end, s).
@@ -270,7 +268,7 @@ class Run(Table):
     """
 
     id: Name
-    experiment: Experiment = "load"
+    experiment: Annotated[str, OneOf(kind_names)] = "load"
     files: dict[str, Name] = Field(default_factory=dict)
     clock_ahead_s: dict[str, float] = Field(default_factory=dict)
     joints_deg: Annotated[tuple[float, ...], Field(strict=False)] | None = None
@@ -283,6 +281,15 @@ class Run(Table):
     compensation: Literal["on", "off"] = "off"
 
     look_alikes: ClassVar[dict[str, str]] = {"name": "id", "file": "files", "clock_ahead": "clock_ahead_s"}
+
+    def options_of(self, kind: str) -> dict[str, object]:
+        """Return the options that are written for a kind of experiment, empty where none are."""
+        return _options_of(self, kind)
+
+
+def _options_of(table: Table, name: str) -> dict[str, object]:
+    options = getattr(table, name, None) if name in type(table).model_fields else None
+    return dict(options.model_dump(exclude_unset=True)) if isinstance(options, Table) else {}
 
 
 class Exclusion(Table):

@@ -1,22 +1,28 @@
-"""The manifest's type as a file is checked against it: with the options of the log formats that there are.
+"""The manifest's type as a file is checked against it: with the options of log formats and kinds of experiment.
 
-`stiffcal.campaign.manifest` says what every manifest may hold. Which tables of options a source may hold besides, the
-readers declare; the type is made from both, so that a new reader needs no edit here and the JSON Schema follows.
+`stiffcal.campaign.manifest` says what every manifest may hold. Which tables of options a source or a run may hold
+besides, readers and experiments declare; the type is made from both, so that a new one needs no edit here and the JSON
+Schema follows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
-from typing import Any, cast
+from typing import Annotated, Any, cast
 
 from pydantic import Field, create_model
 
+from stiffcal.campaign.experiment_kinds import experiment_kind, kind_names
 from stiffcal.campaign.file_formats import format_names, log_format
-from stiffcal.campaign.manifest import Manifest, Source, SourceFiles
+from stiffcal.campaign.manifest import Manifest, Run, Source, SourceFiles
+from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.toml_reading import validate
 from stiffcal.campaign.typed import Table
+from stiffcal.errors import InputError
 
-_Options = tuple[tuple[str, type[Table] | None], ...]
+_Options = tuple[tuple[str, type[Table]], ...]
+"""Tables of options by name."""
 
 
 def manifest_type(document: Mapping[str, object] | None = None) -> type[Manifest]:
@@ -24,7 +30,7 @@ def manifest_type(document: Mapping[str, object] | None = None) -> type[Manifest
 
     Parameters
     ----------
-    document : the manifest; formats whose options it does not hold are not imported. None: all are.
+    document : the manifest; formats and kinds whose options it does not hold are not imported. None: all are.
 
     Examples
     --------
@@ -32,41 +38,70 @@ def manifest_type(document: Mapping[str, object] | None = None) -> type[Manifest
     >>> manifest_type(manifest).model_validate(manifest).sources["ft"].options_of("csv")
     {'decimal': ','}
     """
-    return _manifest_type(_options(None if document is None else _keys_of_sources(document)))
+    if document is None:
+        return _manifest_type(_options(format_names(), _format_options), _options(kind_names(), _kind_options))
+    sources, runs = document.get("sources"), document.get("runs")
+    in_sources = _keys_of(sources.values() if isinstance(sources, Mapping) else ())
+    in_runs = _keys_of(runs if isinstance(runs, list) else ())
+    formats = [name for name in format_names() if name in in_sources]
+    kinds = [name for name in kind_names() if name in in_runs]
+    return _manifest_type(_options(formats, _format_options), _options(kinds, _kind_options))
+
+
+def validate_manifest(document: dict[str, Any]) -> Manifest:
+    """Check a manifest.
+
+    Raises
+    ------
+    InputError
+        With one fault per wrong key.
+    """
+    try:
+        return validate(document, MANIFEST_FILE, manifest_type(document))
+    except InputError:  # once more with all keys that may be written: the faults list them
+        return validate(document, MANIFEST_FILE, manifest_type())
 
 
 def source_type() -> type[Source]:
     """Return the type of a source, with the options of all log formats."""
-    return _source_type(_options(None))
+    return _source_type(_options(format_names(), _format_options))
 
 
-def _keys_of_sources(document: Mapping[str, object]) -> set[str]:
-    sources = document.get("sources")
-    tables = sources.values() if isinstance(sources, Mapping) else ()
+def _keys_of(tables: Iterable[object]) -> set[str]:
     return {key for table in tables if isinstance(table, Mapping) for key in table}
 
 
-def _options(wanted: set[str] | None) -> _Options:
-    return tuple((name, _options_of(name) if wanted is None or name in wanted else None) for name in format_names())
+def _options(names: Iterable[str], options_of: Callable[[str], type[Table] | None]) -> _Options:
+    found = ((name, options_of(name)) for name in names)
+    return tuple((name, table) for name, table in found if table is not None)
 
 
-def _options_of(name: str) -> type[Table] | None:
+def _format_options(name: str) -> type[Table] | None:
     found = log_format(name)
     return found.options if found is not None else None
 
 
+def _kind_options(name: str) -> type[Table] | None:
+    found = experiment_kind(name)
+    return found.options if found is not None else None
+
+
+def _fields(options: _Options) -> dict[str, Any]:
+    return {name: (table | None, None) for name, table in options}
+
+
 @lru_cache(maxsize=32)
 def _source_type(options: _Options) -> type[Source]:
-    # A format that is not asked for is there by name alone: what may be written is listed where a key is wrong.
-    fields: dict[str, Any] = {name: (None if table is None else table | None, None) for name, table in options}
     # The options lie between the two, so that keys and faults come in the order in which people write them.
-    bases: Any = (Source, create_model("SourceOptions", __base__=SourceFiles, **fields))
+    bases: Any = (Source, create_model("SourceOptions", __base__=SourceFiles, **_fields(options)))
     return cast(type[Source], create_model("Source", __base__=bases, __doc__=Source.__doc__))
 
 
 @lru_cache(maxsize=32)
-def _manifest_type(options: _Options) -> type[Manifest]:
-    sources: Any = dict[str, _source_type(options)]  # type: ignore[misc]  # made at run time
-    return create_model(
-        "Manifest", __base__=Manifest, __doc__=Manifest.__doc__, sources=(sources, Field(default_factory=dict))
-    )
+def _manifest_type(formats: _Options, kinds: _Options) -> type[Manifest]:
+    run: Any = create_model("Run", __base__=Run, __doc__=Run.__doc__, **_fields(kinds)) if kinds else Run
+    fields: dict[str, Any] = {
+        "sources": (dict[str, _source_type(formats)], Field(default_factory=dict)),  # type: ignore[misc]
+        "runs": (Annotated[tuple[run, ...], Field(strict=False)], ()),
+    }
+    return create_model("Manifest", __base__=Manifest, __doc__=Manifest.__doc__, **fields)

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
+from stiffcal.campaign.experiment_kinds import experiment_kind
 from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.campaign.typed import Counting, Name, Table, WrongValueError
@@ -172,12 +173,12 @@ def default_model_text(experiments: Collection[str] = ()) -> str:
     ----------
     experiments : the kinds of experiment of the campaign's runs; none of them: load.
     """
-    here = Path(__file__)
-    friction = here.with_name("default_friction_model.toml").read_text(encoding="utf-8")
-    if set(experiments) == {"friction"}:
-        return friction
-    text = here.with_name("default_model.toml").read_text(encoding="utf-8")
-    return text + "\n" + friction[friction.index("[[effects]]") :] if "friction" in experiments else text
+    drives = Path(__file__).with_name("default_model.toml")
+    kinds = [experiment_kind(name) for name in sorted(experiments)]
+    files = [kind.default_model or drives if kind is not None else drives for kind in kinds] or [drives]
+    ordered = sorted(dict.fromkeys(files), key=lambda file: file != drives)
+    first, *further = (file.read_text(encoding="utf-8") for file in ordered)
+    return first + "".join("\n" + text[text.index("[[effects]]") :] for text in further)
 
 
 def _written_out(model: ModelFile, document: dict[str, Any], n_joints: int) -> ModelFile:

@@ -1,4 +1,4 @@
-"""A log format, an effect, a section of the report: one file each, found where it lies, and nothing is edited."""
+"""A log format, an effect, a kind of experiment, a section of the report: each is found, and nothing is edited."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import pytest
 from pypdf import PdfReader
 
 from stiffcal.campaign.file_formats import format_names, format_of
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.schemas import schema_document
 from stiffcal.cli.app import main
@@ -162,6 +163,57 @@ def test_a_new_effect_is_listed_fitted_and_proposed(tmp_path: Path, command: Com
     command("add", folder, "angle-stiffness", "--joints", "3")
     (fitted,) = (entry for entry in command("identify", folder)["parameters"] if entry["effect"] == "angle-stiffness")
     assert fitted["value"] == pytest.approx(1.5e-6, rel=0.05)
+
+
+# ---- a kind of experiment -------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def kind() -> Iterator[None]:
+    with dropped_in("experiments"):
+        yield
+
+
+def with_run(folder: Path, *lines: str) -> Path:
+    write_small_campaign(folder, poses=2)
+    text = (folder / "campaign.toml").read_text(encoding="utf-8") + "\n".join(['[[runs]]\nid = "pose1"', *lines, ""])
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.mark.usefixtures("kind")
+def test_a_run_may_be_of_a_new_kind_and_have_its_options(tmp_path: Path) -> None:
+    folder = with_run(tmp_path / "c", 'experiment = "probing"', 'probing = { plate = "granite" }')
+    (run,) = load_campaign(folder).manifest.runs
+    assert run.experiment == "probing"
+    assert run.options_of("probing") == {"plate": "granite"}
+
+
+@pytest.mark.usefixtures("kind")
+def test_faults_of_the_manifest_know_a_new_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = with_run(tmp_path / "c", 'experiment = "probe"', 'probing = { plato = "granite" }')
+    place, names = "campaign.toml: runs[1] (pose1)", '"clamped", "free", "friction", "load" or "probing"'
+    assert refusal(capsys, "check", folder).splitlines() == [
+        f'{place}.experiment: "probe" is not one of the choices; write one of {names}',
+        f'{place}.probing.plato: unknown key "plato"; did you mean "plate"? The keys here are plate',
+    ]
+
+
+@pytest.mark.usefixtures("kind")
+def test_the_json_schema_has_a_new_kind() -> None:
+    validator = jsonschema.Draft202012Validator(schema_document(manifest_type()))
+    run: dict[str, Any] = {"id": "a", "experiment": "probing", "probing": {"plate": "granite"}}
+    document = {"schema": "stiffcal/campaign/1", "runs": [run]}
+    assert validator.is_valid(document)
+    run["probing"] = {}
+    assert not validator.is_valid(document)
+
+
+def test_without_its_folder_the_kind_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = with_run(tmp_path / "c", 'experiment = "probing"', 'probing = { plate = "granite" }')
+    lines = refusal(capsys, "check", folder).splitlines()
+    assert lines[0].endswith('write one of "clamped", "free", "friction" or "load"')
+    assert lines[1].startswith('campaign.toml: runs[1] (pose1).probing: unknown key "probing"')
 
 
 # ---- a section of the report ----------------------------------------------------------------------------------------

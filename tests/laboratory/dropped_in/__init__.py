@@ -1,4 +1,4 @@
-"""Files as a lab would add them to the package: a log format, an effect, a section of the report.
+"""Files as a lab would add them to the package: a log format, an effect, a kind of experiment, a report's section.
 
 Nothing in stiffcal knows of them. `dropped_in` puts a folder of them behind the one that a registry walks.
 """
@@ -14,7 +14,12 @@ from pathlib import Path
 from stiffcal.model.catalogue import built_in_effects
 
 FOLDER = Path(__file__).parent
-PACKAGES = {"readers": "stiffcal.readers", "effects": "stiffcal.effects", "sections": "stiffcal.report.sections"}
+PACKAGES = {
+    "readers": "stiffcal.readers",
+    "effects": "stiffcal.effects",
+    "experiments": "stiffcal.experiments",
+    "sections": "stiffcal.report.sections",
+}
 
 
 @contextmanager

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.experiments import ExperimentKind
 from stiffcal.experiments.branches import Branches, average_branches, reversal_error
 from stiffcal.experiments.clamped_chain import ClampedChain, give_of
 from stiffcal.experiments.clamped_faults import why_no_sweep
@@ -25,6 +26,7 @@ from stiffcal.reduction.sweeps import Sweeps, cut_sweeps
 
 Floats = NDArray[np.float64]
 
+KIND = ExperimentKind("clamped")
 N_BINS = 120
 # Friction counts as found beyond so many standard uncertainties, and beyond this share of the largest torque.
 FOUND = 4.0

@@ -1,0 +1,20 @@
+"""Runs that touch a plate of known place."""
+
+from __future__ import annotations
+
+from stiffcal.campaign.typed import Name, Table
+from stiffcal.experiments import ExperimentKind
+
+
+class ProbingOptions(Table):
+    """What is touched.
+
+    Attributes
+    ----------
+    plate : its name.
+    """
+
+    plate: Name
+
+
+KIND = ExperimentKind("probing", options=ProbingOptions)
