@@ -47,6 +47,7 @@ def ingest_campaign(
     """
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.store import Store
+    from stiffcal.store.index import FOREIGN
     from stiffcal.workflow.freshness import freshness_of
     from stiffcal.workflow.stored import stored_document
 
@@ -56,7 +57,8 @@ def ingest_campaign(
     fresh = freshness_of(campaign, target)
     stored = None if fresh.reason else stored_document(target, INGEST)
     if stored is not None:
-        target.remove_leftovers()
+        if fresh.origin != FOREIGN:
+            target.remove_leftovers()
         return stored | {"unchanged": True, "changed": "", "origin": fresh.origin}
     return ingest_now(campaign, target, fresh.reason, progress)
 

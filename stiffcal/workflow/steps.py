@@ -146,7 +146,7 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
     InputError : the input is wrong, or a step is missing and ``context.update`` is False.
     """
     from stiffcal.reduction.commanded import without_commands
-    from stiffcal.store.index import OWN
+    from stiffcal.store.index import FOREIGN, OWN
     from stiffcal.trust.foreign_content import use_foreign_results, use_own_results
     from stiffcal.workflow.freshness import freshness_of, say_missing, without_damaged
     from stiffcal.workflow.ingest import ingest_now
@@ -164,9 +164,10 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
             announce("ingest", reason, campaign.folder, context)
             ingest_now(campaign, store, reason, context.progress)
     table, states = stored_table(store)
-    store.remove_leftovers()
     non_load = {name: store.read_table(name) for name in NON_LOAD_TABLES if name in store.tables}
     origin = store.origin_of(STATES, *NON_LOAD_TABLES, INGEST)
+    if origin != FOREIGN:  # where results of others are only shown, nothing is changed
+        store.remove_leftovers()
     if origin != OWN:  # in a place that several people write, too
         use_foreign_results(store.shown)
     else:

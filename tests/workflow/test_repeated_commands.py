@@ -160,3 +160,12 @@ def test_leftovers_of_a_killed_command_go_with_the_next_one(validated: Path) -> 
         (validated / "store" / "generations" / "20200101T000000-aaaaaa").mkdir()
         use(validated)
         assert len(list((validated / "store" / "generations").iterdir())) == 1
+
+
+def test_showing_the_results_of_a_stranger_removes_nothing(validated: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("STIFFCAL_STATE", str(validated.parent / "another user"))
+    shutil.rmtree(validated / "raw")
+    left = validated / "store" / "generations" / "20200101T000000-aaaaaa"
+    left.mkdir()
+    assert identify_campaign(validated)["origin"] == "foreign"
+    assert left.exists()
