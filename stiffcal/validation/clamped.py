@@ -64,8 +64,10 @@ def heldout_clamped(runs: Sequence[ClampedRun]) -> list[HeldoutRun]:
 def _placed(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:
     """Return the law with middle and zero fitted to branches, by Gauss-Newton steps.
 
-    Ends when a step moves neither by more than `SETTLED` of the range. Where a law's corners keep the steps from that,
-    the best of them counts, which makes a residual no smaller than it is.
+    Without play the zero stays, as in `fit_series`: of a straight spring middle and zero do the same, and steps along
+    what changes nothing would lead out of the range in which the curve is known. Ends when a step moves neither by more
+    than `SETTLED` of the range. Where a law's corners keep the steps from that, the best of them counts, which makes a
+    residual no smaller than it is.
     """
     best, least = law, np.inf
     low, high = float(data.angle.min()), float(data.angle.max())
@@ -79,7 +81,7 @@ def _placed(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:
         size = 1e-3 * max(float(np.abs(data.torque).max()), 1e-12)
         turned = (replace(law, middle=law.middle + step).torque_at(data.angle, data.up) - base) / step
         lifted = (replace(law, zero=law.zero + size).torque_at(data.angle, data.up) - base) / size
-        columns = np.stack([turned * (high - low), lifted], axis=1)
+        columns = np.stack([turned * (high - low), lifted if law.width > 0.0 else np.zeros_like(lifted)], axis=1)
         answer, *_ = np.linalg.lstsq(columns, data.torque - base, rcond=1e-6)
         law = replace(law, middle=law.middle + float(answer[0]) * (high - low), zero=law.zero + float(answer[1]))
         if abs(float(answer[0])) <= SETTLED and abs(float(answer[1])) <= SETTLED * 1e3 * size:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stiffcal.experiments.rods import Design, estimate_link, rod_design
 from stiffcal.measurements.load_states import Floats
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.planning import rods as planning_rods
 from stiffcal.planning.rods import rods_can_see
 from tests.experiments.test_rods import SHAPE, paper_rods, seven_rods
@@ -72,3 +74,58 @@ def test_more_rods_steady() -> None:
     best = rods_can_see(rods, SHAPE).advice[0]
     assert best.gain_after < best.gain_before
     assert rod_design(with_advised(rods), SHAPE).gain == best.gain_after
+
+
+def box_rods(n: int, sigma: float = 1e-6) -> Rods:
+    """Return rods all around a box, along it and across its sides, by turns."""
+    turn = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
+    start = np.stack([np.full(n, 0.05), 0.12 * np.cos(turn), 0.1 * np.sin(turn)], axis=1)
+    end = np.stack([np.full(n, 0.95), 0.12 * np.cos(turn + 0.8), 0.1 * np.sin(turn + 0.8)], axis=1)
+    ends = np.where((np.arange(n) % 2 == 0)[:, None], end, np.column_stack([end[:, 0], start[:, 1:]]))
+    return replace(rods_between("swing", start, ends), sigma=np.full(n, sigma))
+
+
+@pytest.mark.parametrize("n", [12, 24])
+def test_what_helps_by_less_than_a_tenth_is_not_advised(n: int) -> None:
+    """Of a dozen rods all around, one more would make the end known a little better: nobody would mount it."""
+    view = rods_can_see(box_rods(n), SHAPE)
+    assert view.blind == view.taken_as_absent == ()
+    assert view.advice == ()
+    assert len(view.sentences) == 2
+
+
+@pytest.mark.parametrize("n", [7, 8, 9, 10])
+def test_each_rod_advised_tells_something_or_steadies_by_a_tenth(n: int) -> None:
+    advice = rods_can_see(box_rods(n), SHAPE).advice
+    assert len(advice) == 3
+    for rod in advice:
+        assert rod.tells or rod.gain_after < 0.9 * rod.gain_before
+    # all carried unknowns: the best steadies most
+    gains = [rod.gain_after for rod in advice if not rod.tells]
+    assert gains == sorted(gains)
+
+
+def test_a_rod_that_tells_is_advised_though_it_steadies_nothing() -> None:
+    """An oblique rod shows the twist; what the corner rods carry, it makes no better by a tenth."""
+    best = rods_can_see(paper_rods(1e-6), SHAPE).advice[0]
+    assert "torsion" in best.tells
+    assert best.gain_after >= 0.9 * best.gain_before
+
+
+def test_three_rods_are_advised_and_those_that_tell_most_come_first() -> None:
+    advice = rods_can_see(paper_rods(1e-6).pick([0, 1, 2]), SHAPE).advice
+    assert len(advice) == 3
+    counts = [len(rod.tells) for rod in advice]
+    assert counts == sorted(counts, reverse=True)
+    same = [rod.gain for rod in advice if rod.tells == advice[0].tells]
+    assert same == sorted(same)
+
+
+def test_a_steadying_rod_is_advised_with_how_much_it_steadies() -> None:
+    view = rods_can_see(seven_rods(1e-6), SHAPE)
+    best = view.advice[0]
+    assert best.tells == ()
+    times = best.gain_before / best.gain_after
+    assert view.sentences[-1].endswith(f"would make the end of swing known {times:.2g} times better")
+    start = ", ".join(f"{1e3 * value:.0f}" for value in best.start)
+    assert f"one more rod from [{start}] to [" in view.sentences[-1]
