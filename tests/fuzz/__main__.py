@@ -1,6 +1,6 @@
 """Spoilt inputs for every log format, every TOML file, stores and plugins: ``make fuzz``, or
 
-    python -m tests.fuzz [--count 10000] [--seed 1] [--only csv,robot.toml] [--input 1234]
+    python -m tests.fuzz [--count 10000] [--seed 1] [--only csv,robot.toml] [--seconds 600] [--input 1234]
 
 Prints a table of what became of them and one line for every kind of fault; ends with 1 where there is one. ``--input``
 feeds one input again, with its traceback.
@@ -41,11 +41,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="the longest time for each target")
     parser.add_argument("--input", type=int, default=None)
     given = parser.parse_args(arguments)
     chosen = [name for name in targets() if not given.only or name in given.only.split(",")]
     with running_server() if "postgres" in chosen else nullcontext():
         return _feed(chosen, given)
+
+
+def _show_progress(outcome: Outcome) -> None:
+    print(
+        f"{outcome.name}: {outcome.tries} inputs, {outcome.faults} faults, {outcome.seconds:.0f} s",
+        file=sys.stderr,
+        flush=True,
+    )
 
 
 def _feed(chosen: Sequence[str], given: argparse.Namespace) -> int:
@@ -57,7 +66,7 @@ def _feed(chosen: Sequence[str], given: argparse.Namespace) -> int:
     for name in chosen:
         # whole commands take a hundred times as long as one file
         count = max(given.count // 10, 1) if name == "commands" else given.count
-        outcomes.append(feed(name, count, given.seed))
+        outcomes.append(feed(name, count, given.seed, given.seconds, _show_progress))
         print(table_of(outcomes[-1:]), flush=True)
     print(table_of(outcomes))
     if formats_not_fed():

@@ -1,18 +1,16 @@
-"""Hostile rather than spoilt: definitions of messages, URDF files, special files, archives that unpack to far more."""
+"""Hostile rather than spoilt: definitions of messages, URDF files, special files; archives have a file of their own."""
 
 from __future__ import annotations
 
 import os
 import random
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 
-import pyarrow as pa
-
 from stiffcal.readers import Wanted, find_reader
+from tests.fuzz.archives import feed_bomb
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes
 from tests.laboratory.campaign_folders import DATA, write_campaign
 
@@ -162,41 +160,5 @@ def make_special(chance: random.Random, path: Path) -> None:
         path.symlink_to({"circle": path.name, "nowhere": "no-such-file"}.get(kind, kind))
 
 
-def feed_bomb(chance: random.Random, folder: Path) -> None:
-    """Read archives that unpack to far more than their bytes; within lowered limits they are refused early."""
-    head, line = b"t,Fx,Fy\n", chance.choice((b"0,0,0\n", b"\n", b"\0", b'"', b"0,", b" ", b"1,2,3,4\n"))
-    content = head + line * (chance.choice((1 << 20, 1 << 21)) // len(line))
-    kind = chance.choice(("zstd", "gzip", "bz2"))
-    packed = pa.compress(content, kind, asbytes=True) if kind != "bz2" else _bz2(content)
-    path = folder / f"log.csv{ {'zstd': '.zst', 'gzip': '.gz', 'bz2': '.bz2'}[kind] }"
-    path.write_bytes(packed * chance.choice((1, 1, 3)))
-    with lowered_limits():
-        for _ in find_reader(path, "csv", "raw/log").read_batches(path, {}, Wanted(("t", "Fx")), "raw/log"):
-            pass
-    raise BrokenFenceError(f"{len(packed)} bytes unpacked to {len(content)}")
-
-
-def _bz2(content: bytes) -> bytes:
-    import bz2
-
-    return bz2.compress(content, 1)
-
-
-@contextmanager
-def lowered_limits() -> Iterator[None]:
-    """Lower the limits so that a small archive exceeds them."""
-    from stiffcal import limits
-
-    before, kept = limits.RATIO_FROM, os.environ.get("STIFFCAL_MAX_RATIO")
-    limits.RATIO_FROM = 1 << 18
-    os.environ["STIFFCAL_MAX_RATIO"] = "20"
-    try:
-        yield
-    finally:
-        limits.RATIO_FROM = before
-        os.environ.pop("STIFFCAL_MAX_RATIO")
-        if kept is not None:
-            os.environ["STIFFCAL_MAX_RATIO"] = kept
-
-
 ATTACKS = {"definitions": feed_definition, "urdf": feed_urdf, "special files": feed_special, "bombs": feed_bomb}
+"""Target to what feeds it."""

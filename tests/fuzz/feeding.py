@@ -11,6 +11,7 @@ import time
 import traceback
 import warnings
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -25,6 +26,7 @@ PATIENCE_S = {"commands": 60.0, "stores": 60.0, "plugins": 60.0}
 """Whole commands, the first of which make the campaigns."""
 MOST_BYTES = 3 << 30  # of address space above what the process begins with
 MOST_GROWN = 600 << 20  # of memory in use, by one input
+EVERY = 250  # inputs between two lines of progress
 HOPELESS_S = 30.0  # beyond the alarm: code outside Python that never comes back
 
 
@@ -92,8 +94,9 @@ def _too_long(signum: int, frame: FrameType | None) -> None:
     raise HangError
 
 
-def _serve(pipe: Connection, name: str, seed: int, first: int, count: int) -> None:
-    """Feed inputs and tell of each before and after."""
+def _serve(pipe: Connection, other_end: Connection, name: str, seed: int, first: int, count: int) -> None:
+    """Feed inputs and send a line before and after each; ends where nobody receives them any more."""
+    other_end.close()
     parent = Path("/dev/shm") if Path("/dev/shm").is_dir() else None
     with tempfile.TemporaryDirectory(prefix="stiffcal-fuzz-", dir=parent) as place:
         own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
@@ -114,14 +117,27 @@ def _used() -> int:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10
 
 
-def feed(name: str, count: int, seed: int, seconds: float = float("inf")) -> Outcome:
-    """Feed a target with ``count`` inputs, or as many as ``seconds`` allow."""
+def feed(
+    name: str,
+    count: int,
+    seed: int,
+    seconds: float = float("inf"),
+    notice: Callable[[Outcome], None] = lambda outcome: None,
+) -> Outcome:
+    """Feed a target with ``count`` inputs, or as many as ``seconds`` allow.
+
+    Parameters
+    ----------
+    name : the target. count, seed : which inputs.
+    seconds : after which no further input is fed.
+    notice : receives what there is after every `EVERY` inputs.
+    """
     outcome, began, at = Outcome(name), time.monotonic(), 0
     smallest = 0
     context = multiprocessing.get_context("fork")
     while at < count and time.monotonic() - began < seconds:
         here, there = context.Pipe(duplex=False)
-        child = context.Process(target=_serve, args=(there, name, seed, at, count - at), daemon=True)
+        child = context.Process(target=_serve, args=(there, here, name, seed, at, count - at), daemon=True)
         child.start()
         there.close()
         fate = "crash"
@@ -140,6 +156,9 @@ def feed(name: str, count: int, seed: int, seconds: float = float("inf")) -> Out
             outcome.grown = max(outcome.grown, size - smallest)
             outcome.counts[what] += 1
             at = number + 1
+            outcome.seconds = time.monotonic() - began
+            if outcome.tries % EVERY == 0:
+                notice(outcome)
             if words:
                 outcome.found.setdefault(
                     words.split(": ")[0] if what == "traceback" else what, f"input {number}: {words}"
