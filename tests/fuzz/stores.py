@@ -138,7 +138,7 @@ def _generation(campaign: Path) -> Path:
 def spoil(chance: random.Random, campaign: Path, sealed: bool) -> None:
     """Spoil something of a store; `sealed`: size and hash in its index are made right again."""
     # what an earlier one has removed or spoilt
-    with suppress(OSError, StopIteration, ValueError, LookupError, TypeError, AttributeError):
+    with suppress(OSError, StopIteration, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         generation = _generation(campaign)
         files = sorted(path for path in generation.rglob("*") if path.is_file() and path.name != "generation.json")
         (act,) = chance.choices((_spoil_document, _spoil_table, _spoil_index, _spoil_links), (6, 3, 4, 3))

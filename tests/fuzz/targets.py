@@ -243,6 +243,6 @@ def check_fault(error: InputError) -> str:
             return f"more than one line: {line[:200]!r}"
         if len(line) > 2500:
             return f"a line of {len(line)} characters: {line[:200]!r}"
-        if any(word in line for word in ("Traceback", "pydantic", " at 0x")):
+        if any(word in line for word in ("Traceback", "pydantic_core", "pydantic.dev", "ValidationError", " at 0x")):
             return f"words of the machine's own: {line[:200]!r}"
     return ""
