@@ -45,6 +45,7 @@ def check_elements(path: Path, shown: str = "") -> None:
         order = {b"IM": "<", b"MI": ">"}.get(head[126:128])
         if order is None:  # version 4, or none: the library says so itself
             return
+        packed = unpacked = 0
         while tag := file.read(8):
             if len(tag) < 8:
                 raise DamagedError("the file ends in the middle of a variable")
@@ -53,7 +54,9 @@ def check_elements(path: Path, shown: str = "") -> None:
             if kind not in (MATRIX, COMPRESSED) or len(data) < size or size > MOST_BYTES:
                 raise DamagedError("the file ends in the middle of a variable, or its sizes are damaged")
             if kind == COMPRESSED:
-                whole = _unpacked(data, shown or str(path))
+                packed += size
+                whole = _unpacked(data, unpacked, packed, shown or str(path))
+                unpacked += len(whole)
                 inner = _element(memoryview(whole), 0, order)
                 if inner.kind != MATRIX:
                     raise DamagedError("a packed variable is none")
@@ -61,14 +64,21 @@ def check_elements(path: Path, shown: str = "") -> None:
             _check_matrix(memoryview(data), order, 0)
 
 
-def _unpacked(data: bytes, shown: str) -> bytes:
+def _unpacked(data: bytes, before: int, packed: int, shown: str) -> bytes:
+    """Return a packed variable's content.
+
+    Parameters
+    ----------
+    data : as it lies in the file. before : bytes that the variables before it have unpacked to.
+    packed : bytes that they and this one take in the file. shown : the file.
+    """
     unpacking = zlib.decompressobj()
     pieces, unpacked, left = [], 0, data
     try:
         while left and unpacked <= MOST_BYTES:
             pieces.append(unpacking.decompress(left, PIECE))
             unpacked += len(pieces[-1])
-            check_unpacked(unpacked, len(data), shown)
+            check_unpacked(before + unpacked, packed, shown)
             left = unpacking.unconsumed_tail
     except zlib.error as error:
         raise DamagedError(f"a packed variable is damaged ({error})") from None

@@ -172,11 +172,14 @@ def make_parquet(chance: random.Random, path: Path) -> Made:
 def make_bag(chance: random.Random, path: Path) -> Made:
     """Write a bag whose chunks or messages hold one letter many thousand times."""
     letters, messages = chance.choice(((100, 3), (20_000, 4), (100_000, 3), (1000, 200)))
+    unpacked = letters * messages
     for name, content in _bag(path.suffix, letters, messages, chance.random() < 0.5).items():
         part = path if path.suffix == ".mcap" else path.with_suffix("") / name
         part.parent.mkdir(exist_ok=True)
-        part.write_bytes(spoilt_bytes(chance, content) if len(content) > 0 and chance.random() < 0.1 else content)
-    return ("mcap" if path.suffix == ".mcap" else "rosbag2"), {"topic": "/ft"}, 0
+        if content and chance.random() < 0.1:
+            content, unpacked = spoilt_bytes(chance, content), 0
+        part.write_bytes(content)
+    return ("mcap" if path.suffix == ".mcap" else "rosbag2"), {"topic": "/ft"}, unpacked
 
 
 @cache

@@ -7,8 +7,10 @@ import gzip
 import lzma
 import re
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pytest
 
@@ -84,6 +86,42 @@ class TestPackedLogs:
             rows(tmp_path / "ft.csv.gz")
 
 
+class TestLogsInParts:
+    """Parts of a log, each of which stays below the limit, are counted together."""
+
+    @pytest.mark.parametrize(("count", "refused"), [(1, False), (2, True)])
+    def test_variables_of_a_mat_file(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int, refused: bool
+    ) -> None:
+        from scipy.io import savemat
+
+        monkeypatch.setattr(limits, "RATIO_FROM", 1 << 20)
+        columns = {name: np.zeros((100_000, 1)) for name in ("Fx", "Fy")[:count]}
+        savemat(tmp_path / "ft.mat", columns, do_compression=True)
+        with pytest.raises(InputError, match="STIFFCAL_MAX_RATIO") if refused else nullcontext():
+            assert rows(tmp_path / "ft.mat", "mat") == 100_000
+
+    @pytest.mark.parametrize(("count", "refused"), [(2, False), (30, True)])
+    def test_messages_of_a_bag(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int, refused: bool
+    ) -> None:
+        from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer
+
+        from tests.laboratory.bags import STORE, T, header, wrench
+
+        monkeypatch.setattr(limits, "RATIO_FROM", 1 << 20)
+        message = wrench(10**18, np.zeros(6))
+        message = T["geometry_msgs/msg/WrenchStamped"](header=header(10**18, "a" * 100_000), wrench=message.wrench)
+        writer = Writer(tmp_path / "ft", version=9)
+        writer.set_compression(CompressionMode.MESSAGE, CompressionFormat.ZSTD)
+        with writer:
+            connection = writer.add_connection("/ft", message.__msgtype__, typestore=STORE)
+            for k in range(count):
+                writer.write(connection, 10**18 + k, STORE.serialize_cdr(message, message.__msgtype__))
+        with pytest.raises(InputError, match="topic /ft: .*STIFFCAL_MAX_RATIO") if refused else nullcontext():
+            assert rows(tmp_path / "ft", "rosbag2", "wrench.force.x") == count
+
+
 class TestTextLogs:
     @pytest.mark.parametrize(
         "text", [b"x" * (40 << 20), b"t,Fx\n" + b"1" * (40 << 20), b't,Fx\n1,"' + b"2\n" * 2_000_000]
@@ -139,7 +177,7 @@ class TestToml:
             read_toml(tmp_path / "robot.toml", "robot.toml")
 
 
-def rows(path: Path) -> int:
-    """Return the number of rows of a log with a column Fx."""
-    wanted = Wanted(numbers=("Fx",))
-    return sum(len(batch) for batch in find_reader(path, "csv").read_batches(path, {}, wanted, path.name))
+def rows(path: Path, log_format: str = "csv", column: str = "Fx") -> int:
+    """Return the number of rows of a log with a column."""
+    wanted = Wanted(numbers=(column,))
+    return sum(len(batch) for batch in find_reader(path, log_format).read_batches(path, {}, wanted, path.name))

@@ -25,7 +25,7 @@ import numpy as np
 
 from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
-from stiffcal.limits import COLUMNS, ROWS
+from stiffcal.limits import COLUMNS, ROWS, check_unpacked
 from stiffcal.readers import (
     Batch,
     Header,
@@ -178,8 +178,13 @@ class _Topic:
         """Yield (recorded ns, message); of transforms those of the child frame."""
         seen: set[str] = set()
         found = False
+        packed = unpacked = 0
         for connection, recorded, raw in self.bag.messages(connections=self.connections):
-            message = self.types.deserialize_cdr(unzstd(raw) if self.packed else raw, connection.msgtype)
+            if self.packed:
+                packed, raw = packed + len(raw), unzstd(raw)
+                unpacked += len(raw)
+                check_unpacked(unpacked, packed, self.shown, f"topic {self.name}")
+            message = self.types.deserialize_cdr(raw, connection.msgtype)
             if self.child_frame is None:
                 yield recorded, message
                 continue
