@@ -8,11 +8,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.errors import InputError
+
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 
 # Exchanges per unknown: the active set changes by one at a time, and each unknown comes and goes a few times.
 MOST_EXCHANGES = 20
+# A sum of squares that falls by less than this share of itself has fallen by rounding alone.
+LEAST_GAIN = 1e-14
 
 
 def least_squares(matrix: Floats, wanted: Floats) -> Floats:
@@ -37,12 +41,16 @@ def least_squares_within(matrix: Floats, wanted: Floats, lower: Floats, upper: F
 
     Raises
     ------
-    ArithmeticError : the active set does not settle.
+    InputError : the numbers are too large to calculate with, or the active set does not settle.
     """
+    with np.errstate(over="ignore"):
+        scale = column_scale(matrix)
+    if not (np.isfinite(scale).all() and np.isfinite(wanted).all()):
+        reason = f"the sums of squares of {len(lower)} unknowns exceed what a computer's numbers hold"
+        raise InputError.at("the data", "", reason, "look for readings of an impossible size")
     free = least_squares(matrix, wanted)
     if np.all(free >= lower) and np.all(free <= upper):
         return free, np.zeros(len(free), dtype=np.bool_)
-    scale = column_scale(matrix)
     found, at_bound = _within(matrix / scale, wanted, lower * scale, upper * scale)
     low = found - lower * scale < upper * scale - found
     return np.where(at_bound, np.where(low, lower, upper), np.clip(found / scale, lower, upper)), at_bound
@@ -52,15 +60,17 @@ def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple
     """Return the minimum of |unit x − target|² within bounds, and who is at one, by an active set.
 
     Stark and Parker 1995. All parameters that have a bound start there and are let go one by one, the most wanted
-    first: where several do alike, as few as possible leave their bounds.
+    first: where several do alike, as few as possible leave their bounds. Columns that are alike to rounding would be
+    exchanged for each other without end: until the sum of squares falls, each leaves its bound once.
     """
     start = np.where(np.isfinite(lower), lower, upper)
     free = ~np.isfinite(start)
     x = np.where(free, 0.0, start)
     barred = np.zeros(len(x), dtype=np.bool_)
     least = 1e-12 * float(np.sqrt(np.sum(target**2)))
+    smallest = np.inf
     entering = -1
-    for _ in range(MOST_EXCHANGES * (len(x) + 1)):
+    for _ in range((MOST_EXCHANGES + len(x)) * (len(x) + 1)):
         aim = x.copy()
         if free.any():
             aim[free] = np.linalg.lstsq(unit[:, free], target - unit[:, ~free] @ x[~free], rcond=1e-12)[0]
@@ -76,16 +86,21 @@ def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple
             x[first] = lower[first] if aim[first] < lower[first] else upper[first]
             free[first] = False
             continue
-        if not np.array_equal(x, aim):
-            x, barred = aim, np.zeros(len(x), dtype=np.bool_)
-        pull = unit.T @ (target - unit @ x)
+        x = aim
+        rest = target - unit @ x
+        squares = float(rest @ rest)
+        if squares < smallest * (1.0 - LEAST_GAIN):
+            smallest = squares
+            barred[:] = False
+        pull = unit.T @ rest
         wanted = np.where(free | barred, 0.0, np.where(x <= lower, pull, 0.0) - np.where(x >= upper, pull, 0.0))
         entering = int(np.argmax(wanted))
         if wanted[entering] <= least:
             break
-        free[entering] = True
+        free[entering] = barred[entering] = True
     else:
-        raise ArithmeticError(f"bounded least squares of {len(x)} unknowns do not settle")
+        reason = f"least squares of {len(x)} unknowns within bounds do not settle"
+        raise InputError.at("model.toml", "effects", reason, "remove effects that do much the same")
     return x, ~free
 
 

@@ -15,6 +15,7 @@ variable                      default     what is counted
 ``STIFFCAL_MAX_ROWS``         4000000000  rows of one log
 ``STIFFCAL_MAX_COLUMNS``      20000       columns of one log
 ``STIFFCAL_MAX_TOML``         32 MiB      bytes of campaign.toml, robot.toml, model.toml and their kin
+``STIFFCAL_MAX_TABLE``        512 MiB     bytes of a table of poses, loads or a path on the command line
 ``STIFFCAL_MAX_RUNS``         100000      runs of one campaign, and likewise its excludes
 ``STIFFCAL_MAX_ENTRIES``      1000        entries of any other list or table in a TOML file: frames, sources, effects
 ``STIFFCAL_MAX_BALANCES``     1000000     balances of the loaded robot that one simulation solves
@@ -136,6 +137,7 @@ LINE = Limit("STIFFCAL_MAX_LINE", 16 * MIB, "in one line")
 ROWS = Limit("STIFFCAL_MAX_ROWS", 4_000_000_000, "rows", in_bytes=False)
 COLUMNS = Limit("STIFFCAL_MAX_COLUMNS", 20_000, "columns", in_bytes=False)
 TOML = Limit("STIFFCAL_MAX_TOML", 32 * MIB, "of TOML")
+TABLE = Limit("STIFFCAL_MAX_TABLE", 512 * MIB, "of a table")
 RUNS = Limit("STIFFCAL_MAX_RUNS", 100_000, "entries", in_bytes=False)
 ENTRIES = Limit("STIFFCAL_MAX_ENTRIES", 1000, "entries", in_bytes=False)
 BALANCES = Limit("STIFFCAL_MAX_BALANCES", 1_000_000, "balances of the robot", in_bytes=False)
@@ -154,6 +156,7 @@ ALL = (
     ROWS,
     COLUMNS,
     TOML,
+    TABLE,
     RUNS,
     ENTRIES,
     BALANCES,

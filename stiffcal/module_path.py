@@ -4,12 +4,15 @@ A file `json.py` in a delivered folder must not run because a command is started
 folder on its path for ``python -m`` and ``python -c`` (unless ``-P`` is given), and for every empty entry of
 ``PYTHONPATH``, which ``PYTHONPATH=$PYTHONPATH:/my/modules`` makes where it was not set before. A folder that the user
 names is the user's choice and stays.
+
+And what libraries do on their own in a process of ours: no warnings, no windows.
 """
 
 from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -59,6 +62,15 @@ def child_options() -> list[str]:
     """Return the options for a child process of Python: as strict as this one, and without the current folder."""
     options = (("-I", sys.flags.isolated), ("-E", sys.flags.ignore_environment), ("-s", sys.flags.no_user_site))
     return ["-P", *(option for option, given in options if given)]
+
+
+def quiet_libraries() -> None:
+    """Keep the warnings of libraries from standard error, whatever PYTHONWARNINGS asks for; ``--debug`` shows them.
+
+    They name lines of code, not the user's files; where one matters the command says so in words of its own.
+    """
+    warnings.simplefilter("ignore")
+    os.environ["MPLBACKEND"] = "agg"  # pictures are files, and a backend that is not installed ends matplotlib's import
 
 
 def _current() -> str:

@@ -5,8 +5,12 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import IO
 
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import Fault, InputError
+from stiffcal.files import check_regular, open_regular
+from stiffcal.limits import Limit
 
 ALLOW = "STIFFCAL_ALLOW"
 
@@ -106,3 +110,39 @@ def check_own(folder: Path, file: str) -> None:
     goal = leads_outside(folder, file)
     if goal is not None:
         raise InputError(link_fault(file, "", file, goal))
+
+
+def check_given(path: Path) -> bool:
+    """Check a file that the user names on the command line, and return whether it lies inside a campaign folder.
+
+    It may be a pipe or a device, and a link to anywhere. One that lies inside a campaign folder was put there by the
+    folder's maker: it has to be a regular file, and no link out of the folder.
+
+    Raises
+    ------
+    InputError : it lies in a campaign folder and is something else.
+    OSError : there is no such file, or no right to reach it.
+    """
+    plain = Path(os.path.normpath(Path.cwd() / path))
+    folder = next((place for place in plain.parents if os.path.lexists(place / MANIFEST_FILE)), None)
+    if folder is None:
+        return False
+    inside = plain.relative_to(folder).as_posix()
+    goal = leads_outside(folder, inside)
+    if goal is not None:
+        raise InputError(link_fault(str(path), "", inside, goal))
+    check_regular(path, str(path))
+    return True
+
+
+def open_given(path: Path) -> IO[bytes]:
+    """Open a file that the user names on the command line, as `check_given` allows it; raises as that does."""
+    return open_regular(path, str(path)) if check_given(path) else path.open("rb")
+
+
+def read_given(path: Path, limit: Limit) -> bytes:
+    """Read a whole file as `open_given` opens it; raises an `InputError`, too, where it holds more than the limit."""
+    with open_given(path) as file:
+        content = file.read(limit.most + 1)
+    limit.check(len(content), str(path))
+    return content

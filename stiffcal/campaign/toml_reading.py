@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 
 from stiffcal.campaign.explain import faults_of, key_path
 from stiffcal.campaign.name_checks import name_faults
+from stiffcal.campaign.reach import read_given
 from stiffcal.errors import InputError, raise_faults
 from stiffcal.files import read_regular
 from stiffcal.limits import ENTRIES, RUNS, TOML
@@ -47,7 +48,7 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
         No such file, no regular one, not UTF-8, or not TOML; with the line.
     """
     try:
-        content = _piped(path, file) if from_user else read_regular(path, file, limit=TOML)
+        content = read_given(path, TOML) if from_user else read_regular(path, file, limit=TOML)
         text = content.decode("utf-8-sig")  # Windows editors write a byte-order mark
     except FileNotFoundError:
         raise InputError.at(file, "", "no such file", f"write it, or correct the path ({path.parent})") from None
@@ -87,13 +88,6 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
     _check_sizes(document, file)
     raise_faults(list(islice(name_faults(document, file), MOST_ODD_NAMES)))
     return document
-
-
-def _piped(path: Path, file: str) -> bytes:
-    with path.open("rb") as stream:
-        content = stream.read(TOML.most + 1)
-    TOML.check(len(content), file)
-    return content
 
 
 def _check_sizes(document: dict[str, Any], file: str) -> None:

@@ -25,12 +25,12 @@ from stiffcal.cli.endings import (
     report_traceback,
     report_usage,
 )
-from stiffcal.cli.streams import guarded_streams, quiet_libraries
+from stiffcal.cli.streams import guarded_streams
 from stiffcal.cli.supervision import Supervision, supervised
 from stiffcal.errors import InputError
 from stiffcal.files import refusal
-from stiffcal.module_path import leave_out_current_folder
-from stiffcal.trust.foreign_content import fault_of_foreign_content
+from stiffcal.module_path import leave_out_current_folder, quiet_libraries
+from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
 
 COMMANDS = {
     "init": "Make a commented campaign folder, or propose one from a table.",
@@ -63,6 +63,7 @@ COMMANDS = {
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run `stiffcal` with `arguments` (the process's own where None) and leave with its exit code."""
     leave_out_current_folder()
+    use_own_results()
     given = list(sys.argv[1:] if arguments is None else arguments)
     if arguments is None and "--debug" not in given:
         quiet_libraries()

@@ -16,7 +16,6 @@ import errno
 import io
 import os
 import sys
-import warnings
 from collections.abc import Iterable, Iterator
 from typing import Any, TextIO, cast
 
@@ -98,15 +97,6 @@ class StandardStream:
                 null = os.open(os.devnull, os.O_WRONLY)
                 os.dup2(null, self._stream.fileno())
                 os.close(null)
-
-
-def quiet_libraries() -> None:
-    """Keep the warnings of libraries from standard error, whatever PYTHONWARNINGS asks for; ``--debug`` shows them.
-
-    They name lines of code, not the user's files; where one matters the command says so in words of its own.
-    """
-    warnings.simplefilter("ignore")
-    os.environ["MPLBACKEND"] = "agg"  # pictures are files, and a backend that is not installed ends matplotlib's import
 
 
 def unwritable(error: OSError) -> InputError:

@@ -48,7 +48,7 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
 
     Raises
     ------
-    ArithmeticError : neither ends.
+    InputError : neither ends.
     """
     k = normal.shape[-1]
     diagonal = np.einsum("...kk->...k", normal)

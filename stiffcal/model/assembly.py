@@ -11,6 +11,9 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
 
+# A fitted value on a bound may have been written down with three digits.
+ROUNDED = 1e-3
+
 
 def compliant_robot(
     chain: Chain, model: ModelFile, catalogue: Mapping[str, Effect], values: Mapping[str, float] | None = None
@@ -26,7 +29,8 @@ def compliant_robot(
 
     Raises
     ------
-    InputError : an effect, a place or a parameter that does not exist, or effects that exclude each other.
+    InputError : an effect, a place or a parameter that does not exist, a value that cannot be, or effects that exclude
+        each other.
     """
     faults: list[Fault] = []
     placed: list[PlacedEffect] = []
@@ -46,7 +50,7 @@ def compliant_robot(
     faults.extend(_doubled(placed))
     raise_faults(faults)
     robot = CompliantRobot(chain, tuple(placed), model.balance == "deformed")
-    _check_names(robot, settings)
+    _check_settings(robot, settings)
     return robot.with_values({**settings, **(values or {})})
 
 
@@ -97,13 +101,17 @@ def _doubled(placed: list[PlacedEffect]) -> list[Fault]:
     return faults
 
 
-def _check_names(robot: CompliantRobot, settings: Mapping[str, float]) -> None:
-    known = [one.parameter_name(spec.symbol) for one in robot.placed for spec in one.effect.parameters]
+def _check_settings(robot: CompliantRobot, settings: Mapping[str, float]) -> None:
+    known = {placed.parameter_name(spec.symbol): spec for placed in robot.placed for spec in placed.effect.parameters}
     faults = []
-    for name in settings:
-        if name not in known:
+    for name, value in settings.items():
+        place, spec = f"parameters.{name}", known.get(name)
+        if spec is None:
             near = difflib.get_close_matches(name, known, n=1)
             mend = f"did you mean {near[0]}?" if near else f"this model has: {', '.join(known)}"
-            faults.append(Fault(MODEL_FILE, f"parameters.{name}", "the model has no such parameter", mend))
+            faults.append(Fault(MODEL_FILE, place, "the model has no such parameter", mend))
+        elif not spec.lower - ROUNDED * abs(spec.lower) <= value <= spec.upper + ROUNDED * abs(spec.upper):
+            reason = f"{value:g} {spec.unit} cannot be: it lies between {spec.lower:g} and {spec.upper:g}"
+            faults.append(Fault(MODEL_FILE, place, reason, f"write a value between them; {spec.typical:g} is usual"))
     if faults:
         raise InputError(*faults)

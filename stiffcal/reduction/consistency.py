@@ -127,7 +127,7 @@ def check_work(
     """
     loads = np.array([states.runs[k].experiment == "load" for k in states.run], dtype=np.bool_) & states.used
     chosen = states.select(loads)
-    if len(chosen) < 2 or not np.any(chosen.wrench) or not chosen.setup.targets:
+    if not np.any(chosen.wrench) or not chosen.setup.targets or _count_distinct(chosen) < 2:
         return []
     sign = work_of_load(chosen, chain)
     present = np.unique(chosen.run)
@@ -159,11 +159,26 @@ def check_work(
     return []
 
 
+def _count_distinct(states: LoadStates) -> int:
+    """Return how many states differ at all: one row written ten times is one reading."""
+    measured = [values.reshape(len(states), -1) for values in (states.position, states.deflection)]
+    rows = np.nan_to_num(np.concatenate([states.joints, states.wrench, *measured], axis=1))
+    return len(np.unique(rows, axis=0))
+
+
+def _count_loads(states: LoadStates) -> int:
+    """Return how many directions of the load on the robot there are, poses that are alike taken as one."""
+    size = np.linalg.norm(states.wrench[:, :3], axis=1)
+    loaded = size > 0.1 * size.max()
+    direction = states.wrench[loaded, :3] / size[loaded, None]
+    return len(np.unique(np.round(np.concatenate([states.joints[loaded], direction], axis=1), 1), axis=0))
+
+
 def _swapped_columns(
     states: LoadStates, chain: Chain, explained: float, columns: tuple[str, ...]
 ) -> tuple[str, str] | None:
     """Return reason and mend where another order of the force's columns explains the deflection, and this does not."""
-    if len(columns) not in (3, 6) or len(np.unique(states.run)) < LEAST_POSES:
+    if len(columns) not in (3, 6) or len(np.unique(states.run)) < LEAST_POSES or _count_loads(states) < LEAST_POSES:
         return None
 
     def share_with(order: tuple[int, ...], moments: tuple[int, ...]) -> float:

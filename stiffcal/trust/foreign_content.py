@@ -13,11 +13,12 @@ _in_use: list[str] = []
 
 def use_foreign_results(shown: str) -> None:
     """Note that results from a store are used that the user's own runs have not written; `shown` names the store."""
-    _in_use[:] = [shown]
+    if shown not in _in_use:
+        _in_use.append(shown)
 
 
 def use_own_results() -> None:
-    """Note that the results in use are the user's own."""
+    """Begin a command or a task of a batch: no stranger's results are in use yet."""
     _in_use.clear()
 
 
@@ -38,4 +39,4 @@ the store
         return None
     words = " ".join(str(error).split())
     reason = f"not computed by you, and of another shape than stiffcal writes ({type(error).__name__}: {words[:200]})"
-    return InputError.at(_in_use[0], "", reason, "ask for the logs, or remove the store")
+    return InputError.at(", ".join(_in_use), "", reason, "ask for the logs, or remove the store")

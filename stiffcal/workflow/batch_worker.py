@@ -17,10 +17,13 @@ import sys
 import threading
 from typing import IO, Any
 
+from stiffcal.module_path import quiet_libraries
+
 
 def main() -> None:
     """Work until standard input ends."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    quiet_libraries()
     # What a plugin prints must not get between the outcomes.
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.errors import InputError
+from stiffcal.store.origin import worst_of
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, RunContext, ingested
+from stiffcal.workflow.steps import IDENTIFY, Document, RunContext, ingested
 
 SCHEMA = "stiffcal/compare/1"
 
@@ -28,18 +29,19 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         ``parameters``: for each that both models hold, both values with standard uncertainties, the change, its
         standard uncertainty, and the two-sided probability of so large a change by chance; ``p_value_all`` for all of
         them together (χ² with the covariances of both fits); ``changed``: names whose change has a family-wise p below
-        0.01.
+        0.01; ``origin``: from whom the fits come, a stranger's where one of them is.
 
     Raises
     ------
     InputError : the campaigns are of robots with different joints, or their models share no parameter.
     """
     context = context or RunContext()
-    documents, joints = [], []
+    documents, joints, origins = [], [], []
     for folder in (before, after):
         data = ingested(folder, context)
         joints.append(data.campaign.chain.joint_names)
         documents.append(fitted(data, context))
+        origins.append(data.store.origin_of(IDENTIFY))
     if len(joints[0]) != len(joints[1]):
         reason = f"its robot has {len(joints[1])} joints, that of {before} has {len(joints[0])}"
         raise InputError.at(str(after), "robot", reason, "name two campaigns of one robot")
@@ -61,6 +63,7 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         "only_after": [name for name in second if name not in first],
         "p_value_all": _together(documents),
         "changed": changed,
+        "origin": worst_of(origins),
     }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+from stiffcal.files import replacing
 from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from stiffcal.workflow.run import run_campaign
 from stiffcal.workflow.simulate import simulate_campaign
@@ -45,7 +46,8 @@ def run_demo(folder: Path, context: RunContext | None = None) -> Document:
     folder = Path(folder)
     context.say(f"copying the example to {folder} and making its raw logs from their seed")
     simulate_campaign(EXAMPLE, folder, None, context.progress)
-    shutil.copyfile(EXAMPLE / "README.md", folder / "README.md")
+    with replacing(folder / "README.md") as beside:  # not through a link that lies there
+        shutil.copyfile(EXAMPLE / "README.md", beside)
     store = context.store or str(folder / "store")
     predict_campaign(EXAMPLE / "figure-2", RunContext(store=store, progress=context.progress), load_path=FIGURE_2)
     return run_campaign(folder, context) | {"folder": str(folder)}

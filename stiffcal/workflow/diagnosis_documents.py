@@ -173,4 +173,5 @@ class Compare(TypedDict):
     only_before: list[str]
     only_after: list[str]
     p_value_all: Number
+    origin: Origin
     changed: list[str]

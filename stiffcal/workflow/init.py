@@ -5,9 +5,10 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from stiffcal.campaign.reach import check_given
 from stiffcal.errors import InputError
 from stiffcal.files import is_given
 from stiffcal.workflow.steps import Document
@@ -54,6 +55,9 @@ def init_campaign(
     else:
         from stiffcal.campaign.from_table import propose_campaign
 
+        if urdf is not None:
+            with suppress(OSError):
+                check_given(urdf)
         with _at_rest(tables) as files_at_rest:
             proposal = propose_campaign(folder, files_at_rest, urdf=urdf, robot=robot)
         written, guessed = proposal.files, list(proposal.guessed)
@@ -68,6 +72,8 @@ def _at_rest(tables: Sequence[Path]) -> Iterator[list[Path]]:
     with tempfile.TemporaryDirectory(prefix="stiffcal-init-") as place:
         found = []
         for number, table in enumerate(map(Path, tables), start=1):
+            with suppress(OSError):  # what is not there is named by its reader
+                check_given(table)
             if is_given(table) and not table.is_file():
                 kept = Path(place) / ("table.csv" if len(tables) == 1 else f"table-{number}.csv")
                 with table.open("rb") as pipe, kept.open("wb") as file:

@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.campaign.reach import read_given
 from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.files import is_given
+from stiffcal.limits import TABLE
 from stiffcal.quantities import unit
 
 Floats = NDArray[np.float64]
@@ -117,7 +119,7 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     if not is_given(file):
         raise InputError.at(shown, "", "no such file", "correct its name")
     try:
-        text = file.read_text(encoding="utf-8-sig")
+        text = read_given(file, TABLE).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError.at(shown, "", f"cannot be read: {error}", "give a CSV file in UTF-8") from error
     numbered = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]

@@ -147,7 +147,7 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
     """
     from stiffcal.reduction.commanded import without_commands
     from stiffcal.store.index import FOREIGN, OWN
-    from stiffcal.trust.foreign_content import use_foreign_results, use_own_results
+    from stiffcal.trust.foreign_content import use_foreign_results
     from stiffcal.workflow.freshness import freshness_of, say_missing, without_damaged
     from stiffcal.workflow.ingest import ingest_now
 
@@ -170,8 +170,6 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
         store.remove_leftovers()
     if origin != OWN:  # in a place that several people write, too
         use_foreign_results(store.shown)
-    else:
-        use_own_results()
     states = without_commands(states, campaign.chain)
     return Ingested(campaign, store, table, states, non_load, origin, fresh.missing)
 

@@ -353,3 +353,32 @@ def test_loads_and_places_that_no_robot_has_are_one_line(
         main([word.format(folder) for word in words])
     assert end.value.code == 2
     assert capsys.readouterr().err.splitlines()[-1].startswith(line.format(folder))
+
+
+@pytest.mark.parametrize("fixed", ["true", "false"])
+@pytest.mark.parametrize("value", ["-2e-6", "1.0"])
+def test_a_value_in_the_model_that_no_parameter_has_is_named_with_its_range(
+    value: str, fixed: str, tmp_path: Path
+) -> None:
+    write_small_campaign(tmp_path / "c")
+    text = (tmp_path / "c" / "model.toml").read_text()
+    setting = f'parameters = {{ "joint-compliance.j2.c" = {{ value = {value}, fixed = {fixed} }} }}\n'
+    (tmp_path / "c" / "model.toml").write_text(text + setting)
+    with pytest.raises(InputError, match=r"between 0 and .*; write a value between them") as refused:
+        identify_campaign(tmp_path / "c")
+    (fault,) = refused.value.faults
+    assert (fault.file, fault.place) == ("model.toml", "parameters.joint-compliance.j2.c")
+
+
+@pytest.mark.parametrize("row", ["10,-70,30,1,2,3,0,0,100,0,0.1,-0.2", "10,-70,30,1,2,3,0,0,100,0.012,-0.7,-0.066"])
+def test_one_reading_written_ten_times_says_nothing_of_signs_or_columns(
+    row: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_small_campaign(tmp_path / "c")
+    (tmp_path / "c" / "campaign.toml").write_text(DEFLECTIONS)
+    header = "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz\n"
+    (tmp_path / "c" / "raw" / "table.csv").write_text(header + f"{row}\n" * 10)
+    with pytest.raises(SystemExit) as ended:
+        main(["check", str(tmp_path / "c")])
+    assert ended.value.code == 1, capsys.readouterr().err
+    assert "not ready" in capsys.readouterr().out

@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
@@ -21,8 +22,8 @@ from stiffcal.files import check_regular, open_regular, read_regular
 from stiffcal.limits import Limit
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.store.provenance import hash_sources
-from stiffcal.workflow.diagnosis_verdict import _read_model
 from stiffcal.workflow.init import init_campaign
+from stiffcal.workflow.diagnosis_verdict import _read_model
 from stiffcal.workflow.load_table import read_load_table
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -197,6 +198,47 @@ class TestFilesOfTheCommandLine:
         text = 'schema = "stiffcal/thresholds/1"\n[validate]\nmax_rms_m = 2e-4\n'
         with ended_within(8.0):
             load_thresholds(self.piped(tmp_path / "pipe", text))
+
+
+class TestFilesOfTheCommandLineInACampaign:
+    """What lies inside a campaign folder is its maker's, also where the user names it: no pipe, and no link out."""
+
+    @pytest.fixture
+    def folder(self, tmp_path: Path) -> Path:
+        write_small_campaign(tmp_path / "c")
+        return tmp_path / "c"
+
+    WORDS: ClassVar = {
+        "thresholds": ["validate", "{folder}", "--thresholds", "{folder}/given"],
+        "thresholds of a batch": ["batch", "{folder}", "--thresholds", "{folder}/given"],
+        "poses": ["predict", "{folder}", "--poses", "{folder}/given"],
+        "load path": ["predict", "{folder}", "--load-path", "{folder}/given", "--at", "0,0,0,0,0,0"],
+        "path": ["compensate", "{folder}", "--path", "{folder}/given"],
+        "table": ["init", "{folder}/new", "--from", "{folder}/given", "--robot", "irb4400"],
+    }
+
+    @pytest.mark.parametrize("kind", ["pipe", "endless device", "link out"])
+    @pytest.mark.parametrize("option", list(WORDS))
+    def test_it_is_refused_at_once(
+        self, folder: Path, option: str, kind: str, state: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        if kind == "link out":
+            (folder.parent / "secret").write_text("password,hunter2,1\n1,2,3\n")
+            (folder / "given").symlink_to("../secret")
+        else:
+            put(folder / "given", kind)
+        with ended_within(8.0), pytest.raises(SystemExit) as ended:
+            main([word.format(folder=folder) for word in self.WORDS[option]])
+        assert ended.value.code == 2
+        said = capsys.readouterr().err
+        assert "this is a pipe, not a file" in said or '"given" is a link to' in said
+        assert "hunter2" not in said
+
+    def test_a_table_larger_than_the_limit_is_not_read(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("STIFFCAL_MAX_TABLE", "1 KiB")
+        (folder / "poses.csv").write_text("A1\n" * 1000)
+        with pytest.raises(InputError, match="poses.csv: more than 1 KiB of a table; check the file, or raise"):
+            read_load_table(folder / "poses.csv", ["A1"], joints_needed=True)
 
 
 @contextmanager

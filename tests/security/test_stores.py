@@ -19,10 +19,12 @@ import pytest
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.store import Store
+from stiffcal.trust import foreign_content
 from stiffcal.trust.record import open_record
 from stiffcal.workflow import batch_task
 from stiffcal.workflow.batch_outcome import task_of
 from stiffcal.workflow.batch_task import run_task
+from stiffcal.workflow.compare import compare_campaigns
 from stiffcal.workflow.history import read_history, restore_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext, ingested
@@ -243,6 +245,18 @@ def test_a_model_of_a_stranger_is_judged_only_after_it_is_computed_again(deliver
     without_logs(delivered)
     document = validate_campaign(folder, model=delivered)
     assert (document["origin"], document["passed"]) == ("foreign", False)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_comparison_with_a_stranger_s_campaign_is_marked_whichever_comes_first(
+    delivered: Path, tmp_path: Path, swapped: bool
+) -> None:
+    mine, strange = write_small_campaign(tmp_path / "mine", poses=2), without_logs(delivered)
+    strangers.use_own_results()
+    before, after = (mine, strange) if swapped else (strange, mine)
+    assert compare_campaigns(before, after)["origin"] == "foreign"
+    assert strangers.fault_of_foreign_content(KeyError("x")) is not None
+    strangers.use_own_results()
 
 
 def test_history_of_a_stranger_is_kept_entry_by_entry_and_marked(delivered: Path) -> None:

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.cli import streams
 from stiffcal.cli.app import main
 from stiffcal.cli.streams import guarded_streams
 from stiffcal.errors import InputError
+from stiffcal.module_path import quiet_libraries
 from tests.laboratory.campaign_folders import write_campaign
 
 FULL = Path("/dev/full")
@@ -184,6 +184,25 @@ def test_warnings_of_libraries_are_kept_from_standard_error() -> None:
 
     with warnings.catch_warnings(record=True) as shown:
         warnings.simplefilter("error")
-        streams.quiet_libraries()
+        quiet_libraries()
         warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
     assert shown == []
+
+
+def test_a_warning_of_a_library_ends_no_task_of_a_batch(tmp_path: Path) -> None:
+    code = (
+        "import warnings; from stiffcal.workflow import batch_task, batch_worker\n"
+        "def run_task(task): warnings.warn('overflow', RuntimeWarning); return {'done': True}\n"
+        "batch_task.run_task = run_task; batch_worker.main()"
+    )
+    environment = {**os.environ, "PYTHONWARNINGS": "error"}
+    with subprocess.Popen(
+        [sys.executable, "-P", "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment, cwd=tmp_path
+    ) as worker:
+        assert worker.stdin is not None
+        assert worker.stdout is not None
+        worker.stdin.write(b"{}\n")
+        worker.stdin.flush()
+        line = worker.stdout.readline()
+        worker.stdin.close()
+    assert line == b'{"done": true}\n'

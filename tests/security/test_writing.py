@@ -11,6 +11,7 @@ import pytest
 from stiffcal.campaign.templates import write_template
 from stiffcal.errors import InputError
 from stiffcal.files import write_whole
+from stiffcal.workflow import demo
 from stiffcal.workflow.init import init_campaign
 from stiffcal.workflow.simulate import simulate_campaign
 
@@ -61,3 +62,18 @@ def test_simulate_writes_nothing_through_a_link_that_leads_out(tmp_path: Path) -
     with pytest.raises(InputError, match="outside the"):
         simulate_campaign(CAMPAIGNS / "irb4400", out, 1)
     assert not list(outside.iterdir())
+
+
+def test_demo_writes_its_readme_through_no_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder that passes for an earlier demo: it holds truth.json."""
+    victim, folder = tmp_path / "authorized_keys", tmp_path / "demo"
+    victim.write_text("mine")
+    folder.mkdir()
+    (folder / "truth.json").write_text("{}")
+    (folder / "README.md").symlink_to(victim)
+    for step in ("simulate_campaign", "predict_campaign"):
+        monkeypatch.setattr(demo, step, lambda *_, **__: {})
+    monkeypatch.setattr(demo, "run_campaign", lambda *_: {})
+    demo.run_demo(folder)
+    assert victim.read_text() == "mine"
+    assert (folder / "README.md").read_text() == (demo.EXAMPLE / "README.md").read_text()
