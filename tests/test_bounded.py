@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import nnls
 
 from stiffcal.bounded_least_squares import least_squares_within
+from stiffcal.errors import InputError
 
 
 @pytest.mark.parametrize("seed", range(200))
@@ -35,3 +36,31 @@ def test_nothing_to_find() -> None:
     found, at_bound = least_squares_within(np.eye(2), np.zeros(2), np.zeros(2), np.full(2, np.inf))
     assert (found == 0.0).all()
     assert not at_bound.any()
+
+
+@pytest.mark.parametrize("seed", [6735, 7464, 7610, 10604, 11186, 12209, 12697])
+def test_columns_alike_to_rounding_are_not_exchanged_without_end(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n, m = int(rng.integers(3, 25)), int(rng.integers(3, 30))
+    rank = int(rng.integers(1, min(n, m) + 1))
+    design = rng.standard_normal((m, rank)) @ rng.standard_normal((rank, n))
+    design += 10.0 ** -rng.uniform(9, 17) * rng.standard_normal((m, n))
+    if rng.random() < 0.5:
+        design = design * 10.0 ** rng.uniform(-6, 6, n)
+    if rng.random() < 0.3:
+        design = np.linalg.qr(design)[1]
+    wanted = rng.standard_normal(len(design))
+    if rng.random() < 0.5:
+        wanted = design @ np.maximum(rng.standard_normal(n), 0.0)
+    most = rng.random(n) * 10.0 ** rng.uniform(-8, 8, n) if rng.random() < 0.5 else np.full(n, np.inf)
+    found, _ = least_squares_within(design, wanted, np.zeros(n), most)
+    assert ((found >= 0.0) & (found <= most)).all()
+    # where the sum of squares could still fall, it is by directions that the data see as good as not
+    pull = (design / np.linalg.norm(design, axis=0)).T @ (wanted - design @ found)
+    left = np.where(found <= 0.0, pull, np.where(found >= most, -pull, np.abs(pull)))
+    assert left.max() < 1e-3 * np.linalg.norm(wanted)
+
+
+def test_numbers_whose_squares_no_computer_holds_are_one_line() -> None:
+    with pytest.raises(InputError, match="exceed what a computer's numbers hold"):
+        least_squares_within(np.full((3, 2), 1e200), np.ones(3), np.zeros(2), np.ones(2))

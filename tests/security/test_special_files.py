@@ -22,8 +22,8 @@ from stiffcal.files import check_regular, open_regular, read_regular
 from stiffcal.limits import Limit
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.store.provenance import hash_sources
-from stiffcal.workflow.init import init_campaign
 from stiffcal.workflow.diagnosis_verdict import _read_model
+from stiffcal.workflow.init import init_campaign
 from stiffcal.workflow.load_table import read_load_table
 from tests.laboratory.small_campaign import write_small_campaign
 

@@ -252,11 +252,11 @@ def test_a_comparison_with_a_stranger_s_campaign_is_marked_whichever_comes_first
     delivered: Path, tmp_path: Path, swapped: bool
 ) -> None:
     mine, strange = write_small_campaign(tmp_path / "mine", poses=2), without_logs(delivered)
-    strangers.use_own_results()
+    foreign_content.use_own_results()
     before, after = (mine, strange) if swapped else (strange, mine)
     assert compare_campaigns(before, after)["origin"] == "foreign"
-    assert strangers.fault_of_foreign_content(KeyError("x")) is not None
-    strangers.use_own_results()
+    assert foreign_content.fault_of_foreign_content(KeyError("x")) is not None
+    foreign_content.use_own_results()
 
 
 def test_history_of_a_stranger_is_kept_entry_by_entry_and_marked(delivered: Path) -> None:
