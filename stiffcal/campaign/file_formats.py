@@ -11,7 +11,7 @@ import importlib.metadata
 import pkgutil
 import sys
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import PurePosixPath
 from typing import Protocol, cast
@@ -67,7 +67,7 @@ def log_format(name: str) -> LogFormat | None:
     ('.csv', None)
     """
     if name in module_names(READERS):
-        return cast(LogFormat, importlib.import_module(f"{READERS}.{name}").READER)
+        return _of_module(name)
     for point in _outside():
         if point.name == name:
             return _from_outside(point)
@@ -78,7 +78,7 @@ def log_formats(first: tuple[str, ...] = ()) -> Iterator[LogFormat]:
     """Yield all log formats, each imported when its turn comes: those named in `first`, the package's, others."""
     names = module_names(READERS)
     for name in sorted(names, key=lambda name: (name not in first, first.index(name) if name in first else 0, name)):
-        yield cast(LogFormat, importlib.import_module(f"{READERS}.{name}").READER)
+        yield _of_module(name)
     for point in _outside():
         if point.name not in names:
             yield _from_outside(point)
@@ -94,12 +94,19 @@ def format_of(file: str) -> str | None:
     """
     path = PurePosixPath(file)
     ending, inner = path.suffix.lower(), PurePosixPath(path.stem).suffix.lower()
-    if not ending:
-        return None
+    return _format_of_endings(ending, inner, format_names()) if ending else None
+
+
+@lru_cache(maxsize=1024)
+def _format_of_endings(ending: str, inner: str, names: tuple[str, ...]) -> str | None:
     for known in log_formats((ending.removeprefix("."), inner.removeprefix("."))):
         if ending in known.endings or (ending in known.packed_endings and inner in known.endings):
             return known.name
     return None
+
+
+def _of_module(name: str) -> LogFormat:
+    return cast(LogFormat, importlib.import_module(f"{READERS}.{name}").READER)
 
 
 def module_names(package: str, *, folders_alone: bool = False) -> tuple[str, ...]:
@@ -110,10 +117,19 @@ def module_names(package: str, *, folders_alone: bool = False) -> tuple[str, ...
     package : its full name. folders_alone : leave out modules that are single files.
     """
     loaded = sys.modules.get(package)
-    spec = find_spec(package) if loaded is None else None
-    folders = loaded.__path__ if loaded is not None else spec.submodule_search_locations if spec is not None else None
-    found = pkgutil.iter_modules(folders or [])
+    return _names_in(tuple(loaded.__path__) if loaded is not None else _folders_of(package), folders_alone)
+
+
+@lru_cache(maxsize=64)  # a manifest of thousands of runs asks for each of them
+def _names_in(folders: tuple[str, ...], folders_alone: bool) -> tuple[str, ...]:
+    found = pkgutil.iter_modules(folders)
     return tuple(sorted(module.name for module in found if module.ispkg or not folders_alone))
+
+
+@cache
+def _folders_of(package: str) -> tuple[str, ...]:
+    spec = find_spec(package)
+    return tuple(spec.submodule_search_locations or ()) if spec is not None else ()
 
 
 @cache
@@ -126,5 +142,5 @@ def _from_outside(point: importlib.metadata.EntryPoint) -> LogFormat:
         return cast(LogFormat, point.load())
     except Exception as error:  # whatever another package's code raises
         package = point.dist.name if point.dist is not None else point.value
-        reason = f"the reader {point.name!r} of the package {package} cannot be imported ({type(error).__name__})"
-        raise InputError.at("", package, reason, "install it again, or remove it") from error
+        reason = f"the reader {point.name!r} cannot be imported ({type(error).__name__})"
+        raise InputError.at("installed packages", package, reason, "install its package again, or remove it") from error

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
+from stiffcal.campaign import file_formats
 from stiffcal.campaign.file_formats import format_names
 from stiffcal.errors import InputError
 from stiffcal.measurements.moments import seconds_of_times
@@ -60,6 +62,35 @@ print(sorted({"h5py", "pandas", "pyarrow.dataset"} & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.fixture
+def installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another package brings two formats: one that is there, and one whose module is not."""
+    group = file_formats.READERS
+    points = (
+        EntryPoint("jsonrows", "tests.laboratory.dropped_in.readers.jsonrows:READER", group),
+        EntryPoint("broken", "no_such_package.reader:READER", group),
+    )
+    monkeypatch.setattr(file_formats, "_outside", lambda: points)
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_format_of_another_package_is_found_by_its_entry_point() -> None:
+    assert {"jsonrows", "broken", "csv"} <= set(format_names())
+    assert find_reader(Path("x"), "jsonrows").name == "jsonrows"
+    assert file_formats.format_of("raw/log.jrows") == "jsonrows"
+    assert find_reader(Path("raw/log.jrows")).name == "jsonrows"
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_format_that_cannot_be_imported_is_one_line() -> None:
+    with pytest.raises(InputError) as caught:
+        find_reader(Path("x"), "broken")
+    assert str(caught.value) == (
+        "installed packages: no_such_package.reader:READER: the reader 'broken' cannot be imported "
+        "(ModuleNotFoundError); install its package again, or remove it"
+    )
 
 
 def test_times_without_a_fraction_or_zone() -> None:
