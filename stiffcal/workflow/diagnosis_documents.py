@@ -85,7 +85,7 @@ class Pace(TypedDict):
 
     models: int
     candidates: int
-    regressors: int
+    signatures: int
     seconds: Number
     candidates_per_second: Number
 
