@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,7 +17,7 @@ from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.row_filter import RowCondition, parse_rows
 from stiffcal.campaign.signals import Deflection, Joints, Pose, Wrench
 from stiffcal.campaign.typed import WrongValueError, expand_columns
-from tests.laboratory.campaign_folders import DATA
+from tests.laboratory.campaign_folders import DATA, write_campaign
 
 
 def read(name: str) -> Manifest:
@@ -142,3 +143,14 @@ def test_importing_the_manifest_is_light() -> None:
     assert (
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
     )
+
+
+def test_loading_a_campaign_of_text_logs_imports_no_other_format(tmp_path: Path) -> None:
+    folder = write_campaign(tmp_path / "c")
+    code = (
+        "import sys, pathlib, stiffcal.campaign.loading as loading;"
+        f"loading.load_campaign(pathlib.Path({str(folder)!r}));"
+        "print(sorted(name for name in sys.modules if name.count('.') == 2 and name.startswith('stiffcal.readers.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "['stiffcal.readers.csv']"
