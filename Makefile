@@ -8,17 +8,24 @@ PIP = $(BIN)/python -m pip --disable-pip-version-check
 LOCKED = install --quiet --require-hashes --only-binary :all:
 WORKERS ?= 2
 
-.PHONY: demo test test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
+.PHONY: demo test test-long test-kernels bench coverage practice rates campaigns faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
 
+# the quick tests, in minutes; what takes longer than ten seconds would be printed, and belongs to the long ones
+PYTEST = $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 test: $(VENV)/test.stamp
-	$(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
+	$(PYTEST) -m "not long" --durations=20 --durations-min=10
 
-# the tests that judge numbers, under the BLAS kernels of several processors
+# whole campaigns, kills at random points, hidden robots: the tests marked `long`
+test-long: $(VENV)/test.stamp
+	$(PYTEST) -m long
+
+# the tests that judge numbers, under the BLAS kernels of several processors; KERNELS=--others leaves out this one's own
+KERNELS ?=
 test-kernels: $(VENV)/test.stamp
-	$(BIN)/python -m tests.kernels --workers $(WORKERS)
+	$(BIN)/python -m tests.kernels $(KERNELS) --workers $(WORKERS)
 
 bench: $(VENV)/test.stamp
 	$(BIN)/python -m tests.benchmarks

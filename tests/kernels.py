@@ -3,6 +3,8 @@
 numpy and scipy bring OpenBLAS with them, which holds kernels for many processors and takes those of the one it runs on.
 They sum in different orders, so that the last digits differ. `OPENBLAS_CORETYPE` asks for others; one that the
 processor cannot run, or that the library does not hold, is not taken, which the library itself is asked about.
+
+``--others`` leaves out the kernels that this processor takes by itself: under those all tests run anyway.
 """
 
 from __future__ import annotations
@@ -89,11 +91,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.kernels", description=main.__doc__)
     parser.add_argument("kernels", nargs="*", default=KERNELS, help="as OpenBLAS spells them: Haswell, Nehalem, …")
     parser.add_argument("--workers", default="2", help="processes of pytest")
+    parser.add_argument("--others", action="store_true", help="leave out what the processor takes by itself")
     given = parser.parse_args(arguments)
     has = flags()
+    own = taken(os.environ.get("OPENBLAS_CORETYPE", "")) if given.others else set()
     done: list[str] = []
     failed: list[str] = []
     for kernel in given.kernels:
+        if own == {kernel}:
+            print(f"{kernel}: left out, the tests run under these kernels anyway", flush=True)
+            done.append(kernel)
+            continue
         if reason := why_skipped(kernel, done, has):
             print(f"{kernel}: skipped, {reason}", flush=True)
             continue

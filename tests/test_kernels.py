@@ -42,6 +42,23 @@ def test_a_failure_under_one_kernel_is_a_failure(runs: list[str], monkeypatch: p
     assert runs == ["Bad", "Haswell"]
 
 
+@pytest.mark.parametrize(("own", "left"), [({"Haswell"}, ["SkylakeX"]), ({"Other"}, ["Haswell", "SkylakeX"])])
+def test_the_processors_own_kernels_may_be_left_out(
+    own: set[str], left: list[str], runs: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Under its own kernels a processor runs all tests; one that passes for Haswell is the same again."""
+    monkeypatch.delenv("OPENBLAS_CORETYPE", raising=False)
+    monkeypatch.setattr(kernels, "flags", lambda: None)
+    monkeypatch.setattr(kernels, "taken", lambda kernel: {"Haswell"} if kernel == "Zen" else {kernel} if kernel else own)
+    assert kernels.main(["--others"]) == 0
+    assert runs == left
+    assert ("Haswell: left out, the tests run under these kernels anyway" in capsys.readouterr().out) == (
+        "Haswell" not in left
+    )
+    assert kernels.main([]) == 0
+    assert runs == [*left, "Haswell", "SkylakeX"]
+
+
 def test_the_libraries_say_which_kernels_they_take() -> None:
     has = kernels.flags()
     if has is None or not kernels.INSTRUCTIONS["Haswell"] <= has:
