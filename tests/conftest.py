@@ -21,7 +21,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # Folders and files whose tests judge numbers: they run under the kernels of several processors (`tests/kernels.py`).
 NUMERICAL = (
     "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "experiments", "identification", "independent",
-    "mechanics", "planning", "reduction", "simulation", "test_bounded.py", "validation",
+    "measurements", "mechanics", "planning", "reduction", "simulation", "test_bounded_least_squares.py", "validation",
 )  # fmt: skip
 
 

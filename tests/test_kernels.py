@@ -49,7 +49,9 @@ def test_the_processors_own_kernels_may_be_left_out(
     """Under its own kernels a processor runs all tests; one that passes for Haswell is the same again."""
     monkeypatch.delenv("OPENBLAS_CORETYPE", raising=False)
     monkeypatch.setattr(kernels, "flags", lambda: None)
-    monkeypatch.setattr(kernels, "taken", lambda kernel: {"Haswell"} if kernel == "Zen" else {kernel} if kernel else own)
+    monkeypatch.setattr(
+        kernels, "taken", lambda kernel: {"Haswell"} if kernel == "Zen" else {kernel} if kernel else own
+    )
     assert kernels.main(["--others"]) == 0
     assert runs == left
     assert ("Haswell: left out, the tests run under these kernels anyway" in capsys.readouterr().out) == (

@@ -18,6 +18,20 @@ from packaging.utils import canonicalize_name
 from packaging.version import Version
 
 ROOT = Path(__file__).parents[1]
+# Folders of tests that are no room's: what they hold, and whether modules that are no tests may stand in them.
+ACROSS_ROOMS = {
+    "answers": "records what commands answer",
+    "benchmarks": "compares with peers and limits",
+    "contracts": "tests over everything that is found",
+    "faults": "kills commands, fills disks",
+    "fuzz": "spoils inputs",
+    "independent": "tests against engines from outside",
+    "laboratory": "builds robots, states and campaigns for all tests",
+    "rates": "counts how often the right effect is named",
+    "security": "tests of folders from strangers",
+    "whole_campaigns": "tests of campaigns through the command line",
+}
+WITHOUT_MODULES = {"contracts", "independent", "security", "whole_campaigns"}
 HEAVY = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "h5py")
 LIGHT_CALLS: tuple[list[str], ...] = (
     [],
@@ -117,6 +131,25 @@ def test_top_level_holds_only_what_was_agreed() -> None:
         "tests",
         "schemas",
     }
+
+
+def folders_of(place: Path) -> set[str]:
+    return {path.name for path in place.iterdir() if path.is_dir() and next(path.rglob("*.py"), None) is not None}
+
+
+def test_each_room_has_its_folder_of_tests() -> None:
+    rooms = folders_of(ROOT / "stiffcal")
+    assert {room for room in rooms if not list((ROOT / "tests" / room).glob("test_*.py"))} == set()
+    modules = {file.stem for file in (ROOT / "stiffcal").glob("*.py")}
+    assert folders_of(ROOT / "tests") <= rooms | modules | set(ACROSS_ROOMS)
+
+
+def test_what_tests_share_stands_in_the_laboratory() -> None:
+    """A robot, a table of states or a campaign that is made in a room's folder is made a second time in another."""
+    for folder in folders_of(ROOT / "tests") - (set(ACROSS_ROOMS) - WITHOUT_MODULES):
+        modules = {file.name for file in (ROOT / "tests" / folder).rglob("*.py")}
+        shared = {name for name in modules if not name.startswith("test_")} - {"__init__.py", "conftest.py"}
+        assert not shared, f"tests/{folder}: {shared} belong to tests/laboratory"
 
 
 def test_package_data_goes_into_the_wheel(tmp_path: Path) -> None:
