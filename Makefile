@@ -59,7 +59,7 @@ faults: $(VENV)/test.stamp
 fuzz: $(VENV)/test.stamp
 	$(BIN)/python -m tests.fuzz --seed $(SEED) --count $(if $(filter-out 0,$(COUNT)),$(COUNT),10000)
 
-# after a change of numbers on purpose: raise REVISION in stiffcal/workflow/revision.py, then write some answers anew
+# after a change of numbers on purpose: raise REVISION in stiffcal/revision.py, then write some answers anew
 fingerprint: $(VENV)/test.stamp
 	$(BIN)/python -P -m tests.fingerprint
 

@@ -1,6 +1,6 @@
 """Some answers on bundled campaigns, to notice a change of numbers: `python -m tests.fingerprint` writes them anew.
 
-Whoever changes numbers on purpose raises `REVISION` in stiffcal/workflow/revision.py first. What is written does not
+Whoever changes numbers on purpose raises `REVISION` in stiffcal/revision.py first. What is written does not
 depend on the order in which a processor adds: values to seven digits, names of effects, verdicts.
 """
 
@@ -15,9 +15,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from stiffcal.revision import REVISION
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.revision import REVISION
 from stiffcal.workflow.validate import validate_campaign
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -52,8 +52,8 @@ def batch(
     Example: stiffcal batch campaigns/hidden --thresholds thresholds.toml --junit junit.xml --markdown summary.md
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.batch import BatchOptions, batch_campaigns
-        from stiffcal.workflow.batch_summary import junit_text, markdown_text, prepare_files, write_summary
+        from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
+        from stiffcal.batch.summary import junit_text, markdown_text, prepare_files, write_summary
 
         prepare_files(*(file for file in (junit, markdown) if file is not None))
         told = _Told(answer)
@@ -81,7 +81,7 @@ class _Told:
         self._done = self._of = 0
 
     def finished(self, outcome: Document, done: int, of: int) -> None:
-        from stiffcal.workflow.batch_summary import verdict_of
+        from stiffcal.batch.summary import verdict_of
 
         self._done, self._of = done, of
         if self._lines:
@@ -95,7 +95,7 @@ class _Told:
 
 def show_batch(console: Console, document: Document) -> None:
     """Draw the summary: a row per campaign, then what does not hold, then the totals."""
-    from stiffcal.workflow.batch_summary import choice_text, complaints_of, totals_of, verdict_of
+    from stiffcal.batch.summary import choice_text, complaints_of, totals_of, verdict_of
 
     table = plain_table("campaign", "verdict", "rms in unseen poses>", "of the deflection>", "noise>", "computed")
     for number, column in enumerate(table.columns):
@@ -128,7 +128,7 @@ def show_batch(console: Console, document: Document) -> None:
 
 def _next(document: Document, store: str | None) -> str:
     """Return the step that the worst campaign asks for."""
-    from stiffcal.workflow.batch import store_below
+    from stiffcal.batch.campaigns import store_below
 
     for outcome in document["campaigns"]:
         if outcome["error"] is not None:

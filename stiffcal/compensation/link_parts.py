@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.link_compliance import carried_to_target
+from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Inputs, StateOrder, link_node

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import Progress, no_progress
-from stiffcal.experiments.link_compliance import carried_to_target
 from stiffcal.identification.fit import Fit, Parameter
 from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
 from stiffcal.identification.link_noise import spread_by_rods
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.readings import observe
+from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector

@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.link_compliance import LinkCompliance, carried_to_target
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.measured_links import MeasuredLink
 from stiffcal.identification.noise import whiten
@@ -18,6 +17,7 @@ from stiffcal.identification.observation import evaluate, free_columns
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.weights import raw_whitening
+from stiffcal.links.compliance import LinkCompliance, carried_to_target
 
 Floats = NDArray[np.float64]
 

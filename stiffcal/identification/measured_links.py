@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.link_compliance import LinkCompliance, carried_to_target, regress_compliance
-from stiffcal.experiments.rod_faults import RodFault, find_rod_faults
-from stiffcal.experiments.rods import LinkEstimate, bounded_by_load, estimate_link
 from stiffcal.identification.observation import rests
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, TRANSLATION
+from stiffcal.links.compliance import LinkCompliance, carried_to_target, regress_compliance
+from stiffcal.links.rod_faults import RodFault, find_rod_faults
+from stiffcal.links.rods import LinkEstimate, bounded_by_load, estimate_link
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.rods import Design, ShapeError, rod_design, shape_errors
+from stiffcal.links.rods import Design, ShapeError, rod_design, shape_errors
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.mechanics.beam import TORSION, UNKNOWNS
 
@@ -52,7 +52,7 @@ class RodView:
     link : its name. rods : the rods' names.
     carried, taken_as_absent, blind : unknowns by name.
     spare : rods beyond the unknowns: the check.
-    condition, gain : see `stiffcal.experiments.rods.Design`.
+    condition, gain : see `stiffcal.links.rods.Design`.
     std : (6,) standard uncertainty of the end's displacement in one state, m and rad; NaN where not seen.
     sigma : of a rod, m: as stated, else `USUAL_SIGMA`. stated : whether it was.
     mistakes : what loads that are not carried do to the estimate.

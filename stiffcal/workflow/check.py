@@ -7,8 +7,8 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
+from stiffcal.planning.rod_views import rod_views
 from stiffcal.workflow.proposals import propose_sources
-from stiffcal.workflow.rod_views import rod_views
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign

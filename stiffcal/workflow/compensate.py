@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.compensation.load_table import AXES
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path, shortened
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
-from stiffcal.workflow.load_table import AXES
 from stiffcal.workflow.plot import PICTURES
 from stiffcal.workflow.steps import RunContext
 

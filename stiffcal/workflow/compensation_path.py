@@ -14,15 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.campaign.toml_reading import LARGEST
+from stiffcal.compensation.load_table import ANGLES, AXES, POSITION, QUATERNION, WrittenTable, read_table
 from stiffcal.errors import Fault, InputError, raise_faults
-from stiffcal.workflow.load_table import (
-    ANGLES,
-    AXES,
-    POSITION,
-    QUATERNION,
-    WrittenTable,
-    read_table,
-)
 
 if TYPE_CHECKING:
     from stiffcal.compensation.targets import PoseGoal

@@ -157,9 +157,9 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
     fit : of the load states; None where there are none.
     """
     from stiffcal.identification.document import fit_document
+    from stiffcal.identification.state_tables import observed_table
     from stiffcal.workflow.bodies import bodies_document
     from stiffcal.workflow.experiments import document_of_parts, experiment_parts, with_parts
-    from stiffcal.workflow.state_tables import observed_table
 
     parts = experiment_parts(data)
     tables = {name: table for part in parts for name, table in part.tables.items()}

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError, Progress, no_progress
-from stiffcal.workflow.revision import REVISION
+from stiffcal.revision import REVISION
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import Campaign, load_campaign
+from stiffcal.compensation.load_table import AXES, LoadTable, read_load_table
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.files import is_given
 from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
-from stiffcal.workflow.load_table import AXES, LoadTable, read_load_table
 from stiffcal.workflow.steps import LOAD_PATHS, RunContext, open_store
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ from stiffcal.campaign.signals import Joints, Wrench
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.documents import result_of
 from stiffcal.files import read_regular
+from stiffcal.identification.state_tables import component_block, gauge_block
 from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
@@ -41,7 +42,6 @@ from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import diagnosis_content
 from stiffcal.workflow.report_friction import friction_curves, friction_set_aside
 from stiffcal.workflow.report_links import link_pictures
-from stiffcal.workflow.state_tables import component_block, gauge_block
 from stiffcal.workflow.steps import (
     FIT_STATES,
     HELDOUT_STATES,

@@ -18,7 +18,7 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.files import read_regular
 from stiffcal.limits import TOML
-from stiffcal.workflow.revision import REVISION
+from stiffcal.revision import REVISION
 
 if TYPE_CHECKING:
     import pyarrow as pa

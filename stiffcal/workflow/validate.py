@@ -111,10 +111,10 @@ def validate_now(data: Ingested, identified: Document, context: RunContext, fit:
     identified : the fit's document.
     fit : the fit itself where it is at hand; it is made again otherwise.
     """
+    from stiffcal.identification.state_tables import observed_table
     from stiffcal.validation.document import validation_document
     from stiffcal.validation.validate import validate_fit
     from stiffcal.workflow.experiments import validated_experiments, validation_of_experiments, validation_with
-    from stiffcal.workflow.state_tables import observed_table
 
     fit = fit or fit_now(data, str(identified["loss"]), context)
     context.progress("leaving poses out", None)

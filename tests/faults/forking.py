@@ -27,12 +27,12 @@ from tests.faults import injection
 IMPORTED = (
     "stiffcal.cli.app", "stiffcal.workflow.run", "stiffcal.workflow.improve", "stiffcal.workflow.export",
     "stiffcal.workflow.plot", "stiffcal.workflow.predict", "stiffcal.workflow.simulate", "stiffcal.workflow.init",
-    "stiffcal.workflow.batch", "stiffcal.workflow.edit_model", "stiffcal.workflow.reducing",
+    "stiffcal.batch.campaigns", "stiffcal.workflow.edit_model", "stiffcal.workflow.reducing",
     "stiffcal.workflow.report_content", "stiffcal.workflow.effect_pictures", "stiffcal.report.building",
     "stiffcal.simulation.simulate", "stiffcal.diagnosis.search", "stiffcal.validation.validate",
     "stiffcal.identification.identify", "stiffcal.campaign.from_table", "stiffcal.campaign.templates",
     "matplotlib.backends.backend_svg", "matplotlib.figure", "pyarrow.csv", "pyarrow.parquet", "typst", "h5py",
-    "rich.console", "rich.table", "rich.progress", "stiffcal.workflow.evidence", "stiffcal.workflow.state_tables",
+    "rich.console", "rich.table", "rich.progress", "stiffcal.workflow.evidence", "stiffcal.identification.state_tables",
 )  # fmt: skip
 
 

@@ -21,10 +21,10 @@ from typing import Any
 import pyarrow as pa
 from pyarrow import parquet
 
+from stiffcal.batch.outcome import FAULT, HELD, task_of
+from stiffcal.batch.task import run_task
 from stiffcal.store import Store
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.batch_outcome import FAULT, HELD, task_of
-from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.stored import stored_document
 from tests.fuzz.fence import FENCE
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes, spoilt_document

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.experiments.link_compliance import carried_to_target
 from stiffcal.identification.measured_links import links_document, measure_links
 from stiffcal.identification.readings import observe
+from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import Floats, LoadStates, Sigma
 from stiffcal.mechanics.beam import beam_compliance
 from stiffcal.model.composite import CompliantRobot

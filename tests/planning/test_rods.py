@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.experiments.rods import Design, estimate_link, rod_design
+from stiffcal.links.rods import Design, estimate_link, rod_design
 from stiffcal.measurements.load_states import Floats
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.planning import rods as planning_rods
 from stiffcal.planning.rods import rods_can_see
-from tests.experiments.test_rods import SHAPE, paper_rods, seven_rods
+from tests.links.test_rods import SHAPE, paper_rods, seven_rods
 
 
 def with_advised(rods: Rods) -> Rods:

@@ -11,14 +11,14 @@ from xml.etree import ElementTree
 
 import pytest
 
+from stiffcal.batch.author_choices import author_choices
+from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
+from stiffcal.batch.outcome import Document
+from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.thresholds import Thresholds, ThresholdsFile, load_thresholds, tighter
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
-from stiffcal.workflow.author_choices import author_choices
-from stiffcal.workflow.batch import BatchOptions, batch_campaigns
-from stiffcal.workflow.batch_outcome import Document
-from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.export import export_campaign
 from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.validate import validate_campaign
@@ -101,7 +101,7 @@ def _in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
         for task in tasks:
             finished(run_task(task))
 
-    monkeypatch.setattr("stiffcal.workflow.batch_processes.run_on_this_machine", run)
+    monkeypatch.setattr("stiffcal.batch.processes.run_on_this_machine", run)
 
 
 def add(folder: Path, text: str) -> None:
@@ -240,7 +240,7 @@ def test_choices_are_named_even_where_a_later_step_fails(cell: Path, monkeypatch
         raise RuntimeError("in a later step")
 
     add(cell, EXCLUDED.replace('"table"', f'"{source_of(cell)}"'))
-    monkeypatch.setattr("stiffcal.workflow.batch_task.current_fit", fail)
+    monkeypatch.setattr("stiffcal.batch.task.current_fit", fail)
     (campaign,) = batch_campaigns([cell], BatchOptions(jobs=1, report=False))["campaigns"]
     assert campaign["state"] == "fault"
     Path(campaign["error"]["mend"].rpartition(" ")[2]).unlink()

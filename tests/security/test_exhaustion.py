@@ -18,12 +18,12 @@ from stiffcal.campaign.loading import load_campaign, load_manifest
 from stiffcal.campaign.row_filter import parse_rows
 from stiffcal.campaign.table_sniffing import sniff_table
 from stiffcal.campaign.typed import WrongValueError, expand_columns
+from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.settings import parse_settings
-from stiffcal.workflow.load_table import read_load_table
 from stiffcal.workflow.proposals import propose_sources
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"

@@ -11,11 +11,11 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.sizes import gravity_mistake, length_mistake, mass_mistake
 from stiffcal.campaign.table_sniffing import sniff_table
 from stiffcal.cli.app import main
+from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.compare import compare_campaigns
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.load_table import read_load_table
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed, write_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 

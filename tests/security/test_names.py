@@ -21,6 +21,10 @@ from markdown_it import MarkdownIt
 from pypdf import PdfReader
 from rich.progress import TextColumn
 
+from stiffcal.batch.campaigns import BatchOptions, batch_campaigns, find_campaigns, store_below
+from stiffcal.batch.outcome import task_of
+from stiffcal.batch.summary import junit_text, markdown_text
+from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
 from stiffcal.cli.endings import report_fault
@@ -29,10 +33,6 @@ from stiffcal.escapes import HIDDEN, csv_cell
 from stiffcal.escapes.file_name import fitting
 from stiffcal.report import fonts
 from stiffcal.report.typesetting import set_pages
-from stiffcal.workflow.batch import BatchOptions, batch_campaigns, find_campaigns, store_below
-from stiffcal.workflow.batch_outcome import task_of
-from stiffcal.workflow.batch_summary import junit_text, markdown_text
-from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.export import write_table
 from stiffcal.workflow.recording_tables import recording_name
 from tests.escapes.test_escapes import V1, V2, assert_printable, read_html

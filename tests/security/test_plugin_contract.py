@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.batch.outcome import task_of
+from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.model.campaign_effects import model_effects
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.batch_outcome import task_of
-from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.plugin_campaigns import NAME, effect_of_the_readme, stranger, write_plugin
 

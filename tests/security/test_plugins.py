@@ -10,13 +10,13 @@ from typing import Any
 
 import pytest
 
+from stiffcal.batch.outcome import task_of
+from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.model.campaign_effects import all_effects, key_of_plugins, model_effects, plugin_code
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.batch_outcome import task_of
-from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.diagnose import diagnose_campaign
 from tests.laboratory.plugin_campaigns import MARK, NAME, list_plugins, ran, stranger, write_plugin
 

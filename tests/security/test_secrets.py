@@ -151,13 +151,13 @@ def test_a_batch_shows_no_secret_in_any_of_its_outputs(
     folder = write_small_campaign(tmp_path / "cell")
 
     def lose(tasks: list[dict[str, Any]], jobs: int, finished: Any) -> None:
-        from stiffcal.workflow.batch_processes import WorkerLostError, outcome_of_lost_worker
+        from stiffcal.batch.processes import WorkerLostError, outcome_of_lost_worker
 
         for task in tasks:
             outcome = outcome_of_lost_worker(task, WorkerLostError(f"its process ended: {SECRET}"))
             finished(outcome | {"warnings": [f"w {SECRET}"]})
 
-    monkeypatch.setattr("stiffcal.workflow.batch_processes.run_on_this_machine", lose)
+    monkeypatch.setattr("stiffcal.batch.processes.run_on_this_machine", lose)
     junit, markdown = tmp_path / "junit.xml", tmp_path / "summary.md"
     for further in ([], ["--json"]):
         with pytest.raises(SystemExit):

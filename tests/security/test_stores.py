@@ -16,14 +16,14 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 import pytest
 
+from stiffcal.batch import task as batch_task
+from stiffcal.batch.outcome import task_of
+from stiffcal.batch.task import run_task
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.store import Store
 from stiffcal.trust import foreign_content
 from stiffcal.trust.record import open_record
-from stiffcal.workflow import batch_task
-from stiffcal.workflow.batch_outcome import task_of
-from stiffcal.workflow.batch_task import run_task
 from stiffcal.workflow.compare import compare_campaigns
 from stiffcal.workflow.history import read_history, restore_model
 from stiffcal.workflow.identify import identify_campaign

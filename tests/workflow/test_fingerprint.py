@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from stiffcal.workflow.revision import REVISION
+from stiffcal.revision import REVISION
 from tests.fingerprint import FILE, differences, fingerprint, rounded
 
 CHANGED = "numbers changed: raise REVISION and rewrite the fingerprint with `make fingerprint`"

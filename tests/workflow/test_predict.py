@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
 from stiffcal.mechanics.kinematics import jacobians
-from stiffcal.workflow.load_table import read_load_table
 from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import RunContext, ingested, open_store

@@ -13,9 +13,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from stiffcal.batch.outcome import BROKEN, GENERATIONS, LOST, Document, outcome_of
+from stiffcal.batch.processes import LARGE_BYTES, WorkerLostError, WorkerProcess, outcome_of_lost_worker
 from stiffcal.errors import InputError
-from stiffcal.workflow.batch_outcome import BROKEN, GENERATIONS, LOST, Document, outcome_of
-from stiffcal.workflow.batch_processes import LARGE_BYTES, WorkerLostError, WorkerProcess, outcome_of_lost_worker
 
 ANSWER_S = 15
 """How long a scheduler, and its first worker, may take to answer, s."""

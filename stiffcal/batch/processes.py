@@ -15,10 +15,10 @@ import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
+from stiffcal.batch.outcome import BROKEN, LOST, Document, outcome_of
 from stiffcal.escapes.terminal import escaped
 from stiffcal.masking import mask
 from stiffcal.module_path import child_environment, child_options, without_current_folder
-from stiffcal.workflow.batch_outcome import BROKEN, LOST, Document, outcome_of
 
 ATTEMPTS = 2
 LARGE_BYTES = 1 << 30
@@ -30,9 +30,7 @@ ONE_THREAD = dict.fromkeys(
 )
 # The child finds stiffcal, and all else, where this process has found it; until then it takes nothing from the current
 # folder.
-_START = (
-    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from stiffcal.workflow.batch_worker import main; main()"
-)
+_START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from stiffcal.batch.worker import main; main()"
 
 
 class WorkerLostError(Exception):
@@ -53,7 +51,7 @@ class WorkerLostError(Exception):
 
 
 class WorkerProcess:
-    """A process of `batch_worker`. Used by one thread at a time."""
+    """A process of `stiffcal.batch.worker`. Used by one thread at a time."""
 
     def __init__(self) -> None:
         self._words = tempfile.TemporaryFile()  # noqa: SIM115  (closed by `stop`)

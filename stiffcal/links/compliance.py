@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.rods import LEAST_TORSION, Design, LinkEstimate
+from stiffcal.links.rods import LEAST_TORSION, Design, LinkEstimate
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.mechanics.beam import (

@@ -29,10 +29,10 @@ def main() -> None:
     os.dup2(2, 1)
     tasks: queue.SimpleQueue[str] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin, tasks), daemon=True).start()
+    from stiffcal.batch.task import run_task
     from stiffcal.escapes.json_text import document_text
     from stiffcal.trust.notices import notices_to
     from stiffcal.trust.running import before_plugin_code
-    from stiffcal.workflow.batch_task import run_task
 
     def answer(document: dict[str, Any]) -> None:
         answers.write(document_text(document, indent=None) + "\n")

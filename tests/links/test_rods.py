@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.experiments.rods import Torsion, bounded_by_load, estimate_link, rod_design, shape_errors
+from stiffcal.links.rods import Torsion, bounded_by_load, estimate_link, rod_design, shape_errors
 from stiffcal.measurements.load_states import Floats
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.mechanics.beam import UNKNOWNS, axis_fields, beam_compliance, end_fields

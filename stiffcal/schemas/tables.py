@@ -1,8 +1,8 @@
-"""JSON Schemas of the store's tables: ``python -m stiffcal.workflow.table_schemas schemas/``.
+"""JSON Schemas of the store's tables: ``python -m stiffcal.schemas.tables schemas/``.
 
 Each describes one row. Names, order and types of the columns come from the code that writes the tables, which is given
 a specimen: one state of a robot whose joint is called ``<joint>`` and whose target ``<target>``. What a column means
-stands in `stiffcal.workflow.table_columns`; a column without a meaning, or a meaning without a column, is a KeyError.
+stands in `stiffcal.schemas.table_columns`; a column without a meaning, or a meaning without a column, is a KeyError.
 
 In the Parquet files a missing number is NaN. JSON has no NaN: there it is null, and so the schemas allow null.
 """
@@ -25,6 +25,7 @@ from stiffcal.experiments.friction import FrictionFit
 from stiffcal.experiments.friction_rows import steady_rows
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, Layout
+from stiffcal.identification.state_tables import observed_table
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.markers import Markers
@@ -34,12 +35,7 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place, StateOrder
 from stiffcal.reduction.logs import Rows
-from stiffcal.store import table_of
-from stiffcal.workflow.evidence import evidence_columns
-from stiffcal.workflow.friction_documents import friction_fit_columns
-from stiffcal.workflow.recording_tables import recording_table
-from stiffcal.workflow.state_tables import observed_table
-from stiffcal.workflow.table_columns import (
+from stiffcal.schemas.table_columns import (
     EVIDENCE,
     FREE_MOTION,
     FRICTION,
@@ -49,6 +45,10 @@ from stiffcal.workflow.table_columns import (
     STATES,
     Meaning,
 )
+from stiffcal.store import table_of
+from stiffcal.workflow.evidence import evidence_columns
+from stiffcal.workflow.friction_documents import friction_fit_columns
+from stiffcal.workflow.recording_tables import recording_table
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}

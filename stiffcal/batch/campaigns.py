@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+from stiffcal.batch.outcome import BROKEN, HELD, NOT_HELD, Document, outcome_of, task_of
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.escapes.file_name import fitting
 from stiffcal.masking import masked
-from stiffcal.workflow.batch_outcome import BROKEN, HELD, NOT_HELD, Document, outcome_of, task_of
 
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import ThresholdsFile
@@ -94,11 +94,11 @@ def batch_campaigns(folders: Sequence[Path], options: BatchOptions | None = None
     # The largest first: none of them is then left over at the end while the other cores have nothing to do.
     queue = sorted(tasks, key=lambda task: _bytes_of(Path(task["folder"])), reverse=True)
     if options.scheduler is not None:
-        from stiffcal.workflow.batch_cluster import run_on_cluster
+        from stiffcal.batch.cluster import run_on_cluster
 
         workers = {"kind": "dask", "count": run_on_cluster(queue, options.scheduler, take)}
     else:
-        from stiffcal.workflow.batch_processes import run_on_this_machine
+        from stiffcal.batch.processes import run_on_this_machine
 
         jobs = min(options.jobs or cores(), len(queue))
         workers = {"kind": "processes", "count": jobs}

@@ -17,17 +17,17 @@ from typing import IO, Any
 
 import pytest
 
+from stiffcal.batch import processes as batch_processes
+from stiffcal.batch.campaigns import BatchOptions, batch_campaigns, cores, find_campaigns
+from stiffcal.batch.outcome import task_of
+from stiffcal.batch.processes import WorkerProcess
+from stiffcal.batch.summary import junit_text, markdown_text
+from stiffcal.batch.task import run_task
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError, Progress
 from stiffcal.report.content import ReportContent
 from stiffcal.store import Store
 from stiffcal.trust.record import open_record
-from stiffcal.workflow import batch_processes
-from stiffcal.workflow.batch import BatchOptions, batch_campaigns, cores, find_campaigns
-from stiffcal.workflow.batch_outcome import task_of
-from stiffcal.workflow.batch_processes import WorkerProcess
-from stiffcal.workflow.batch_summary import junit_text, markdown_text
-from stiffcal.workflow.batch_task import run_task
 from tests.laboratory.small_campaign import write_small_campaign
 
 Document = dict[str, Any]

@@ -15,13 +15,13 @@ from typing import Any
 
 import pytest
 
+from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
+from stiffcal.batch.outcome import task_of
+from stiffcal.batch.task import run_task
 from stiffcal.errors import InputError
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.batch import BatchOptions, batch_campaigns
-from stiffcal.workflow.batch_outcome import task_of
-from stiffcal.workflow.batch_task import run_task
+from tests.batch.test_campaigns import LONGEST_S, PLUGIN, by_name, with_plugin
 from tests.laboratory.small_campaign import write_small_campaign
-from tests.workflow.test_batch import LONGEST_S, PLUGIN, by_name, with_plugin
 
 # The worker of stiffcal is a child of the worker of Dask, which is what dies here, the first time only.
 KILL_THE_CLUSTERS_WORKER = """
@@ -96,7 +96,7 @@ def test_a_cluster_gives_the_same_and_a_killed_worker_costs_a_retry(scheduler: s
 def test_a_cluster_without_workers_or_without_a_scheduler(
     scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("stiffcal.workflow.batch_cluster.ANSWER_S", 1)
+    monkeypatch.setattr("stiffcal.batch.cluster.ANSWER_S", 1)
     write_small_campaign(tmp_path / "a", poses=2)
     with pytest.raises(InputError, match=r"the cluster at .* has no worker; start workers: dask worker"):
         batch_campaigns([tmp_path], BatchOptions(scheduler=scheduler))
@@ -108,7 +108,7 @@ def test_a_cluster_without_workers_or_without_a_scheduler(
 
 
 def test_folders_that_a_cluster_does_not_see(tmp_path: Path) -> None:
-    from stiffcal.workflow.batch_cluster import cluster_task
+    from stiffcal.batch.cluster import cluster_task
 
     outcome = cluster_task(task_of(tmp_path / "elsewhere", "a"))
     assert outcome["state"] == "broken"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+from stiffcal.batch.campaigns import unchanged
+from stiffcal.batch.outcome import HELD, NOT_HELD, STEPS, Document
 from stiffcal.errors import InputError
 from stiffcal.escapes import markdown, xml_text
 from stiffcal.files import write_whole
-from stiffcal.workflow.batch import unchanged
-from stiffcal.workflow.batch_outcome import HELD, NOT_HELD, STEPS, Document
 
 VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
 

@@ -12,10 +12,10 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from stiffcal.schemas.tables import schema_texts, table_schema
 from stiffcal.store import Store, values_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.ingest import ingest_campaign
-from stiffcal.workflow.table_schemas import schema_texts, table_schema
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.workflow.test_improve import COUPLED
 from tests.workflow.test_logged_runs import GAUGE, HEAD, campaign_of
@@ -34,7 +34,7 @@ TABLES = {
 def test_schemas_are_those_of_the_code(name: str) -> None:
     text = schema_texts()[name]
     jsonschema.Draft202012Validator.check_schema(json.loads(text))
-    # renewed by: python -m stiffcal.workflow.table_schemas schemas/
+    # renewed by: python -m stiffcal.schemas.tables schemas/
     assert (SCHEMAS / name).read_text(encoding="utf-8") == text
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.experiments.rod_faults import RodFault, find_rod_faults
+from stiffcal.links.rod_faults import RodFault, find_rod_faults
 from stiffcal.measurements.load_states import Floats
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.mechanics.rods import rod_matrix
-from tests.experiments.test_link_compliance import loads
-from tests.experiments.test_rods import SHAPE, compliance, paper_rods, seven_rods
+from tests.links.test_compliance import loads
+from tests.links.test_rods import SHAPE, compliance, paper_rods, seven_rods
 
 STATES, NOISE = 60, 1e-6
 TIME, RUN = np.tile(np.arange(20.0) * 5.0, 3) + np.repeat([0.0, 200.0, 400.0], 20), np.repeat([0, 1, 2], 20)

@@ -6,7 +6,7 @@ from typing import Literal
 
 from typing_extensions import TypedDict
 
-from stiffcal.workflow.author_choices import AuthorChoice
+from stiffcal.batch.author_choices import AuthorChoice
 from stiffcal.workflow.document_types import Fault, Number, Origin, Rms, Threshold, Where
 
 

@@ -17,7 +17,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.rods import Design, rod_design
+from stiffcal.links.rods import Design, rod_design
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns

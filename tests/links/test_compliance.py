@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.experiments.link_compliance import carried_to_target, regress_compliance, share_of_tool
-from stiffcal.experiments.rods import LinkEstimate, estimate_link
+from stiffcal.links.compliance import carried_to_target, regress_compliance, share_of_tool
+from stiffcal.links.rods import LinkEstimate, estimate_link
 from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.mechanics.chain import Chain
@@ -18,7 +18,7 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
-from tests.experiments.test_rods import DRAWN, LENGTH, SHAPE, compliance, paper_rods, seven_rods
+from tests.links.test_rods import DRAWN, LENGTH, SHAPE, compliance, paper_rods, seven_rods
 
 NOISE = 1e-6
 

@@ -13,8 +13,8 @@ import pytest
 from stiffcal.cli.app import main
 from stiffcal.errors import Progress
 from stiffcal.report.content import ReportContent
+from stiffcal.schemas.documents import DOCUMENTS, schema_texts
 from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.documents import DOCUMENTS, schema_texts
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -25,7 +25,7 @@ SCHEMAS = Path(__file__).parents[2] / "schemas"
 def test_schemas_are_those_of_the_types(name: str) -> None:
     text = schema_texts()[name]
     jsonschema.Draft202012Validator.check_schema(json.loads(text))
-    # renewed by: python -m stiffcal.workflow.documents schemas/
+    # renewed by: python -m stiffcal.schemas.documents schemas/
     assert (SCHEMAS / name).read_text(encoding="utf-8") == text
 
 

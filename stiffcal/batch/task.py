@@ -14,6 +14,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stiffcal import __version__
+from stiffcal.batch.author_choices import AuthorChoice, author_choices
+from stiffcal.batch.outcome import BROKEN, FAULT, GENERATIONS, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.campaign.thresholds import ThresholdsFile
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_log import write_fault_log
@@ -22,8 +24,6 @@ from stiffcal.model.plugin_loading import plugin_fault
 from stiffcal.store.index import FOREIGN
 from stiffcal.store.origin import committed_by_this_process
 from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
-from stiffcal.workflow.author_choices import AuthorChoice, author_choices
-from stiffcal.workflow.batch_outcome import BROKEN, FAULT, GENERATIONS, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
 from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.steps import (

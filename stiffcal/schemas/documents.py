@@ -1,0 +1,62 @@
+"""JSON Schemas of what the commands answer with ``--json``: ``python -m stiffcal.schemas.documents schemas/``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from stiffcal.batch.document import Batch
+from stiffcal.compensation.compensate_result import CompensateResult
+from stiffcal.compensation.map_result import MapResult
+from stiffcal.compensation.predict_result import PredictResult
+from stiffcal.documents import schema_of
+from stiffcal.workflow.command_documents import Check, Edit, Effects, Init, Plot, Report, Run, Simulate, StatesExport
+from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
+from stiffcal.workflow.documents import Error, History, Identify, Ingest, Validate
+from stiffcal.workflow.trust_documents import Trust
+
+DOCUMENTS: dict[str, Any] = {
+    "identify": Identify,
+    "validate": Validate,
+    "history": History,
+    "predict": PredictResult,
+    "map": MapResult,
+    "compensate": CompensateResult,
+    "ingest": Ingest,
+    "diagnose": Diagnose,
+    "improve": Improve,
+    "compare": Compare,
+    "check": Check,
+    "run": Run,
+    "batch": Batch,
+    "report": Report,
+    "plot": Plot,
+    "export": StatesExport,
+    "edit": Edit,
+    "trust": Trust,
+    "effects": Effects,
+    "init": Init,
+    "simulate": Simulate,
+    "error": Error,
+}
+
+
+def schema_texts() -> dict[str, str]:
+    """Return file name to JSON Schema of every document.
+
+    Examples
+    --------
+    >>> sorted(schema_texts())[0]
+    'batch.document.schema.json'
+    """
+    texts = {}
+    for name, kind in DOCUMENTS.items():
+        texts[f"{name}.document.schema.json"] = json.dumps(schema_of(kind), indent=2, ensure_ascii=False) + "\n"
+    return texts
+
+
+if __name__ == "__main__":
+    for file, text in schema_texts().items():
+        (Path(sys.argv[1]) / file).write_text(text, encoding="utf-8")
