@@ -36,6 +36,7 @@ _MOMENTS = (
     (re.compile(r"\S*/(?:work|code|state|campaigns)/\S*"), "PATH"),
 )
 MISSING = "(nothing)"
+SETS = ("enum", "required")  # lists of a schema whose order says nothing
 
 
 def differences(before: Path, after: Path) -> list[str]:
@@ -143,7 +144,7 @@ def _text_differences(old: str, new: str) -> Iterator[str]:
 
 
 def resolved(schema: Any, root: Any, above: tuple[str, ...] = ()) -> Any:
-    """Return a JSON Schema with its references replaced by what they refer to; descriptions and titles go.
+    """Return a JSON Schema with its references replaced by what they refer to; descriptions, titles and orders go.
 
     Parameters
     ----------
@@ -153,6 +154,7 @@ def resolved(schema: Any, root: Any, above: tuple[str, ...] = ()) -> Any:
         return [resolved(part, root, above) for part in schema]
     if not isinstance(schema, dict):
         return schema
+    schema = {key: _in_order(value) if key in SETS else value for key, value in schema.items()}
     reference = schema.get("$ref")
     if isinstance(reference, str) and reference.startswith("#/"):
         if reference in above:
@@ -165,6 +167,10 @@ def resolved(schema: Any, root: Any, above: tuple[str, ...] = ()) -> Any:
     left_out = {"$defs", "title", "description"} if above or schema is root else {"title", "description"}
     kept = {key: value for key, value in schema.items() if key not in left_out or not isinstance(value, str | dict)}
     return {key: resolved(value, root, above) for key, value in kept.items() if key != "$defs"}
+
+
+def _in_order(value: Any) -> Any:
+    return sorted(value, key=json.dumps) if isinstance(value, list) else value
 
 
 def _shown(values: dict[str, Any], key: str) -> str:

@@ -46,3 +46,11 @@ def test_schemas_with_the_same_structure_under_other_names_are_equal() -> None:
     other = {"$defs": {"Length": {"type": "string"}}, "properties": {"x": {"$ref": "#/$defs/Length"}}}
     assert resolved(old, old) == resolved(new, new)
     assert list(value_differences(resolved(old, old), resolved(other, other)))
+
+
+def test_the_order_of_choices_and_of_required_keys_is_no_difference() -> None:
+    old = {"properties": {"format": {"enum": ["csv", "mat", "hdf5"]}}, "required": ["b", "a"]}
+    new = {"properties": {"format": {"enum": ["csv", "hdf5", "mat"]}}, "required": ["a", "b"]}
+    other = {"properties": {"format": {"enum": ["csv", "hdf5"]}}, "required": ["a", "b"]}
+    assert resolved(old, old) == resolved(new, new)
+    assert list(value_differences(resolved(new, new), resolved(other, other)))
