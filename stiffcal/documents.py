@@ -18,7 +18,7 @@ from enum import Enum
 from functools import cache
 from pathlib import PurePath
 from types import NoneType
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, Union, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,6 +102,8 @@ def _array(rows: Any) -> NDArray[np.float64]:
 NOT_IN_DOCUMENT = NotInDocument()
 NOT_PROMISED = NotPromised()
 OrAbsent: TypeAlias = Annotated[Known | None, KeyIf("", null=False)]
+Origin: TypeAlias = Literal["own", "trusted place", "foreign"]
+"""From whom results come: the user's own runs, a place that the user trusts, or anybody else."""
 Number: TypeAlias = float | None
 """A number, null where it is not known."""
 Vector: TypeAlias = Annotated[NDArray[np.float64], ListsOf(1)]

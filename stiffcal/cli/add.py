@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, Joints, Links, Pairs
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.workflow.command_results import EditResult
 
 Model = Annotated[Path, typer.Argument(metavar="DIR", help="The campaign folder.")]
 EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Its name, see `stiffcal effects`.")]
@@ -57,15 +59,15 @@ def edit(
     with answering(as_json) as answer:
         from stiffcal.workflow.edit_model import edit_model
 
-        document = edit_model(folder, action, effect, where=where, everywhere=everywhere, curved=curved)
-        answer.give(document, show_edit, command_line("identify", folder))
+        result = edit_model(folder, action, effect, where=where, everywhere=everywhere, curved=curved)
+        answer.give(result, show_edit, command_line("identify", folder))
     return OK
 
 
-def show_edit(console: Console, document: Document) -> None:
+def show_edit(console: Console, result: EditResult) -> None:
     """Say what changed and what the model holds now."""
     from stiffcal.cli.history import model_in_words
 
-    for line in document["changes"]:
+    for line in result.changes:
         console.print(line, soft_wrap=True)
-    console.print(f"model now: {model_in_words(document['model'])}, not fitted yet", soft_wrap=True)
+    console.print(f"model now: {model_in_words(result.model)}, not fitted yet", soft_wrap=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, NoUpdate
 from stiffcal.cli.tables import plain_table
@@ -15,6 +15,8 @@ from stiffcal.cli.wording import places, share, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.validation.compare_result import CompareResult
 
 
 def compare(
@@ -34,32 +36,32 @@ def compare(
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(update=not no_update, progress=answer.progress, say=answer.say)
-        document = compare_campaigns(before, after, context)
-        answer.give(document, show_comparison, command_line("report", after))
+        result = compare_campaigns(before, after, context)
+        answer.give(result, show_comparison, command_line("report", after))
     return OK
 
 
-def show_comparison(console: Console, document: Document) -> None:
+def show_comparison(console: Console, result: CompareResult) -> None:
     """Draw both values of each parameter, the change and its probability."""
     table = plain_table("effect", "place", "parameter", "before>", "after>", "change>", "p>", "")
-    for row in document["parameters"]:
-        stiff = row["before"].get("stiffness") is not None and row["after"].get("stiffness") is not None
-        key, unit = ("stiffness", "N·m/rad") if stiff and row["unit"] == "rad/(N·m)" else ("value", row["unit"])
-        one, other = row["before"][key], row["after"][key]
-        change = (other - one) / one if one and other is not None else None
+    for row in result.parameters:
+        symbol, unit = row.name.rsplit(".", 1)[1], row.unit
+        before, after = row.before.value, row.after.value
+        stiffness = row.before.known_stiffness, row.after.known_stiffness
+        if unit == "rad/(N·m)" and None not in stiffness:
+            symbol, unit, (before, after) = "stiffness", "N·m/rad", stiffness
         table.add_row(
-            row["effect"],
-            places(row["where"]),
-            "stiffness" if key == "stiffness" else row["name"].rsplit(".", 1)[1],
-            significant(one),
-            f"{significant(other)} {unit}",
-            share(change),
-            significant(row["p_value"], 2),
-            "changed" if row["name"] in document["changed"] else "",
+            row.effect,
+            places(row.where),
+            symbol,
+            significant(before),
+            f"{significant(after)} {unit}",
+            share((after - before) / before if before and after is not None else None),
+            significant(row.p_value, 2),
+            "changed" if row.name in result.changed else "",
         )
     console.print(table)
-    together = document["p_value_all"]
-    if together is not None:
-        console.print(f"all together: p = {significant(together, 2)} for so much change by chance")
-    if not document["changed"]:
+    if result.p_value_all is not None:
+        console.print(f"all together: p = {significant(result.p_value_all, 2)} for so much change by chance")
+    if not result.changed:
         console.print("no parameter has changed beyond what chance makes")

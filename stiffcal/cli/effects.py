@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import textwrap
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Output
 from stiffcal.cli.tables import plain_table
@@ -16,6 +17,8 @@ from stiffcal.errors import InputError
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.workflow.command_results import EffectDescription, EffectsResult
 
 
 PLACES = {
@@ -52,30 +55,30 @@ def effects(
 
         if output is not None and name is None:
             raise InputError.at("command line", "-o", "a picture is of one effect", "name it: effects NAME -o FILE")
-        document = describe_effects(name)
+        result = describe_effects(name)
         if name is None:
-            answer.give(document, show_catalogue, "stiffcal effects joint-compliance")
+            answer.give(result, show_catalogue, "stiffcal effects joint-compliance")
             return OK
         from stiffcal.workflow.effect_pictures import draw_effect, sketch_effect
 
-        document |= {"sketch": sketch_effect(name)}
+        result = replace(result, sketch=sketch_effect(name))
         if output is not None:
-            document |= {"picture": str(output), "drawn": draw_effect(name, output)}
-        answer.give(document, show_effect, command_line("add", HERE, ".", name, "--all"))
+            result = replace(result, picture=str(output), drawn=draw_effect(name, output))
+        answer.give(result, show_effect, command_line("add", HERE, ".", name, "--all"))
     return OK
 
 
-def show_catalogue(console: Console, document: Document) -> None:
+def show_catalogue(console: Console, result: EffectsResult) -> None:
     """Draw the list."""
     table = plain_table("name", "place", "what it is")
-    for effect in document["effects"]:
-        table.add_row(effect["name"], effect["place"], effect["summary"])
+    for effect in result.effects:
+        table.add_row(effect.name, effect.place, effect.summary)
     console.print(table)
 
 
-def show_effect(console: Console, document: Document) -> None:
+def show_effect(console: Console, result: EffectsResult) -> None:
     """Write one effect as a page of a textbook."""
-    (effect,) = document["effects"]
+    (effect,) = result.effects
     width = min(console.width, WIDEST)
 
     def heading(text: str) -> None:
@@ -87,8 +90,8 @@ def show_effect(console: Console, document: Document) -> None:
         )
         console.print(filled, soft_wrap=True, markup=False, highlight=False)
 
-    console.print(f"{effect['name']}: {effect['summary']}", style="bold", soft_wrap=True, markup=False, highlight=False)
-    for title, text in sections_of(effect["physics"]):
+    console.print(f"{effect.name}: {effect.summary}", style="bold", soft_wrap=True, markup=False, highlight=False)
+    for title, text in sections_of(effect.physics):
         heading(title)
         equation, separator, words = text.partition(", with ")
         if title == HEADINGS["law"] and separator and len(equation) < width - 10:
@@ -96,26 +99,26 @@ def show_effect(console: Console, document: Document) -> None:
             text = f"with {words}"
         body(text)
     heading("Places")
-    words, option = PLACES.get(effect["place"], (effect["place"], ""))
-    body(f"{words}; {ACTS.get(effect['kind'], effect['kind'])}")
-    body(f"stiffcal add DIR {effect['name']} {option}".rstrip(), " " * 6)
-    if effect["parameters"]:
+    words, option = PLACES.get(effect.place, (effect.place, ""))
+    body(f"{words}; {ACTS.get(effect.kind, effect.kind)}")
+    body(f"stiffcal add DIR {effect.name} {option}".rstrip(), " " * 6)
+    if effect.parameters:
         heading("Parameters")
-    for parameter in effect["parameters"]:
-        body(f"{parameter['symbol']} [{parameter['unit']}]  {parameter['meaning']}", following=" " * 6)
-        low, high = (significant(bound) if bound is not None else "∞" for bound in parameter["bounds"])
-        low = "−∞" if parameter["bounds"][0] is None else low
-        body(f"possible {low} … {high}, typical {significant(parameter['typical'])}", " " * 6)
-        body(f"from: {parameter['source']}", " " * 6)
+    for parameter in effect.parameters:
+        body(f"{parameter.symbol} [{parameter.unit}]  {parameter.meaning}", following=" " * 6)
+        low, high = (significant(bound) if bound is not None else "∞" for bound in parameter.bounds)
+        low = "−∞" if parameter.bounds[0] is None else low
+        body(f"possible {low} … {high}, typical {significant(parameter.typical)}", " " * 6)
+        body(f"from: {parameter.source}", " " * 6)
     for title, text in _facts(effect):
         heading(title)
         body(text)
-    if document.get("sketch"):
+    if result.sketch:
         heading("Picture")
-        for line in document["sketch"]:
+        for line in result.sketch:
             console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
-    if "picture" in document:
-        body(f"{document['picture']}: {document['drawn']}")
+    if result.picture is not None:
+        body(f"{result.picture}: {result.drawn}")
 
 
 def sections_of(physics: str) -> list[tuple[str, str]]:
@@ -141,16 +144,16 @@ def sections_of(physics: str) -> list[tuple[str, str]]:
     return found
 
 
-def _facts(effect: Document) -> list[tuple[str, str]]:
+def _facts(effect: EffectDescription) -> list[tuple[str, str]]:
     """Return what else a page says, what is empty left out."""
-    included = ", ".join(effect["includes"])
-    excluded = ", ".join(effect["excludes"])
+    included = ", ".join(effect.includes)
+    excluded = ", ".join(effect.excludes)
     rows = (
-        ("Needs", "; ".join(effect["needs"]) or "load states in several poses, nothing else"),
+        ("Needs", "; ".join(effect.needs) or "load states in several poses, nothing else"),
         ("Holds already", included and f"{included}: not beside it at the same place"),
         ("Not together with", excluded),
-        ("Fingerprint", effect["fingerprint"]),
-        ("Looks like", ", ".join(effect["looks_like"])),
-        ("How to check it on the machine", effect["check"]),
+        ("Fingerprint", effect.fingerprint),
+        ("Looks like", ", ".join(effect.looks_like)),
+        ("How to check it on the machine", effect.check),
     )
     return [(title, text) for title, text in rows if text]

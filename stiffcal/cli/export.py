@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.workflow.command_results import ExportResult
 
 
 def export(
@@ -40,11 +42,11 @@ def export(
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = export_campaign(folder, context, output, raw_text=raw_text)
-        answer.give(document, show_export, command_line("plot", folder, store=store))
+        result = export_campaign(folder, context, output, raw_text=raw_text)
+        answer.give(result, show_export, command_line("plot", folder, store=store))
     return OK
 
 
-def show_export(console: Console, document: Document) -> None:
+def show_export(console: Console, result: ExportResult) -> None:
     """Name the file and what is in it."""
-    console.print(f"wrote {document['file']}: {document['holds']}", soft_wrap=True)
+    console.print(f"wrote {result.file}: {result.holds}", soft_wrap=True)

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.workflow.command_results import InitResult
 
 MOST_GUESSES = 10
 
@@ -47,16 +49,16 @@ def init(
     with answering(as_json) as answer:
         from stiffcal.workflow.init import init_campaign
 
-        document = init_campaign(folder, kind=kind, tables=table or (), urdf=urdf, robot=robot)
-        answer.give(document, show_init, command_line("check", folder))
+        result = init_campaign(folder, kind=kind, tables=table or (), urdf=urdf, robot=robot)
+        answer.give(result, show_init, command_line("check", folder))
     return OK
 
 
-def show_init(console: Console, document: Document) -> None:
+def show_init(console: Console, result: InitResult) -> None:
     """Name the files that were written and the lines that were guessed."""
-    for file in document["files"]:
+    for file in result.files:
         console.print(f"wrote {file}", soft_wrap=True)
-    guessed = document["guessed"]
+    guessed = result.guessed
     if guessed:
         console.print("guessed, please look at these lines (`# ?`):")
         for line in guessed[:MOST_GUESSES]:

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.workflow.command_results import PlotResult
 
 
 def plot(
@@ -41,11 +43,11 @@ def plot(
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = plot_campaign(folder, context, output=output, run=run, against=against)
-        answer.give(document, show_plot, command_line("report", folder, store=store))
+        result = plot_campaign(folder, context, output=output, run=run, against=against)
+        answer.give(result, show_plot, command_line("report", folder, store=store))
     return OK
 
 
-def show_plot(console: Console, document: Document) -> None:
+def show_plot(console: Console, result: PlotResult) -> None:
     """Name the picture."""
-    console.print(f"drew {document['drawn']}: {document['file']}", soft_wrap=True)
+    console.print(f"drew {result.drawn}: {result.file}", soft_wrap=True)

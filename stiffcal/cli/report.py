@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.workflow.command_results import ReportResult
 
 
 def report(
@@ -28,11 +30,11 @@ def report(
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
-        document = report_campaign(folder, context, output=output)
-        answer.give(document, show_report, command_line("history", folder, store=store))
+        result = report_campaign(folder, context, output=output)
+        answer.give(result, show_report, command_line("history", folder, store=store))
     return OK
 
 
-def show_report(console: Console, document: Document) -> None:
+def show_report(console: Console, result: ReportResult) -> None:
     """Name the PDF."""
-    console.print(f"report: {document['file']}", soft_wrap=True)
+    console.print(f"report: {result.file}", soft_wrap=True)

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.workflow.command_results import SimulateResult
 
 
 def simulate(
@@ -38,11 +40,11 @@ def simulate(
     with answering(as_json) as answer:
         from stiffcal.workflow.simulate import simulate_campaign
 
-        document = simulate_campaign(source, out, seed=seed, progress=answer.progress)
-        answer.give(document, show_simulation, command_line("run", out))
+        result = simulate_campaign(source, out, seed=seed, progress=answer.progress)
+        answer.give(result, show_simulation, command_line("run", out))
     return OK
 
 
-def show_simulation(console: Console, document: Document) -> None:
+def show_simulation(console: Console, result: SimulateResult) -> None:
     """Name the folder and what is in it."""
-    console.print(f"wrote {len(document['files'])} files to {document['folder']}", soft_wrap=True)
+    console.print(f"wrote {len(result.files)} files to {result.folder}", soft_wrap=True)

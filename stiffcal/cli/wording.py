@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
+    from stiffcal.model.summary import Where
 
 NOT_KNOWN = "–"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -127,7 +128,7 @@ def interval(value: float | None, low: float | None, high: float | None) -> str:
     return f"{value / 10.0**exponent:.2f}{power} ± {significant(half / 10.0**exponent, 2)}{power}"
 
 
-def places(where: Mapping[str, Sequence[Any]]) -> str:
+def places(where: Where | Mapping[str, Sequence[Any]]) -> str:
     """Return a `where` in words.
 
     Examples

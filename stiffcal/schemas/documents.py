@@ -12,33 +12,44 @@ from stiffcal.compensation.compensate_result import CompensateResult
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
 from stiffcal.documents import schema_of
-from stiffcal.workflow.command_documents import Check, Edit, Effects, Init, Plot, Report, Run, Simulate, StatesExport
-from stiffcal.workflow.diagnosis_documents import Compare, Diagnose, Improve
-from stiffcal.workflow.documents import Error, History, Identify, Ingest, Validate
+from stiffcal.validation.compare_result import CompareResult
+from stiffcal.workflow.command_documents import Check, Run
+from stiffcal.workflow.command_results import (
+    EditResult,
+    EffectsResult,
+    ExportResult,
+    InitResult,
+    PlotResult,
+    ReportResult,
+    SimulateResult,
+)
+from stiffcal.workflow.diagnosis_documents import Diagnose, Improve
+from stiffcal.workflow.documents import Error, Identify, Ingest, Validate
+from stiffcal.workflow.history_results import HistoryResult
 from stiffcal.workflow.trust_documents import Trust
 
 DOCUMENTS: dict[str, Any] = {
     "identify": Identify,
     "validate": Validate,
-    "history": History,
+    "history": HistoryResult,
     "predict": PredictResult,
     "map": MapResult,
     "compensate": CompensateResult,
     "ingest": Ingest,
     "diagnose": Diagnose,
     "improve": Improve,
-    "compare": Compare,
+    "compare": CompareResult,
     "check": Check,
     "run": Run,
     "batch": Batch,
-    "report": Report,
-    "plot": Plot,
-    "export": StatesExport,
-    "edit": Edit,
+    "report": ReportResult,
+    "plot": PlotResult,
+    "export": ExportResult,
+    "edit": EditResult,
     "trust": Trust,
-    "effects": Effects,
-    "init": Init,
-    "simulate": Simulate,
+    "effects": EffectsResult,
+    "init": InitResult,
+    "simulate": SimulateResult,
     "error": Error,
 }
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from stiffcal.campaign.thresholds import ALL_JOINTS, Thresholds
 from stiffcal.validation.change import CHANCE, change_of
+from stiffcal.validation.compare_result import Change
 
 JOINT_STIFFNESS_UNIT = "N·m/rad"
 _COMPLIANCE_UNIT = "rad/(N·m)"
@@ -202,11 +203,11 @@ def _drifts(
         for parameter, joint, label in found
         if parameter["name"] in baseline.parameters and not parameter.get("fixed")
     ]
-    judged = sum(row["p_value"] is not None for _, _, row in shared)
+    judged = sum(change.p_value is not None for _, _, change in shared)
     checks = []
-    for joint, label, row in shared:
+    for joint, label, change in shared:
         limit = limits.max_drift.get(joint, limits.max_drift.get(ALL_JOINTS, 0.0))
-        checks.append(_drift(label, row, limit, judged, baseline.name))
+        checks.append(_drift(label, change, limit, judged, baseline.name))
     seen = {joint for joint, _, _ in shared}
     for joint in [name for name in joint_names if name not in seen and (name in limits.max_drift or not seen)]:
         says = f"{baseline.name} and this fit share no stiffness of {joint}: its drift cannot be judged"
@@ -221,16 +222,17 @@ def _drifts(
     return checks
 
 
-def _drift(joint: str, row: Document, limit: float, judged: int, name: str) -> Check:
-    before, after = row["before"].get("stiffness"), row["after"].get("stiffness")
+def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> Check:
+    before, after = change.before.known_stiffness, change.after.known_stiffness
     bound = f"max_drift = {100 * limit:.3g} %" if limit else "no drift beyond chance"
-    if not before or not after or row["p_value"] is None:
+    value, p_value, std = change.before.value, change.p_value, change.std
+    if not before or not after or not value or p_value is None or std is None:
         says = f"stiffness of {joint} is not known here or in {name}: {bound} cannot be judged"
         return Check("max_drift", joint, limit, None, "", None, says)
-    drift, chance = after / before - 1.0, min(float(row["p_value"]) * judged, 1.0)
+    drift, chance = after / before - 1.0, min(p_value * judged, 1.0)
     words = f"stiffness of {joint} is {100 * drift:+.3g} % against {name} ({after:.3g} and {before:.3g} N·m/rad)"
     # 1.96 standard uncertainties of the relative change: smaller drifts than this cannot be seen with these two fits.
-    blur = 1.96 * float(row["std"]) / abs(row["before"]["value"])
+    blur = 1.96 * std / abs(value)
     if abs(drift) > limit and chance < CHANCE:
         return Check("max_drift", joint, limit, drift, "", False, f"{words}, p = {chance:.1g}: above {bound}")
     if limit and blur > limit:

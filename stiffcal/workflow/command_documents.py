@@ -6,17 +6,8 @@ from typing import Any, Literal, NotRequired
 
 from typing_extensions import TypedDict
 
-from stiffcal.workflow.document_types import Model, Number, Origin
+from stiffcal.workflow.document_types import Number
 from stiffcal.workflow.link_documents import RodView
-
-
-class Init(TypedDict):
-    """Answer of ``init``: what was written, and the lines that were guessed."""
-
-    schema: Literal["stiffcal/init/1"]
-    warnings: list[str]
-    files: list[str]
-    guessed: list[str]
 
 
 class ColumnSeen(TypedDict):
@@ -85,87 +76,6 @@ class Check(TypedDict):
     joints: NotRequired[list[JointSeen]]
     rods: NotRequired[list[RodView]]
     proposals: NotRequired[list[ProposedSource]]
-
-
-class Edit(TypedDict):
-    """Answer of ``add`` and ``remove``: what changed in model.toml, and the model now."""
-
-    schema: Literal["stiffcal/edit/1"]
-    warnings: list[str]
-    changes: list[str]
-    model: Model
-
-
-class EffectParameter(TypedDict):
-    """A parameter of an effect."""
-
-    symbol: str
-    unit: str
-    meaning: str
-    bounds: list[Number]
-    typical: Number
-    source: str
-
-
-class EffectTold(TypedDict):
-    """An effect of the catalogue."""
-
-    name: str
-    place: str
-    summary: str
-    physics: str
-    parameters: list[EffectParameter]
-    needs: list[str]
-    fingerprint: str
-    looks_like: list[str]
-
-
-class Effects(TypedDict):
-    """Answer of ``effects``; for one effect that shows with its picture in letters, line by line."""
-
-    schema: Literal["stiffcal/effects/1"]
-    warnings: list[str]
-    effects: list[EffectTold]
-    sketch: NotRequired[list[str]]
-
-
-class Simulate(TypedDict):
-    """Answer of ``simulate``: the campaign folder that was written."""
-
-    schema: Literal["stiffcal/simulate-result/1"]
-    warnings: list[str]
-    folder: str
-    files: list[str]
-    seed: int
-    runs: list[str]
-    states: int
-
-
-class Plot(TypedDict):
-    """Answer of ``plot``: the picture's file and what it shows."""
-
-    schema: Literal["stiffcal/plot/1"]
-    warnings: list[str]
-    file: str
-    drawn: str
-
-
-class Report(TypedDict):
-    """Answer of ``report``: the PDF."""
-
-    schema: Literal["stiffcal/report/1"]
-    warnings: list[str]
-    file: str
-    origin: NotRequired[Origin]
-
-
-class StatesExport(TypedDict):
-    """Answer of ``export``: the file and what it holds."""
-
-    schema: Literal["stiffcal/export/1"]
-    warnings: list[str]
-    file: str
-    holds: str
 
 
 class Run(TypedDict):

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
+from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.store.origin import worst_of
 from stiffcal.validation.change import CHANCE, change_of
+from stiffcal.validation.compare_result import CompareResult
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import IDENTIFY, Document, RunContext, ingested
 
-SCHEMA = "stiffcal/compare/1"
 
-
-def compare_campaigns(before: Path, after: Path, context: RunContext | None = None) -> Document:
+def compare_campaigns(before: Path, after: Path, context: RunContext | None = None) -> CompareResult:
     """Compare two campaigns' fitted parameters.
 
     Parameters
@@ -25,11 +25,8 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
 
     Returns
     -------
-    dict
-        ``parameters``: for each that both models hold, both values with standard uncertainties, the change, its
-        standard uncertainty, and the two-sided probability of so large a change by chance; ``p_value_all`` for all of
-        them together (χ² with the covariances of both fits); ``changed``: names whose change has a family-wise p below
-        0.01; ``origin``: from whom the fits come, a stranger's where one of them is.
+    CompareResult
+        Each parameter that both models hold, and how surely it has changed.
 
     Raises
     ------
@@ -50,21 +47,19 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
     if not shared:
         reason = f"its model shares no parameter with that of {before}"
         raise InputError.at(str(after), "model.toml", reason, "fit both campaigns with one model")
-    rows = [change_of(first[name], second[name]) for name in shared]
-    judged = [row for row in rows if row["p_value"] is not None]
-    changed = [row["name"] for row in judged if float(row["p_value"]) * len(judged) < CHANCE]
-    return {
-        "schema": SCHEMA,
-        "warnings": _warnings(documents, before, after),
-        "before": str(before),
-        "after": str(after),
-        "parameters": rows,
-        "only_before": [name for name in first if name not in second],
-        "only_after": [name for name in second if name not in first],
-        "p_value_all": _together(documents),
-        "changed": changed,
-        "origin": worst_of(origins),
-    }
+    changes = [change_of(first[name], second[name]) for name in shared]
+    chances = {change.name: change.p_value for change in changes if change.p_value is not None}
+    return CompareResult(
+        warnings=_warnings(documents, before, after),
+        before=str(before),
+        after=str(after),
+        parameters=changes,
+        only_before=[name for name in first if name not in second],
+        only_after=[name for name in second if name not in first],
+        p_value_all=_together(documents),
+        changed=[name for name, p_value in chances.items() if p_value * len(chances) < CHANCE],
+        origin=cast(Origin, worst_of(origins)),
+    )
 
 
 def _together(documents: list[Document]) -> float | None:

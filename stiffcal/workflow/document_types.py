@@ -6,10 +6,12 @@ from typing import Literal, NotRequired
 
 from typing_extensions import TypedDict
 
+from stiffcal.documents import Origin
+
+__all__ = ["Origin"]
+
 Number = float | None
 Matrix = list[list[float]]
-Origin = Literal["own", "trusted place", "foreign"]
-"""From whom results come: the user's own runs, a place that the user trusts, or anybody else."""
 
 
 class Rms(TypedDict):

@@ -144,27 +144,6 @@ class Validate(TypedDict):
     origin: NotRequired[Origin]
 
 
-class HistoryEntry(TypedDict):
-    """A fit of the campaign; ``heldout_rms`` null until it is validated."""
-
-    id: str
-    time: str
-    model: Model
-    heldout_rms: Rms | None
-    fit_rms: Rms
-    noise: Rms | None
-    origin: NotRequired[Origin]
-
-
-class History(TypedDict):
-    """Answer of ``history``; ``not_fitted_yet`` is the present model where that is not the last one fitted."""
-
-    schema: Literal["stiffcal/history/1"]
-    warnings: list[str]
-    fits: list[HistoryEntry]
-    not_fitted_yet: NotRequired[Model]
-
-
 class Clock(TypedDict):
     """How far a source's clock is ahead of the first source's, s; null with a reason where no signal is shared.
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import InputError
+from stiffcal.workflow.command_results import EditResult
 from stiffcal.workflow.history import model_of
-from stiffcal.workflow.steps import Document
 
 if TYPE_CHECKING:
     from stiffcal.model.effect import Effect
@@ -24,7 +24,7 @@ def edit_model(
     where: Mapping[str, str | None] | None = None,
     everywhere: bool = False,
     curved: bool = False,
-) -> Document:
+) -> EditResult:
     """Add an effect to model.toml, or remove it; the user's comments stay.
 
     Parameters
@@ -38,8 +38,8 @@ def edit_model(
 
     Returns
     -------
-    dict
-        ``changes`` (lines in words) and ``model`` (what it holds now).
+    EditResult
+        What changed, and what the model holds now.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def edit_model(
         gone = remove_effect(campaign.folder, effect, **given, n_joints=n_joints)
         changes.append(f"removed {effect}: {', '.join(gone)}")
     model = load_campaign(campaign.folder, check_files=False).model
-    return {"schema": "stiffcal/edit/1", "warnings": [], "changes": changes, "model": model_of(model)}
+    return EditResult(warnings=[], changes=changes, model=model_of(model))
 
 
 def _bend(campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]) -> str:

@@ -1,18 +1,18 @@
-"""The catalogue of effects, as a document."""
+"""The catalogue of effects."""
 
 from __future__ import annotations
 
 import difflib
 import math
-from typing import Any
 
 from stiffcal.errors import InputError
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.effect import Effect
 from stiffcal.model.plugin_code import PluginCode
+from stiffcal.workflow.command_results import EffectDescription, EffectParameter, EffectsResult
 
 
-def describe_effects(name: str | None = None, plugins: PluginCode | None = None) -> dict[str, Any]:
+def describe_effects(name: str | None = None, plugins: PluginCode | None = None) -> EffectsResult:
     """Return what can be known of the effects that a model can hold.
 
     Parameters
@@ -26,8 +26,7 @@ def describe_effects(name: str | None = None, plugins: PluginCode | None = None)
 
     Examples
     --------
-    >>> document = describe_effects("joint-compliance")
-    >>> document["effects"][0]["parameters"][0]["unit"]
+    >>> describe_effects("joint-compliance").effects[0].parameters[0].unit
     'rad/(N·m)'
     """
     catalogue = find_effects(plugins)
@@ -39,35 +38,34 @@ def describe_effects(name: str | None = None, plugins: PluginCode | None = None)
         near = difflib.get_close_matches(name, catalogue, n=1)
         mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
         raise InputError.at("command line", "NAME", f"no effect is called {name}", mend)
-    return {"schema": "stiffcal/effects/1", "warnings": [], "effects": [_describe(effect) for effect in chosen]}
+    return EffectsResult(warnings=[], effects=[_describe(effect) for effect in chosen])
 
 
-def _describe(effect: Effect) -> dict[str, Any]:
-    parameters = [
-        {
-            "symbol": spec.symbol,
-            "unit": spec.unit,
-            "meaning": spec.meaning,
-            "bounds": [_finite(spec.lower), _finite(spec.upper)],
-            "typical": spec.typical,
-            "source": spec.source,
-        }
-        for spec in effect.parameters
-    ]
-    return {
-        "name": effect.name,
-        "place": {"setup": "set-up"}.get(effect.place_kind, effect.place_kind),
-        "kind": effect.kind.value,
-        "summary": effect.summary,
-        "physics": effect.describe(),
-        "parameters": parameters,
-        "needs": list(effect.needs),
-        "includes": list(effect.includes),
-        "excludes": list(effect.excludes),
-        "fingerprint": effect.fingerprint,
-        "looks_like": list(effect.looks_like),
-        "check": effect.how_to_check,
-    }
+def _describe(effect: Effect) -> EffectDescription:
+    return EffectDescription(
+        name=effect.name,
+        place={"setup": "set-up"}.get(effect.place_kind, effect.place_kind),
+        kind=effect.kind.value,
+        summary=effect.summary,
+        physics=effect.describe(),
+        parameters=[
+            EffectParameter(
+                symbol=spec.symbol,
+                unit=spec.unit,
+                meaning=spec.meaning,
+                bounds=[_finite(spec.lower), _finite(spec.upper)],
+                typical=spec.typical,
+                source=spec.source,
+            )
+            for spec in effect.parameters
+        ],
+        needs=list(effect.needs),
+        includes=list(effect.includes),
+        excludes=list(effect.excludes),
+        fingerprint=effect.fingerprint,
+        looks_like=list(effect.looks_like),
+        check=effect.how_to_check,
+    )
 
 
 def _finite(bound: float) -> float | None:

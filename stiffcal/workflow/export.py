@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError
 from stiffcal.files import replacing, write_whole
+from stiffcal.workflow.command_results import ExportResult
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import HELDOUT_STATES, Document, Ingested, RunContext, ingested
 from stiffcal.workflow.validate import validated
@@ -21,7 +22,7 @@ TABLES, MODELS = (".csv", ".parquet"), (".json", ".urdf")
 
 def export_campaign(
     folder: Path, context: RunContext | None = None, output: Path = Path("states.csv"), *, raw_text: bool = False
-) -> Document:
+) -> ExportResult:
     """Write a campaign's states or model to a file, whose ending says which.
 
     Parameters
@@ -34,8 +35,8 @@ def export_campaign(
 
     Returns
     -------
-    dict
-        ``file`` and ``holds`` (what is in it, in words).
+    ExportResult
+        The file, and what is in it.
 
     Raises
     ------
@@ -63,7 +64,7 @@ def export_campaign(
 
         write_whole(output, urdf_text(data.campaign, identified))
         holds = f"the robot as URDF with the joint stiffness of fit {identified['fit_id']}"
-    return {"schema": "stiffcal/export/1", "warnings": [], "file": str(output), "holds": holds}
+    return ExportResult(warnings=[], file=str(output), holds=holds)
 
 
 def states_with_residuals(data: Ingested) -> pa.Table:

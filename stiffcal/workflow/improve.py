@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from stiffcal.documents import document_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.steps import Document, RunContext
@@ -152,4 +153,4 @@ def _present_model(folder: Path, context: RunContext) -> Document:
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.workflow.history import model_of
 
-    return model_of(load_campaign(Path(folder), check_files=False).model)
+    return document_of(model_of(load_campaign(Path(folder), check_files=False).model))

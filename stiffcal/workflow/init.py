@@ -11,7 +11,7 @@ from pathlib import Path
 from stiffcal.campaign.reach import check_given
 from stiffcal.errors import InputError
 from stiffcal.files import is_given
-from stiffcal.workflow.steps import Document
+from stiffcal.workflow.command_results import InitResult
 
 
 def init_campaign(
@@ -20,7 +20,7 @@ def init_campaign(
     tables: Sequence[Path] = (),
     urdf: Path | None = None,
     robot: str | None = None,
-) -> Document:
+) -> InitResult:
     """Write a campaign folder.
 
     Parameters
@@ -33,8 +33,8 @@ def init_campaign(
 
     Returns
     -------
-    dict
-        ``files`` (what was written) and ``guessed`` (the lines of campaign.toml to look at).
+    InitResult
+        What was written, and the lines of campaign.toml to look at.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def init_campaign(
         written, guessed = proposal.files, list(proposal.guessed)
         unused = [f"nothing was seen in column {name}: it is not used" for name in proposal.unused]
     files = [str(file) for file in written]
-    return {"schema": "stiffcal/init/1", "warnings": unused, "files": files, "guessed": guessed}
+    return InitResult(warnings=unused, files=files, guessed=guessed)
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.errors import InputError
+from stiffcal.workflow.command_results import PlotResult
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested
 from stiffcal.workflow.validate import validated
@@ -28,7 +29,7 @@ def plot_campaign(
     output: Path | None = None,
     run: str | None = None,
     against: str | None = None,
-) -> Document:
+) -> PlotResult:
     """Draw one picture of a campaign.
 
     Parameters
@@ -43,8 +44,8 @@ def plot_campaign(
 
     Returns
     -------
-    dict
-        ``file`` and ``drawn`` (what is in it, in words).
+    PlotResult
+        The picture's file, and what is in it.
 
     Raises
     ------
@@ -68,11 +69,11 @@ def plot_campaign(
     if len(data.states) == 0 and against is None and clamped_runs(data):
         figure, drawn = _clamped(data, identified, run)
         save_figure(figure, file)
-        return {"schema": "stiffcal/plot/1", "warnings": [], "file": str(file), "drawn": drawn}
+        return PlotResult(warnings=[], file=str(file), drawn=drawn)
     if (against or "").partition(":")[0] == "velocity" or (len(data.states) == 0 and against is None):
         figure, drawn = _friction(data, identified, against or "velocity")
         save_figure(figure, file)
-        return {"schema": "stiffcal/plot/1", "warnings": [], "file": str(file), "drawn": drawn}
+        return PlotResult(warnings=[], file=str(file), drawn=drawn)
     if len(data.states) == 0:
         mend = "choose velocity, or velocity:2 for one joint"
         raise InputError.at("command line", "--against", "the campaign holds no load states", mend)
@@ -92,7 +93,7 @@ def plot_campaign(
         figure = draw_residual_against(shown, [driver], noise)
         drawn = f"residual against {driver.name}" + (f" in run {run}" if run else "")
     save_figure(figure, file)
-    return {"schema": "stiffcal/plot/1", "warnings": [], "file": str(file), "drawn": drawn}
+    return PlotResult(warnings=[], file=str(file), drawn=drawn)
 
 
 def clamped_runs(data: Ingested) -> list[str]:

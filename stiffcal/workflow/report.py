@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stiffcal.documents import document_of
+from stiffcal.workflow.command_results import ReportResult
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import IDENTIFY, Document, RunContext, ingested
+from stiffcal.workflow.steps import IDENTIFY, RunContext, ingested
 from stiffcal.workflow.validate import validated
 
 
-def report_campaign(folder: Path, context: RunContext | None = None, output: Path | None = None) -> Document:
+def report_campaign(folder: Path, context: RunContext | None = None, output: Path | None = None) -> ReportResult:
     """Write the report of a campaign.
 
     Parameters
@@ -21,8 +23,8 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
 
     Returns
     -------
-    dict
-        ``file``, the PDF.
+    ReportResult
+        The PDF.
 
     Raises
     ------
@@ -39,6 +41,6 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
     file = output or data.campaign.folder / "report.pdf"
     context.progress("gathering the results", None)
     identified = identified | {"origin": data.store.origin_of(IDENTIFY)}
-    content = report_content(data, identified, validation, read_history(folder, context))
+    content = report_content(data, identified, validation, document_of(read_history(folder, context)))
     build_report(content, file, context.progress)
-    return {"schema": "stiffcal/report/1", "warnings": [], "file": str(file), "origin": identified["origin"]}
+    return ReportResult(warnings=[], file=str(file), origin=identified["origin"])

@@ -39,6 +39,6 @@ def run_campaign(folder: Path, context: RunContext | None = None) -> Document:
         "identify": identified,
         "validate": validation,
         "diagnose": diagnosis,
-        "report": report["file"],
+        "report": report.file,
         "passed": validation["passed"],
     }

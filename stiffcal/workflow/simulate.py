@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from stiffcal.errors import Progress, no_progress
-from stiffcal.workflow.steps import Document
+from stiffcal.workflow.command_results import SimulateResult
 
 
-def simulate_campaign(folder: Path, out: Path, seed: int | None = None, progress: Progress = no_progress) -> Document:
+def simulate_campaign(
+    folder: Path, out: Path, seed: int | None = None, progress: Progress = no_progress
+) -> SimulateResult:
     """Write raw logs of the robot and model of a campaign, with the sensors of its simulate.toml.
 
     Parameters
@@ -20,8 +22,8 @@ def simulate_campaign(folder: Path, out: Path, seed: int | None = None, progress
 
     Returns
     -------
-    dict
-        ``folder``, ``files``, ``seed``, ``runs``, ``states``.
+    SimulateResult
+        What was written.
 
     Raises
     ------
@@ -34,4 +36,4 @@ def simulate_campaign(folder: Path, out: Path, seed: int | None = None, progress
     campaign = load_campaign(Path(folder), check_files=False)
     found = play(campaign, load_settings(Path(folder)), Path(out), seed, progress)
     kept = {name: value for name, value in found.items() if name != "truth"}
-    return {"schema": "stiffcal/simulate-result/1", "warnings": [], **kept}
+    return SimulateResult(warnings=[], **kept)

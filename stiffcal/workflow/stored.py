@@ -10,7 +10,7 @@ import json
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from stiffcal.documents import result_of
+from stiffcal.documents import Result, result_of
 from stiffcal.store.index import OWN, check_version
 from stiffcal.store.origin import ENTRY_LISTS, damaged
 
@@ -64,7 +64,7 @@ def checked(snapshot: Snapshot, name: str) -> Document:
         kind, schema = _document_types().get(name, (None, ""))
         check_version(document.get("schema"), schema, snapshot.shown, name)
         if kind is not None:
-            _check(kind, document, snapshot.shown, name)
+            result_from(kind, document, snapshot.shown, name)
     return document
 
 
@@ -89,11 +89,21 @@ def _has_shape(name: str, row: Document) -> bool:
     return name != "history" or FIT_ID.fullmatch(row["id"]) is not None
 
 
-def _check(kind: Any, document: Document, shown: str, name: str) -> None:
+def result_from(kind: type[Result], document: Document, shown: str, name: str) -> Result:
+    """Return what a document of a store holds.
+
+    Parameters
+    ----------
+    kind : of the result. document : as it was read. shown, name : of the store and of the document, for the error.
+
+    Raises
+    ------
+    DamagedError : the document has another shape.
+    """
     from pydantic import ValidationError
 
     try:
-        result_of(kind, json.dumps(document))
+        return result_of(kind, json.dumps(document))
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         place = ".".join(str(part) for part in first["loc"])
@@ -122,5 +132,6 @@ def _document_types() -> dict[str, tuple[Any, str]]:
 def _entry_types() -> dict[str, Any]:
     from stiffcal.compensation.predict_result import LoadPath
     from stiffcal.workflow import stored_types as types
+    from stiffcal.workflow.history_results import StoredFit
 
-    return {"history": types.StoredFit, "load_paths": LoadPath, "diagnoses": types.EarlierDiagnosis}
+    return {"history": StoredFit, "load_paths": LoadPath, "diagnoses": types.EarlierDiagnosis}

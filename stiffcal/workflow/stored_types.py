@@ -7,7 +7,7 @@ from typing import Any, Literal, NotRequired
 from typing_extensions import TypedDict
 
 from stiffcal.workflow.diagnosis_documents import Diagnose, Missing
-from stiffcal.workflow.document_types import Model, Number, Rms
+from stiffcal.workflow.document_types import Number, Rms
 from stiffcal.workflow.documents import Identify, Ingest, Validate
 
 __all__ = ["Ingest"]
@@ -63,20 +63,6 @@ class ReportMade(TypedDict):
 
     key: str
     sha256: str
-
-
-class StoredFit(TypedDict):
-    """A fit of the history, with the text of its model file."""
-
-    id: str
-    time: str
-    model: Model
-    heldout_rms: Rms | None
-    fit_rms: Rms
-    noise: Rms | None
-    loss: Literal["linear", "huber"]
-    key: str
-    model_text: str
 
 
 class EarlierDiagnosis(TypedDict):

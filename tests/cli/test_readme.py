@@ -26,7 +26,7 @@ def rows_of(title: str) -> list[list[str]]:
 
 def test_every_effect_is_listed_as_the_catalogue_has_it() -> None:
     listed = {row[0].strip("`"): (row[1], row[2]) for row in rows_of("Effects")[2:]}
-    found = {one["name"]: (one["place"], one["summary"]) for one in describe_effects()["effects"]}
+    found = {effect.name: (effect.place, effect.summary) for effect in describe_effects().effects}
     assert listed == found
 
 

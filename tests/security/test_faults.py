@@ -318,7 +318,7 @@ def test_campaigns_whose_models_hold_nothing_free_are_compared(tmp_path: Path) -
     values = ", ".join(f'"joint-compliance.j{k}.c" = {{ value = 2e-6, fixed = true }}' for k in range(1, 7))
     model = (folder / "model.toml").read_text(encoding="utf-8")
     (folder / "model.toml").write_text(model + f"parameters = {{ {values} }}\n", encoding="utf-8")
-    assert compare_campaigns(folder, folder)["p_value_all"] is None
+    assert compare_campaigns(folder, folder).p_value_all is None
 
 
 @pytest.mark.parametrize("value", [5e-324, -5e-324, 2.5e-310, 1e-300, 1.7e308, 1e25])

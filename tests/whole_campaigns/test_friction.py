@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 
 from stiffcal.cli.app import main
+from stiffcal.documents import document_of
 from stiffcal.effects.joint_friction import JointFriction
 from stiffcal.report.building import lay_out
 from stiffcal.workflow.history import read_history
@@ -125,7 +126,9 @@ def test_pages_on_friction(made: Path) -> None:
     means = RunContext()
     data = ingested(made, means)
     identified = fitted(data, means)
-    content = report_content(data, identified, validated(data, identified, means), read_history(made, means))
+    content = report_content(
+        data, identified, validated(data, identified, means), document_of(read_history(made, means))
+    )
     assert [curve.joint for curve in content.extra["friction"]] == ["A1", "A2"]
     sections = {one.title: one for one in lay_out(content)}
     assert "Friction of the drives" in sections

@@ -15,6 +15,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.report.blocks import Items, Picture
 from stiffcal.report.building import lay_out
@@ -90,7 +91,9 @@ def joint_of(document: dict[str, Any], joint: int) -> dict[str, Any]:
 def content_of(folder: Path) -> ReportContent:
     data = ingested(folder, RunContext())
     told = fitted(data, RunContext())
-    return report_content(data, told, validated(data, told, RunContext()), read_history(folder, RunContext()))
+    return report_content(
+        data, told, validated(data, told, RunContext()), document_of(read_history(folder, RunContext()))
+    )
 
 
 def values(document: dict[str, Any]) -> dict[str, dict[str, Any]]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects
@@ -15,7 +16,7 @@ from stiffcal.workflow.edit_model import edit_model
 
 def test_remove_and_add_back_keeps_comments(campaign: Path) -> None:
     edit_model(campaign, "remove", "joint-compliance", where={"joints": "A2,6"})
-    document = edit_model(campaign, "add", "joint-compliance", where={"joints": "2,A6"})
+    document = document_of(edit_model(campaign, "add", "joint-compliance", where={"joints": "2,A6"}))
     (effect,) = document["model"]["effects"]
     assert sorted(effect["joints"]) == [1, 2, 3, 4, 5, 6]
     text = (campaign / "model.toml").read_text()
@@ -25,13 +26,13 @@ def test_remove_and_add_back_keeps_comments(campaign: Path) -> None:
 
 def test_all_adds_every_place(campaign: Path) -> None:
     edit_model(campaign, "remove", "joint-compliance", where={"joints": "1,2,3"})
-    document = edit_model(campaign, "add", "joint-compliance", everywhere=True)
+    document = document_of(edit_model(campaign, "add", "joint-compliance", everywhere=True))
     assert document["changes"] == ["added joint-compliance: j1, j2, j3"]
 
 
 def test_adding_what_is_there_changes_nothing(campaign: Path) -> None:
     before = (campaign / "model.toml").read_text()
-    document = edit_model(campaign, "add", "joint-compliance", where={"joints": "1"})
+    document = document_of(edit_model(campaign, "add", "joint-compliance", where={"joints": "1"}))
     assert "nothing changed" in document["changes"][0]
     assert (campaign / "model.toml").read_text() == before
 
@@ -60,7 +61,7 @@ def test_removing_what_is_not_there(campaign: Path) -> None:
 
 def test_springs_made_curved(campaign: Path) -> None:
     edit_model(campaign, "add", "bearing-tilt", where={"joints": "2,3"})
-    document = edit_model(campaign, "add", "bearing-tilt", where={"joints": "3,4"}, curved=True)
+    document = document_of(edit_model(campaign, "add", "bearing-tilt", where={"joints": "3,4"}, curved=True))
     assert document["changes"] == ["added bearing-tilt: j4", "curved: j3, j4"]
     loaded = load_campaign(campaign, check_files=False)
     robot = compliant_robot(loaded.chain, loaded.model, find_effects())
@@ -68,7 +69,7 @@ def test_springs_made_curved(campaign: Path) -> None:
     assert symbols == {"j2": ["x", "y"], "j3": ["x", "x2", "x3", "y", "y2", "y3"], "j4": symbols["j3"]}
     assert (
         "nothing changed"
-        in edit_model(campaign, "add", "bearing-tilt", where={"joints": "3"}, curved=True)["changes"][0]
+        in document_of(edit_model(campaign, "add", "bearing-tilt", where={"joints": "3"}, curved=True))["changes"][0]
     )
     edit_model(campaign, "remove", "bearing-tilt", where={"joints": "3"})
     assert "bearing-tilt.j3" not in (campaign / "model.toml").read_text()

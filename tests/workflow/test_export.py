@@ -89,7 +89,7 @@ def test_unknown_ending_and_missing_folder(campaign: Path) -> None:
 )
 def test_plots(campaign: Path, run: str | None, against: str | None, drawn: str) -> None:
     file = campaign / "plot.svg"
-    assert plot_campaign(campaign, output=file, run=run, against=against)["drawn"] == drawn
+    assert plot_campaign(campaign, output=file, run=run, against=against).drawn == drawn
     assert file.read_text(encoding="utf-8").rstrip().endswith("</svg>")
 
 
@@ -110,7 +110,7 @@ def test_plots_that_cannot_be(campaign: Path, run: str | None, against: str | No
 def test_report_is_a_pdf_with_the_stiffness_table(campaign: Path) -> None:
     from pypdf import PdfReader
 
-    file = Path(report_campaign(campaign, RunContext(update=False))["file"])
+    file = Path(report_campaign(campaign, RunContext(update=False)).file)
     assert file == campaign / "report.pdf"
     text = "\n".join(page.extract_text() for page in PdfReader(file).pages)
     assert "medium six-axis" in text

@@ -6,15 +6,17 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.model.summary import EffectInModel, ModelSummary
 from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.history import read_history, restore_model, same_model
+from stiffcal.workflow.history import read_history, restore_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext
 
 
 def test_validate_completes_the_entry(campaign: Path) -> None:
-    (fit,) = read_history(campaign)["fits"]
+    (fit,) = document_of(read_history(campaign))["fits"]
     assert fit["id"] == "1"
     assert fit["heldout_rms"]["translation"] > fit["fit_rms"]["translation"] > 0.0
     assert fit["model"]["effects"] == [{"type": "joint-compliance", "joints": [1, 2, 3, 4, 5, 6]}]
@@ -22,11 +24,11 @@ def test_validate_completes_the_entry(campaign: Path) -> None:
 
 def test_an_edited_model_is_not_fitted_yet(campaign: Path) -> None:
     edit_model(campaign, "remove", "joint-compliance", where={"joints": "6"})
-    document = read_history(campaign)
+    document = document_of(read_history(campaign))
     assert document["not_fitted_yet"]["effects"][0]["joints"] == [1, 2, 3, 4, 5]
     assert document["warnings"] == ["the model in model.toml is not fitted yet"]
     identify_campaign(campaign)
-    document = read_history(campaign)
+    document = document_of(read_history(campaign))
     assert "not_fitted_yet" not in document
     assert [fit["heldout_rms"] is None for fit in document["fits"]] == [False, True]
 
@@ -37,7 +39,7 @@ def test_restore_brings_the_model_back_with_its_comments(campaign: Path) -> None
     assert (campaign / "model.toml").read_text() != before
     restore_model(campaign, RunContext(), "1")
     assert (campaign / "model.toml").read_text() == before
-    assert "not_fitted_yet" not in read_history(campaign)
+    assert "not_fitted_yet" not in document_of(read_history(campaign))
 
 
 def test_restore_where_the_default_model_held(campaign: Path) -> None:
@@ -45,7 +47,7 @@ def test_restore_where_the_default_model_held(campaign: Path) -> None:
     identify_campaign(campaign)
     edit_model(campaign, "remove", "joint-compliance", where={"joints": "6"})
     identify_campaign(campaign)
-    restore_model(campaign, RunContext(), read_history(campaign)["fits"][0]["id"])
+    restore_model(campaign, RunContext(), document_of(read_history(campaign))["fits"][0]["id"])
     assert "joints" in (campaign / "model.toml").read_text()
 
 
@@ -55,7 +57,7 @@ def test_restore_of_an_unknown_fit(campaign: Path) -> None:
 
 
 def test_models_are_the_same_in_any_order() -> None:
-    one = {"balance": "deformed", "effects": [{"type": "a", "joints": [1, 2]}, {"type": "b", "pairs": [[5, 6]]}]}
-    other = {"balance": "deformed", "effects": [{"type": "b", "pairs": [[5, 6]]}, {"type": "a", "joints": [2, 1]}]}
-    assert same_model(one, other)
-    assert not same_model(one, other | {"balance": "first-order"})
+    backlash, drive = EffectInModel("a", joints=[1, 2]), EffectInModel("b", pairs=[[5, 6]])
+    first = ModelSummary("deformed", [backlash, drive])
+    assert first.same_as(ModelSummary("deformed", [drive, EffectInModel("a", joints=[2, 1])]))
+    assert not first.same_as(ModelSummary("first-order", [backlash, drive]))

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.store import Store
 from stiffcal.trust import record
@@ -32,7 +33,7 @@ def damage(folder: Path, name: str) -> None:
 
 
 def ids(folder: Path) -> list[str]:
-    return [fit["id"] for fit in read_history(folder)["fits"]]
+    return [fit["id"] for fit in document_of(read_history(folder))["fits"]]
 
 
 def forget_this_process() -> None:
@@ -60,7 +61,7 @@ def validated(made: Path, tmp_path: Path, state: Path) -> Path:
 def test_states_damaged_after_they_were_compared_are_made_again(
     validated: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    before = read_history(validated)["fits"]
+    before = document_of(read_history(validated))["fits"]
     true = freshness.freshness_of
 
     def damaged_afterwards(*given: Any) -> freshness.Freshness:
@@ -73,7 +74,7 @@ def test_states_damaged_after_they_were_compared_are_made_again(
     export_campaign(validated, RunContext(say=said.append), tmp_path / "states.parquet")
     assert said == [f"ingest first: the store is damaged: {name}"]
     assert name in Store(validated / "store").documents
-    assert read_history(validated)["fits"] == before
+    assert document_of(read_history(validated))["fits"] == before
 
 
 @pytest.mark.parametrize("name", ["provenance", "states"])
@@ -89,10 +90,10 @@ def test_a_store_without_a_part_that_all_have_is_made_again(validated: Path, nam
 
 
 def test_a_damaged_fit_is_made_again_as_the_same_entry(validated: Path) -> None:
-    before = read_history(validated)["fits"]
+    before = document_of(read_history(validated))["fits"]
     damage(validated, "identify")
     assert identify_campaign(validated)["fit_id"] == "1"
-    assert read_history(validated)["fits"] == before
+    assert document_of(read_history(validated))["fits"] == before
     assert before[0]["heldout_rms"] is not None
 
 
@@ -100,9 +101,9 @@ def test_the_model_of_an_earlier_fit_is_that_fit_again(validated: Path) -> None:
     edit_model(validated, "remove", "joint-compliance", where={"joints": "6"})
     assert identify_campaign(validated)["fit_id"] == "2"
     restore_model(validated, RunContext(), "1")
-    assert "not_fitted_yet" in read_history(validated)
+    assert "not_fitted_yet" in document_of(read_history(validated))
     assert identify_campaign(validated)["fit_id"] == "1"
-    assert "not_fitted_yet" not in read_history(validated)
+    assert "not_fitted_yet" not in document_of(read_history(validated))
     assert ids(validated) == ["1", "2"]
 
 
@@ -132,7 +133,7 @@ def test_what_the_record_cannot_take_is_known_to_the_next_command(
     said: list[str] = []
     assert identify_campaign(validated, RunContext(say=said.append))["fit_id"] == "2"
     assert said == ["nothing has changed since fit 2"]
-    assert [fit["origin"] for fit in read_history(validated)["fits"]] == ["own", "own"]
+    assert [fit["origin"] for fit in document_of(read_history(validated))["fits"]] == ["own", "own"]
     assert (state / "pending").exists()
     open_record().allow_plugin("0" * 64, "elsewhere")  # the record takes it now
     assert not (state / "pending").exists()

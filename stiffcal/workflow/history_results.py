@@ -1,0 +1,63 @@
+"""The fits of a campaign: as the store keeps them, and as `history` answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, OrAbsent, Origin
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import ModelSummary
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HistoryEntry:
+    """A fit of the campaign."""
+
+    id: str
+    """Its name."""
+    time: str
+    """UTC, ISO 8601."""
+    model: ModelSummary
+    """The model that was fitted."""
+    heldout_rms: Rms | None
+    """The error in runs that were left out of the fit; null until it is validated."""
+    fit_rms: Rms
+    """Of the residuals."""
+    noise: Rms | None
+    """What the instruments scatter, in the same measure; null where it is not known."""
+    loss: Annotated[Literal["linear", "huber"] | None, NOT_PROMISED] = None
+    """Of the least squares."""
+    origin: OrAbsent[Origin] = None
+    """From whom it comes."""
+    model_text: Annotated[str, NOT_IN_DOCUMENT] = ""
+    """The model file of that fit."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HistoryResult(CommandResult):
+    """Answer of ``history``."""
+
+    schema: Literal["stiffcal/history/1"] = "stiffcal/history/1"
+    fits: list[HistoryEntry]
+    """Oldest first."""
+    not_fitted_yet: OrAbsent[ModelSummary] = None
+    """The present model where that is not the last one fitted."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredFit:
+    """A fit as the store keeps it, with the text of its model file."""
+
+    id: str
+    time: str
+    model: ModelSummary
+    heldout_rms: Rms | None
+    fit_rms: Rms
+    noise: Rms | None
+    loss: Literal["linear", "huber"]
+    key: str
+    """A hash of all that went into it."""
+    model_text: str
+    """The model file, "" where there was none."""
+    origin: OrAbsent[Origin] = None
