@@ -10,9 +10,10 @@ import pytest
 
 from stiffcal.trust import notices
 from tests.laboratory.database import database
+from tests.laboratory.s3 import bucket
 from tests.laboratory.small_campaign import write_small_campaign
 
-__all__ = ["database"]
+__all__ = ["bucket", "database"]
 
 # A shell that starts the tests in the background has them ignore Ctrl-C, and every process that they start with them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

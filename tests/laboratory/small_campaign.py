@@ -11,6 +11,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.workflow.steps import placed_robot
+from tests.laboratory.robots import SIX_AXES
 
 STIFFNESS = (7.3e5, 4.9e5, 4.3e5, 6.0e4, 5.7e4, 1.7e4)  # N·m/rad
 NOISE_M = 10e-6
@@ -22,16 +23,6 @@ POSES_DEG = (
 )
 DIRECTIONS = ((1.0, 0.1, 0.0), (-0.1, 1.0, 0.05), (0.0, 0.1, 1.0))
 LEVELS = (0.0, 150.0, 300.0, 150.0, 0.0)
-
-JOINTS = (
-    # name, a, alpha, d, theta, mass, com
-    ("A1", 0.0, 0.0, 0.68, 0.0, 120.0, (0.1, 0.0, -0.1)),
-    ("A2", 0.2, -90.0, 0.0, 0.0, 90.0, (0.4, 0.0, 0.06)),
-    ("A3", 0.89, 0.0, 0.0, -90.0, 100.0, (0.08, 0.15, 0.0)),
-    ("A4", 0.15, -90.0, 0.88, 0.0, 30.0, (0.0, 0.0, -0.25)),
-    ("A5", 0.0, 90.0, 0.0, 0.0, 12.0, (0.0, 0.02, 0.0)),
-    ("A6", 0.0, -90.0, 0.0, 0.0, 6.0, (0.0, 0.0, 0.1)),
-)
 
 CAMPAIGN = """
 schema = "stiffcal/campaign/1"
@@ -71,10 +62,10 @@ joints = [1, 2, 3, 4, 5, 6]
 def robot_text() -> str:
     """Return robot.toml: a medium six-axis robot."""
     parts = ['schema = "stiffcal/robot/1"\nname = "medium six-axis"\nconvention = "modified-dh"\n']
-    for name, a, alpha, d, theta, mass, com in JOINTS:
-        link = f'link = {{ name = "link_{name}", mass_kg = {mass}, com_m = [{com[0]}, {com[1]}, {com[2]}] }}'
+    for number, (a, alpha, d, theta, mass, com) in enumerate(SIX_AXES, start=1):
+        link = f'link = {{ name = "link_A{number}", mass_kg = {mass}, com_m = [{com[0]}, {com[1]}, {com[2]}] }}'
         numbers = f"a_m = {a}\nalpha_deg = {alpha}\nd_m = {d}\ntheta_deg = {theta}"
-        parts.append(f'[[joints]]\nname = "{name}"\n{numbers}\n{link}\n')
+        parts.append(f'[[joints]]\nname = "A{number}"\n{numbers}\n{link}\n')
     return "\n".join(parts) + "\n[flange]\nxyz_m = [0.0, 0.0, 0.14]\n"
 
 

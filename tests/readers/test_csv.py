@@ -21,6 +21,7 @@ from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import csv as csv_module
 from stiffcal.readers.csv.lines import LogText
+from tests.laboratory.log_reading import read_columns, refusal
 
 READER = find_reader(Path("x.csv"))
 COLUMNS = ("t", "Fx", "Fy")
@@ -31,23 +32,11 @@ def read(content: bytes, wanted: Wanted = WANTED, name: str = "log.csv", **optio
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name
         path.write_bytes(content)
-        row = 1
-        columns: dict[str, list[Any]] = {column: [] for column in wanted.names}
-        for batch in READER.read_batches(path, options, wanted, name):
-            assert batch.first_row == row
-            row += len(batch)
-            for column in wanted.names:
-                columns[column].extend(batch.numbers.get(column, batch.texts.get(column, ())))
-        return {column: np.array(values) for column, values in columns.items()}
+        return read_columns(READER, path, options, wanted, name)
 
 
 def fault(content: bytes, wanted: Wanted = WANTED, **options: Any) -> str:
-    with pytest.raises(InputError) as caught:
-        read(content, wanted, **options)
-    text = str(caught.value)
-    assert "\n" not in text
-    assert text.startswith("log.csv: ")
-    return text.removeprefix("log.csv: ")
+    return refusal(lambda: read(content, wanted, **options), "log.csv").removeprefix("log.csv: ")
 
 
 PLAIN = b"t,Fx,Fy\n0.0,1.5,-2.25\n0.1,+3e2,4\n"

@@ -16,6 +16,7 @@ from stiffcal.errors import InputError
 from stiffcal.measurements import hdf5_heaps
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import hdf5 as hdf5_module
+from tests.laboratory.log_reading import read_columns, refusal
 
 READER = find_reader(Path("x.h5"))
 VALUES = np.random.default_rng(3).normal(size=(500, 3))
@@ -47,11 +48,7 @@ def records(file: h5py.File) -> None:
 
 
 def fault(path: Path, wanted: Wanted = WANTED, **options: Any) -> str:
-    with pytest.raises(InputError) as caught:
-        list(READER.read_batches(path, {"group": "/ids", **options}, wanted, "raw/ids.h5"))
-    text = str(caught.value)
-    assert text.startswith("raw/ids.h5: ")
-    return text
+    return refusal(lambda: read_columns(READER, path, {"group": "/ids", **options}, wanted, "raw/ids.h5"), "raw/ids.h5")
 
 
 @pytest.mark.parametrize("write", [columns, matrix, records])

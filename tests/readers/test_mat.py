@@ -13,6 +13,7 @@ from scipy.io import savemat
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import mat as mat_module
+from tests.laboratory.log_reading import read_columns, refusal
 
 READER = find_reader(Path("x.mat"))
 FORCE = np.sin(np.arange(1000) / 50.0)
@@ -67,18 +68,11 @@ WRITERS = pytest.mark.parametrize("write", [write5, write73], ids=["v5", "v7.3"]
 
 
 def read(path: Path, wanted: Wanted, **options: object) -> dict[str, Any]:
-    found: dict[str, list[Any]] = {name: [] for name in wanted.names}
-    for batch in READER.read_batches(path, options, wanted, "raw/log.mat"):
-        for name in wanted.names:
-            found[name].extend(batch.numbers.get(name, batch.texts.get(name, ())))
-    return {name: np.array(values) for name, values in found.items()}
+    return read_columns(READER, path, options, wanted, "raw/log.mat")
 
 
 def fault(path: Path, wanted: Wanted, **options: object) -> str:
-    with pytest.raises(InputError) as caught:
-        read(path, wanted, **options)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
+    return refusal(lambda: read(path, wanted, **options))
 
 
 @WRITERS

@@ -13,16 +13,13 @@ import pytest
 from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import parquet as parquet_module
+from tests.laboratory.log_reading import read_columns, refusal
 
 READER = find_reader(Path("x.parquet"))
 
 
 def fault(path: Path, wanted: Wanted) -> str:
-    with pytest.raises(InputError) as caught:
-        list(READER.read_batches(path, {}, wanted, "raw/ft.parquet"))
-    text = str(caught.value)
-    assert text.startswith("raw/ft.parquet: ")
-    return text
+    return refusal(lambda: read_columns(READER, path, {}, wanted, "raw/ft.parquet"), "raw/ft.parquet")
 
 
 def test_kinds_of_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import postgres as postgres_module
 from tests.laboratory.database import VARIABLE, VARIABLES, Database, trusting
+from tests.laboratory.log_reading import read_columns, refusal
 
 READER = find_reader(Path("x"), "postgres")
 NO_FILE = Path("nothing")
@@ -37,20 +37,12 @@ def filled(database: Database) -> Database:
 
 
 def read(options: dict[str, Any], wanted: Wanted) -> dict[str, Any]:
-    found: dict[str, list[Any]] = {name: [] for name in wanted.names}
     with trusting(options["from"]):
-        for batch in READER.read_batches(NO_FILE, {"uri_env": VARIABLE} | options, wanted):
-            assert batch.first_row == len(found[wanted.names[0]]) + 1
-            for name in wanted.names:
-                found[name].extend(batch.numbers.get(name, batch.texts.get(name, ())))
-    return {name: np.array(values) for name, values in found.items()}
+        return read_columns(READER, NO_FILE, {"uri_env": VARIABLE} | options, wanted)
 
 
 def fault(options: dict[str, Any], wanted: Wanted) -> str:
-    with pytest.raises(InputError) as caught:
-        read(options, wanted)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
+    return refusal(lambda: read(options, wanted))
 
 
 K = np.arange(1000)

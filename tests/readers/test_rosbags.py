@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.file_formats import format_names
-from stiffcal.errors import InputError
 from stiffcal.readers import Wanted, find_reader
 from stiffcal.readers import rosbag2 as bag_module
 from tests.laboratory.bags import joint_state, pose, transforms, wrench, write_bag
+from tests.laboratory.log_reading import read_columns, refusal
 
 START = 1_795_248_930_000_000_000
 MOMENTS = [START + k * 2_000_000 for k in range(250)]
@@ -42,19 +42,11 @@ def bag(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 
 
 def read(path: Path, wanted: Wanted, **options: object) -> dict[str, Any]:
-    found: dict[str, list[Any]] = {name: [] for name in wanted.names}
-    for batch in find_reader(path).read_batches(path, options, wanted, "raw/log"):
-        assert batch.first_row == len(found[wanted.names[0]]) + 1
-        for name in wanted.names:
-            found[name].extend(batch.numbers.get(name, batch.texts.get(name, ())))
-    return {name: np.array(values) for name, values in found.items()}
+    return read_columns(find_reader(path), path, options, wanted, "raw/log")
 
 
 def fault(path: Path, wanted: Wanted, **options: object) -> str:
-    with pytest.raises(InputError) as caught:
-        read(path, wanted, **options)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
+    return refusal(lambda: read(path, wanted, **options))
 
 
 def test_fields_by_path(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:

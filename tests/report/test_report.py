@@ -13,13 +13,11 @@ from pypdf.generic import ArrayObject, DictionaryObject
 
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.errors import InputError
-from stiffcal.report.blocks import Items, Picture
+from stiffcal.report.blocks import Picture
 from stiffcal.report.building import build_report, lay_out
 from stiffcal.report.content import Provenance, ReportContent, SourceFile
-from tests.laboratory import report_campaigns as practice
 from tests.laboratory.report_content import made_up_content
 
-needs_fanuc = pytest.mark.skipif(not practice.FANUC.is_dir(), reason="the FANUC measurements are not here")
 SPACES = re.compile(r"\s+")
 
 
@@ -196,30 +194,6 @@ def test_progress_runs_from_nought_to_one(tmp_path: Path) -> None:
     build_report(made_up_content(n_runs=1), tmp_path / "r.pdf", lambda _, share: told.append(share or 0.0))
     assert told == sorted(told)
     assert told[-1] == 1.0
-
-
-@needs_fanuc
-def test_fanuc_43_single_states(tmp_path: Path) -> None:
-    path = tmp_path / "fanuc.pdf"
-    build_report(practice.fanuc_content(), path)
-    text = text_of(path, pages=4)
-    for number in ("0.372 mm", "0.405 mm", "1.73 mm", "861 000", "2 720 000", "poorly known", "noise cannot be judged"):
-        assert number in text, number
-    assert "no curve against force can be drawn" in text
-    assert len(PdfReader(path).pages) <= 12
-
-
-@pytest.mark.parametrize("folder", ["01", "08"])
-def test_practice_campaigns_lay_out(folder: str) -> None:
-    content = practice.practice_content(folder, max_runs=5)
-    assert content.identify is not None
-    titles = [section.title for section in lay_out(content)]
-    assert titles[:2] == ["In short", "From no model to the noise: the ladder of fits"]
-    assert titles[2:4] == ["The campaign at a glance", "Stiffness"]
-    (left_out,) = [block for block in lay_out(content)[-1].blocks if isinstance(block, Items)]
-    # Only the pages of a diagnosis that was not made.
-    assert all("stiffcal diagnose" in text for text in left_out.texts)
-    assert len(content.identify["parameters"]) == len(content.joint_names)
 
 
 def test_the_ladder_ends_with_the_present_fit_where_an_earlier_model_was_restored() -> None:

@@ -4,49 +4,23 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import boto3
 import numpy as np
 import pytest
-from moto.server import ThreadedMotoServer
 
 from stiffcal.errors import InputError
 from stiffcal.store import Store
 from stiffcal.store import remote as remote_module
 from stiffcal.trust.record import open_record
-
-BUCKET = "lab"
-
-
-@pytest.fixture(scope="module")
-def bucket() -> Iterator[Any]:
-    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
-    server.start()
-    host, port = server.get_host_and_port()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("AWS_ENDPOINT_URL", f"http://{host}:{port}")
-        for key, value in {"REGION": "us-east-1", "ACCESS_KEY_ID": "one", "SECRET_ACCESS_KEY": "geheim"}.items():
-            patch.setenv(f"AWS_{key}", value)
-        patch.setenv("AWS_EC2_METADATA_DISABLED", "true")
-        client = boto3.client("s3", endpoint_url=f"http://{host}:{port}", region_name="us-east-1")
-        client.create_bucket(Bucket=BUCKET)
-        yield client
-        client.close()
-    server.stop()
+from tests.laboratory.s3 import BUCKET, elsewhere
 
 
 @pytest.fixture
 def address(request: pytest.FixtureRequest, bucket: Any, state: Path) -> str:
     return f"s3://{BUCKET}/{hashlib.sha256(request.node.name.encode()).hexdigest()}"
-
-
-def elsewhere(address: str) -> Store:
-    """The same store as another machine reads it: without what this process has fetched."""
-    remote_module._mirrors.clear()
-    return Store(address)
 
 
 def fill(store: Store, value: float = 1.0) -> None:

@@ -6,39 +6,18 @@ import json
 import multiprocessing
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import boto3
 import numpy as np
 import pytest
-from moto.server import ThreadedMotoServer
 
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.store import Store
 from stiffcal.store import remote as remote_module
+from tests.laboratory.s3 import BUCKET, elsewhere
 from tests.laboratory.small_campaign import write_small_campaign
-
-BUCKET = "lab"
-
-
-@pytest.fixture(scope="module")
-def bucket() -> Iterator[Any]:
-    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
-    server.start()
-    host, port = server.get_host_and_port()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("AWS_ENDPOINT_URL", f"http://{host}:{port}")
-        for key, value in {"REGION": "us-east-1", "ACCESS_KEY_ID": "one", "SECRET_ACCESS_KEY": "geheim"}.items():
-            patch.setenv(f"AWS_{key}", value)
-        patch.setenv("AWS_EC2_METADATA_DISABLED", "true")
-        client = boto3.client("s3", endpoint_url=f"http://{host}:{port}", region_name="us-east-1")
-        client.create_bucket(Bucket=BUCKET)
-        yield client
-        client.close()
-    server.stop()
 
 
 @pytest.fixture
@@ -51,12 +30,6 @@ def objects(bucket: Any, address: str) -> list[str]:
     found = bucket.list_objects_v2(Bucket=BUCKET, Prefix=prefix).get("Contents", [])
     names = [entry["Key"].removeprefix(prefix) for entry in found]
     return sorted(name for name in names if not name.endswith("/"))  # Arrow marks folders that have become empty
-
-
-def elsewhere(address: str) -> Store:
-    """The same store as another machine sees it: without what this process has fetched."""
-    remote_module._mirrors.clear()
-    return Store(address)
 
 
 def fill(store: Store, value: float, name: str = "fit") -> None:

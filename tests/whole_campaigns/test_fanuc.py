@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pypdf import PdfReader
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
@@ -41,6 +42,17 @@ def test_all_poses(fanuc: Path, command: Command) -> None:
     assert validation["scheme"] == "leave-one-pose-out"
     assert validation["rms"]["translation"] == pytest.approx(0.405e-3, abs=0.5e-6)
     assert validation["zero_model"]["translation"] == pytest.approx(1.725e-3, abs=0.5e-6)
+
+
+def test_the_report_of_single_states(fanuc: Path, command: Command) -> None:
+    """43 poses with one state each, whose noise nothing tells: no curve against force, and the numbers all the same."""
+    command("report", fanuc)
+    reader = PdfReader(fanuc / "report.pdf")
+    text = " ".join(" ".join(page.extract_text() for page in reader.pages).split())
+    for number in ("0.372 mm", "0.405 mm", "1.73 mm", "861 000", "2 720 000", "poorly known", "noise cannot be judged"):
+        assert number in text, number
+    assert "no curve against force can be drawn" in text
+    assert len(reader.pages) <= 20
 
 
 def test_published_values_without_the_five_poses(fanuc: Path, command: Command) -> None:

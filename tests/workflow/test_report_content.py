@@ -1,0 +1,40 @@
+"""What a report holds of a campaign: its pages in order, and every number of the fit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.report.blocks import Items
+from stiffcal.report.building import lay_out
+from stiffcal.workflow.history import read_history
+from stiffcal.workflow.identify import fitted
+from stiffcal.workflow.report_content import report_content
+from stiffcal.workflow.steps import RunContext, ingested
+from stiffcal.workflow.validate import validated
+from tests.laboratory.hidden_campaigns import copied
+
+
+@pytest.mark.parametrize("name", ["01", "08"])
+def test_a_campaign_without_a_diagnosis_lays_out(name: str, tmp_path: Path) -> None:
+    folder, context = copied(name, tmp_path), RunContext()
+    data = ingested(folder, context)
+    identified = fitted(data, context)
+    content = report_content(data, identified, validated(data, identified, context), read_history(folder, context))
+    titles = [section.title for section in lay_out(content)]
+    assert titles[:2] == ["In short", "From no model to the noise: the ladder of fits"]
+    assert titles[2:4] == ["The campaign at a glance", "Stiffness"]
+    (left_out,) = [block for block in lay_out(content)[-1].blocks if isinstance(block, Items)]
+    # the pages of a diagnosis that was not made, and a path of loads that nobody asked for
+    *of_diagnosis, path = left_out.texts
+    assert len(of_diagnosis) == 4
+    assert all("stiffcal diagnose" in text for text in of_diagnosis)
+    assert "stiffcal predict --load-path" in path
+    assert content.identify is not None
+    assert len(content.identify["parameters"]) == len(content.joint_names)
+    assert content.states is not None
+    assert np.isfinite(content.states.measured).all()
+    # positions alone in 08
+    assert content.states.measured.shape[1] == (6 if name == "01" else 3)
