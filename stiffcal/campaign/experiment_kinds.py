@@ -9,7 +9,7 @@ import importlib
 from pathlib import Path
 from typing import Protocol, cast
 
-from stiffcal.campaign.file_formats import module_names
+from stiffcal.campaign.found_modules import module_names
 from stiffcal.campaign.typed import Table
 
 EXPERIMENTS = "stiffcal.experiments"

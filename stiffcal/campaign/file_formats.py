@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
-import pkgutil
-import sys
 from collections.abc import Iterator
 from functools import cache, lru_cache
-from importlib.util import find_spec
 from pathlib import PurePosixPath
 from typing import Protocol, cast
 
+from stiffcal.campaign.found_modules import module_names
 from stiffcal.campaign.typed import Table
 from stiffcal.errors import InputError
 
@@ -107,29 +105,6 @@ def _format_of_endings(ending: str, inner: str, names: tuple[str, ...]) -> str |
 
 def _of_module(name: str) -> LogFormat:
     return cast(LogFormat, importlib.import_module(f"{READERS}.{name}").READER)
-
-
-def module_names(package: str, *, folders_alone: bool = False) -> tuple[str, ...]:
-    """Return the names of a package's modules, sorted; nothing is imported for them.
-
-    Parameters
-    ----------
-    package : its full name. folders_alone : leave out modules that are single files.
-    """
-    loaded = sys.modules.get(package)
-    return _names_in(tuple(loaded.__path__) if loaded is not None else _folders_of(package), folders_alone)
-
-
-@lru_cache(maxsize=64)  # a manifest of thousands of runs asks for each of them
-def _names_in(folders: tuple[str, ...], folders_alone: bool) -> tuple[str, ...]:
-    found = pkgutil.iter_modules(folders)
-    return tuple(sorted(module.name for module in found if module.ispkg or not folders_alone))
-
-
-@cache
-def _folders_of(package: str) -> tuple[str, ...]:
-    spec = find_spec(package)
-    return tuple(spec.submodule_search_locations or ()) if spec is not None else ()
 
 
 @cache

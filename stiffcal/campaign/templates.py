@@ -5,28 +5,41 @@ from __future__ import annotations
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal, TypeAlias, get_args
 
+from stiffcal.campaign.found_modules import package_folders
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import check_inside
 from stiffcal.errors import InputError
 from stiffcal.files import replacing, temporary_name, write_whole
 
-Kind: TypeAlias = Literal["load", "clamped", "ids", "friction"]
+EXPERIMENTS, TEMPLATE = "stiffcal.experiments", "template"
+"""The package of the kinds of experiment, and the folder in each that holds its template."""
 
 _HERE = Path(__file__).parent
 _RAW_NOTE = "Logs go here. stiffcal reads them and never changes them.\n"
 
 
-def template_text(kind: Kind) -> str:
-    """Return the commented campaign.toml of one kind of campaign.
+def template_kinds() -> tuple[str, ...]:
+    """Return the kinds of campaign that `write_template` knows, sorted; nothing is imported for them.
 
     Examples
     --------
-    >>> "A load campaign" in template_text("load")
+    >>> {"load", "ids", "clamped"} <= set(template_kinds())
     True
     """
-    return (_HERE / "template_files" / f"{kind}.toml").read_text(encoding="utf-8")
+    return tuple(sorted(_templates()))
+
+
+def _templates() -> dict[str, Path]:
+    """Return the folder of each kind's template: those of load campaigns, and those that experiments bring."""
+    folders = [*(_HERE / "template_files").iterdir()]
+    found = {folder.name: folder for folder in folders if folder.is_dir()}
+    for package in package_folders(EXPERIMENTS):
+        found |= {
+            manifest.parent.parent.name: manifest.parent
+            for manifest in Path(package).glob(f"*/{TEMPLATE}/{MANIFEST_FILE}")
+        }
+    return found
 
 
 def robot_template() -> str:
@@ -65,7 +78,7 @@ def write_template(folder: Path, kind: str) -> list[Path]:
 
     Parameters
     ----------
-    folder : made where it does not exist. kind : load, clamped, ids or friction.
+    folder : made where it does not exist. kind : one of `template_kinds`.
 
     Returns
     -------
@@ -77,14 +90,15 @@ def write_template(folder: Path, kind: str) -> list[Path]:
     InputError
         The kind is unknown, or the folder holds a campaign already: nothing is overwritten.
     """
-    for known in get_args(Kind):
-        if kind == known:
-            texts = {MANIFEST_FILE: template_text(known), "robot.toml": robot_template()}
-            for name in ("model", "simulate"):  # what else this kind has
-                file = _HERE / "template_files" / f"{kind}_{name}.toml"
-                texts |= {f"{name}.toml": file.read_text(encoding="utf-8")} if file.exists() else {}
-            return write_folder(folder, texts)
-    raise InputError.at("", "--kind", f'there is no kind "{kind}"', "use one of " + ", ".join(get_args(Kind)))
+    template = _templates().get(kind)
+    if template is None:
+        reason = f'there is no kind "{kind}"'
+        raise InputError.at("command line", "--kind", reason, "use one of " + ", ".join(template_kinds()))
+    texts = {MANIFEST_FILE: (template / MANIFEST_FILE).read_text(encoding="utf-8"), "robot.toml": robot_template()}
+    for name in ("model.toml", "simulate.toml"):  # what else this kind has
+        file = template / name
+        texts |= {name: file.read_text(encoding="utf-8")} if file.exists() else {}
+    return write_folder(folder, texts)
 
 
 def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path] | None = None) -> list[Path]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stiffcal.campaign.templates import template_kinds
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson
@@ -22,7 +23,11 @@ MOST_GUESSES = 10
 def init(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to make.")],
     kind: Annotated[
-        Literal["load", "clamped", "ids", "friction"] | None, typer.Option(help="What kind of campaign it is to be.")
+        str | None,
+        typer.Option(
+            metavar=f"<{'|'.join(template_kinds())}>",
+            help="What kind of campaign it is to be.",
+        ),
     ] = None,
     table: Annotated[
         list[Path] | None,

@@ -26,7 +26,7 @@ def init_campaign(
     Parameters
     ----------
     folder : where; it must not hold a campaign yet.
-    kind : "load", "clamped", "ids" or "friction": a commented folder of that kind. None without a table: "load".
+    kind : of the template: a commented folder of that kind. None without a table: "load".
     tables : propose the campaign from the headers and values of one table, or of several of equal length (angles in
         one, forces in another), instead.
     urdf, robot : with a table: the robot as URDF, or the name of a bundled one.

@@ -209,6 +209,14 @@ def test_the_json_schema_has_a_new_kind() -> None:
     assert not validator.is_valid(document)
 
 
+@pytest.mark.usefixtures("kind")
+def test_the_template_of_a_new_kind_is_written(tmp_path: Path, command: Command) -> None:
+    command("init", tmp_path / "c", "--kind", "probing")
+    assert (
+        (tmp_path / "c" / "campaign.toml").read_text(encoding="utf-8").startswith("# A campaign that touches a plate")
+    )
+
+
 def test_without_its_folder_the_kind_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = with_run(tmp_path / "c", 'experiment = "probing"', 'probing = { plate = "granite" }')
     lines = refusal(capsys, "check", folder).splitlines()
