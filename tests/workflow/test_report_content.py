@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.documents import document_of
 from stiffcal.report.blocks import Items
 from stiffcal.report.building import lay_out
 from stiffcal.workflow.history import read_history
@@ -22,7 +23,8 @@ def test_a_campaign_without_a_diagnosis_lays_out(name: str, tmp_path: Path) -> N
     folder, context = copied(name, tmp_path), RunContext()
     data = ingested(folder, context)
     identified = fitted(data, context)
-    content = report_content(data, identified, validated(data, identified, context), read_history(folder, context))
+    history = document_of(read_history(folder, context))
+    content = report_content(data, identified, validated(data, identified, context), history)
     titles = [section.title for section in lay_out(content)]
     assert titles[:2] == ["In short", "From no model to the noise: the ladder of fits"]
     assert titles[2:4] == ["The campaign at a glance", "Stiffness"]
