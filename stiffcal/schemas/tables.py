@@ -26,6 +26,7 @@ from stiffcal.experiments.friction_rows import steady_rows
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, Layout
 from stiffcal.identification.state_tables import observed_table
+from stiffcal.ingest.recording_tables import recording_table
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.markers import Markers
@@ -48,7 +49,6 @@ from stiffcal.schemas.table_columns import (
 from stiffcal.store import table_of
 from stiffcal.workflow.evidence import evidence_columns
 from stiffcal.workflow.friction_documents import friction_fit_columns
-from stiffcal.workflow.recording_tables import recording_table
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}

@@ -7,15 +7,15 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
+from stiffcal.ingest.proposals import propose_sources
 from stiffcal.planning.rod_views import rod_views
-from stiffcal.workflow.proposals import propose_sources
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.ingest.data_quality import DataQuality
+    from stiffcal.ingest.reducing import NonLoadRuns
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.reduction.plausibility import LogQuality
-    from stiffcal.workflow.data_quality import DataQuality
-    from stiffcal.workflow.reducing import NonLoadRuns
 
 SCHEMA = "stiffcal/check/1"
 
@@ -42,9 +42,9 @@ def check_campaign(
         With every fault of every file, each with file, line and column.
     """
     from stiffcal.campaign.loading import load_campaign
+    from stiffcal.ingest.data_quality import DataQuality, check_load_states
+    from stiffcal.ingest.reducing import NonLoadRuns, ReadingOptions, collect_raw_states, placed_states
     from stiffcal.reduction.outliers import reject_outliers
-    from stiffcal.workflow.data_quality import DataQuality, check_load_states
-    from stiffcal.workflow.reducing import NonLoadRuns, ReadingOptions, collect_raw_states, placed_states
 
     campaign = load_campaign(Path(folder), check_files=False)
     _check_run(campaign, run)

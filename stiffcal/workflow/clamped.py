@@ -16,6 +16,7 @@ from stiffcal.experiments.clamped_faults import loaded_words, why_no_sweep
 from stiffcal.experiments.clamped_joints import ClampedJoint, joints_of
 from stiffcal.experiments.saturation import find_saturation
 from stiffcal.identification.document import model_document
+from stiffcal.ingest.parts import CLAMPED
 from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
 from stiffcal.model.assembly import fixed_parameters
 from stiffcal.reduction.sweeps import cut_sweeps, moved_joint
@@ -30,7 +31,6 @@ from stiffcal.workflow.clamped_documents import (
     run_entry,
 )
 from stiffcal.workflow.experiments import ExperimentFit, ExperimentValidation
-from stiffcal.workflow.ingest import CLAMPED
 from stiffcal.workflow.steps import Document, Ingested, placed_robot
 
 if TYPE_CHECKING:

@@ -96,7 +96,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     """
     from stiffcal.campaign.frames import measurement_setup, resolve_frames
     from stiffcal.identification.document import values_of
-    from stiffcal.workflow.ingest import source_files
+    from stiffcal.ingest.sources import source_files
 
     robot = placed_robot(campaign)
     if not robot.placed:

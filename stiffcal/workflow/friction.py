@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.ingest.parts import FREE_MOTION, FRICTION
 from stiffcal.workflow.experiments import ExperimentFit, ExperimentValidation
 from stiffcal.workflow.friction_documents import (
     bearing_entries,
@@ -24,7 +25,6 @@ from stiffcal.workflow.friction_documents import (
     slice_entry,
     unknown_parameters,
 )
-from stiffcal.workflow.ingest import FREE_MOTION, FRICTION
 from stiffcal.workflow.steps import Document, Ingested, moving_effects
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.errors import InputError
 from stiffcal.files import write_whole
 from stiffcal.model.summary import EffectInModel, ModelSummary
+from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.history_results import HistoryEntry, HistoryResult, StoredFit
 from stiffcal.workflow.identify import NO_HISTORY
 from stiffcal.workflow.steps import HISTORY, IDENTIFY, RunContext, open_store, stored_document
-from stiffcal.workflow.stored import result_from
 
 if TYPE_CHECKING:
     from stiffcal.store import Store

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,8 +22,8 @@ from stiffcal.workflow.steps import (
     placed_robot,
     stored_document,
 )
+from stiffcal.workflow.stored import FIT_ID
 
-FIT_ID = re.compile(r"[1-9][0-9]{0,8}")
 CONFIRMED = ("model", "fit_rms", "noise", "loss", "model_text")
 """What of a foreign entry of the history must be equal to a fit of the user's own."""
 

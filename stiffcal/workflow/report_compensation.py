@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
 from stiffcal.files import read_regular
+from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tables import states_from_table
 from stiffcal.mechanics.kinematics import attached_poses
@@ -18,7 +19,6 @@ from stiffcal.reduction.commanded import compensated_states
 from stiffcal.report.compensation_content import ComparedPose, HalfRun, TimePair, Trace, WithAndWithout
 from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.store import values_of
-from stiffcal.workflow.recording_tables import recording_name
 from stiffcal.workflow.steps import INGEST, Ingested, stored_document
 
 Floats = NDArray[np.float64]

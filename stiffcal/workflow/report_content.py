@@ -19,6 +19,7 @@ from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.documents import result_of
 from stiffcal.files import read_regular
 from stiffcal.identification.state_tables import component_block, gauge_block
+from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
@@ -35,7 +36,6 @@ from stiffcal.report.content import (
 )
 from stiffcal.store import values_of
 from stiffcal.store.index import FOREIGN
-from stiffcal.workflow.recording_tables import recording_name
 from stiffcal.workflow.report_bodies import joint_pictures
 from stiffcal.workflow.report_clamped import clamped_curves
 from stiffcal.workflow.report_compensation import with_and_without

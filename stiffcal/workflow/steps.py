@@ -99,7 +99,7 @@ class Ingested:
         ------
         DamagedError : what was made from the logs has been damaged meanwhile; nothing is written then.
         """
-        from stiffcal.workflow.stored import is_needed
+        from stiffcal.ingest.parts import is_needed
 
         with self.store.begin(command) as writing:
             writing.origin, writing.needed = self.origin, is_needed
@@ -122,9 +122,9 @@ def open_store(folder: Path, context: RunContext) -> Store:
 
 def stored_document(store: Store, name: str) -> Document | None:
     """Return a document of the store, checked; None where there is none that can be used: it is computed again."""
+    from stiffcal.ingest.parts import NEEDED
     from stiffcal.store.index import DamagedError
     from stiffcal.trust.notices import notice
-    from stiffcal.workflow.stored import NEEDED
     from stiffcal.workflow.stored import stored_document as checked_document
 
     try:
@@ -145,11 +145,11 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
     ------
     InputError : the input is wrong, or a step is missing and ``context.update`` is False.
     """
+    from stiffcal.ingest.freshness import freshness_of, say_missing, without_damaged
+    from stiffcal.ingest.ingesting import ingest_now
     from stiffcal.reduction.commanded import without_commands
     from stiffcal.store.index import FOREIGN, OWN
     from stiffcal.trust.foreign_content import use_foreign_results
-    from stiffcal.workflow.freshness import freshness_of, say_missing, without_damaged
-    from stiffcal.workflow.ingest import ingest_now
 
     campaign = load_campaign(Path(folder), check_files=False)
     store = open_store(campaign.folder, context)

@@ -6,11 +6,11 @@ key by key. Of a document that grows entry by entry, an entry of the wrong shape
 
 from __future__ import annotations
 
-import json
+import re
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from stiffcal.documents import Result, result_of
+from stiffcal.store.document_shape import StoredProvenance, has_shape, result_from
 from stiffcal.store.index import OWN, check_version
 from stiffcal.store.origin import ENTRY_LISTS, damaged
 
@@ -19,26 +19,7 @@ if TYPE_CHECKING:
 
 Document = dict[str, Any]
 
-PROVENANCE = "provenance"
-NEEDED = ("states", "ingest", PROVENANCE, "clamped", "friction", "free_motion")
-"""Without these nothing can be shown: they are made from the logs, and all else from them."""
-_OF_EVERY_CAMPAIGN = ("states", "ingest", PROVENANCE)
-
-
-def is_needed(name: str) -> bool:
-    """Return whether a table or document is made from the logs alone: without it, they have to be read again.
-
-    Examples
-    --------
-    >>> is_needed("states"), is_needed("recordings/a/ft"), is_needed("validate")
-    (True, True, False)
-    """
-    return name in NEEDED or "/" in name
-
-
-def missing_parts(snapshot: Snapshot) -> list[str]:
-    """Return what every campaign's store holds once its logs are read, and this one does not."""
-    return [name for name in _OF_EVERY_CAMPAIGN if name not in (*snapshot.tables, *snapshot.documents)]
+FIT_ID = re.compile(r"[1-9][0-9]{0,8}")
 
 
 def stored_document(store: Store, name: str) -> Document | None:
@@ -78,36 +59,9 @@ def _checked_entries(snapshot: Snapshot, name: str, document: Document) -> Docum
 
 
 def _has_shape(name: str, row: Document) -> bool:
-    from pydantic import ValidationError
-
-    try:
-        result_of(_entry_types()[name], json.dumps(row))
-    except ValidationError:
+    if not has_shape(_entry_types()[name], row):
         return False
-    from stiffcal.workflow.identify import FIT_ID
-
     return name != "history" or FIT_ID.fullmatch(row["id"]) is not None
-
-
-def result_from(kind: type[Result], document: Document, shown: str, name: str) -> Result:
-    """Return what a document of a store holds.
-
-    Parameters
-    ----------
-    kind : of the result. document : as it was read. shown, name : of the store and of the document, for the error.
-
-    Raises
-    ------
-    DamagedError : the document has another shape.
-    """
-    from pydantic import ValidationError
-
-    try:
-        return result_of(kind, json.dumps(document))
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise damaged(shown, name, f"{place[:80]}: {first['msg'][:120]}") from None
 
 
 _SCHEMAS = {"history": "stiffcal/history/1", "load_paths": "stiffcal/load-paths/1"}
@@ -123,7 +77,7 @@ def _document_types() -> dict[str, tuple[Any, str]]:
         "validate": (types.StoredValidate, "stiffcal/validate/1"),
         "diagnose": (types.StoredDiagnose, "stiffcal/diagnose/1"),
         "ingest": (types.Ingest, "stiffcal/ingest/1"),
-        "provenance": (types.StoredProvenance, "stiffcal/provenance/1"),
+        "provenance": (StoredProvenance, "stiffcal/provenance/1"),
         "report": (types.ReportMade, "stiffcal/report-made/1"),
     }
 

@@ -38,26 +38,6 @@ class StoredDiagnose(Diagnose):
     evidence: list[dict[str, Any]]
 
 
-class StoredSource(TypedDict):
-    """A log as it was when it was read."""
-
-    file: str
-    bytes: int
-    modified_ns: int
-    sha256: str
-
-
-class StoredProvenance(TypedDict):
-    """What the states were made from."""
-
-    schema: Literal["stiffcal/provenance/1"]
-    created: str
-    command: str
-    sources: list[StoredSource]
-    settings: dict[str, Any]
-    versions: dict[str, str]
-
-
 class ReportMade(TypedDict):
     """Of which results the PDF is."""
 

@@ -149,12 +149,12 @@ def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds
     """Judge another campaign's fitted model on these data; nothing is stored."""
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.identification.document import model_document, values_of
+    from stiffcal.ingest.sources import source_files
     from stiffcal.store.index import FOREIGN
     from stiffcal.store.origin import worst_of
     from stiffcal.validation.document import validation_document
     from stiffcal.validation.heldout import residuals_of_model
     from stiffcal.validation.validate import validate_fit
-    from stiffcal.workflow.ingest import source_files
 
     campaign = load_campaign(other, check_files=False)
     store = open_store(other, RunContext())

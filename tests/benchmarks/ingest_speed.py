@@ -190,11 +190,6 @@ def run_once(name: str, log: Path) -> None:
     import pyarrow.csv
     import pyarrow.parquet
 
-    import stiffcal.readers.csv
-    import stiffcal.store
-    import stiffcal.workflow.ingest
-    import stiffcal.workflow.reducing  # noqa: F401
-
     pyarrow.set_cpu_count(1)
     with tempfile.TemporaryDirectory(dir=log.parent.parent) as folder:
         began, processor = time.perf_counter(), time.process_time()

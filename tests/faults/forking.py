@@ -27,7 +27,7 @@ from tests.faults import injection
 IMPORTED = (
     "stiffcal.cli.app", "stiffcal.workflow.run", "stiffcal.workflow.improve", "stiffcal.workflow.export",
     "stiffcal.workflow.plot", "stiffcal.workflow.predict", "stiffcal.workflow.simulate", "stiffcal.workflow.init",
-    "stiffcal.batch.campaigns", "stiffcal.workflow.edit_model", "stiffcal.workflow.reducing",
+    "stiffcal.batch.campaigns", "stiffcal.workflow.edit_model", "stiffcal.ingest.reducing",
     "stiffcal.workflow.report_content", "stiffcal.workflow.effect_pictures", "stiffcal.report.building",
     "stiffcal.simulation.simulate", "stiffcal.diagnosis.search", "stiffcal.validation.validate",
     "stiffcal.identification.identify", "stiffcal.campaign.from_table", "stiffcal.campaign.templates",

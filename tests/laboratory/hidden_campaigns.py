@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
+from stiffcal.ingest.data_quality import DataQuality
+from stiffcal.ingest.reducing import ReadingOptions, ReducedCampaign, collect_raw_states, reduce_campaign
 from stiffcal.reduction.recordings import ReducedRun
-from stiffcal.workflow.data_quality import DataQuality
-from stiffcal.workflow.reducing import ReadingOptions, ReducedCampaign, collect_raw_states, reduce_campaign
 
 Floats = NDArray[np.float64]
 

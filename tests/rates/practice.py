@@ -17,10 +17,10 @@ from typing import Any
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.search import Found, Search, search_missing
 from stiffcal.errors import no_progress
+from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.effect import Place
-from stiffcal.workflow.reducing import reduce_campaign
 from tests.rates.workers import one_thread_each
 
 HIDDEN = Path(__file__).resolve().parents[2] / "campaigns" / "hidden"

@@ -10,10 +10,10 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
+from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.rezeroed_tables import _springs, rezeroed_table
-from stiffcal.workflow.reducing import reduce_campaign
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed
 
 COMPLIANCE = 1.0 / np.array([7e5, 5e5, 4e5, 6e4, 6e4, 2e4])  # rad/(N·m)

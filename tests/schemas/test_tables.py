@@ -16,9 +16,9 @@ from stiffcal.schemas.tables import schema_texts, table_schema
 from stiffcal.store import Store, values_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.ingest import ingest_campaign
+from tests.ingest.test_logged_runs import GAUGE, HEAD, campaign_of
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.workflow.test_improve import COUPLED
-from tests.workflow.test_logged_runs import GAUGE, HEAD, campaign_of
 
 SCHEMAS = Path(__file__).parents[2] / "schemas"
 TABLES = {

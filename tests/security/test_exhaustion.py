@@ -20,11 +20,11 @@ from stiffcal.campaign.table_sniffing import sniff_table
 from stiffcal.campaign.typed import WrongValueError, expand_columns
 from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
+from stiffcal.ingest.proposals import propose_sources
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.settings import parse_settings
-from stiffcal.workflow.proposals import propose_sources
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 SECONDS = 10.0

@@ -31,10 +31,10 @@ from stiffcal.cli.endings import report_fault
 from stiffcal.cli.progress import ProgressBar
 from stiffcal.escapes import HIDDEN, csv_cell
 from stiffcal.escapes.file_name import fitting
+from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.report import fonts
 from stiffcal.report.typesetting import set_pages
 from stiffcal.workflow.export import write_table
-from stiffcal.workflow.recording_tables import recording_name
 from tests.escapes.test_escapes import V1, V2, assert_printable, read_html
 from tests.laboratory.named_campaign import write_named_campaign
 

@@ -12,12 +12,12 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
+from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.mechanics.low_pass import LowPass
 from stiffcal.model.catalogue import find_effects
 from stiffcal.reduction.commanded import without_commands
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.reducing import reduce_campaign
 from tests.laboratory.simulation_folders import FRAMES, LOGS, MODEL, SETTINGS, TABLE, write_folder
 
 TWICE = """

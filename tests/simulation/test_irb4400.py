@@ -13,6 +13,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.identification.identify import identify_parameters
+from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.assembly import compliant_robot
@@ -23,7 +24,6 @@ from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.simulation.true_motion import play
 from stiffcal.validation.validate import validate_fit
-from stiffcal.workflow.reducing import reduce_campaign
 from tests.laboratory.simulation_folders import IRB4400
 
 SECTION_III_C = [731.82e3, 488.31e3, 428.61e3, 59.52e3, 56.87e3, 16.55e3]

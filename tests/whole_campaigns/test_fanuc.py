@@ -14,9 +14,9 @@ from pypdf import PdfReader
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
+from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
 from stiffcal.workflow.ingest import ingest_campaign
-from stiffcal.workflow.reducing import reduce_campaign
 from tests.whole_campaigns.conftest import Command
 
 PUBLISHED = (8.6158e5, 2.8560e6, 1.8483e6, 2.7935e5, 4.1867e5, 2.7772e5)  # N·m/rad, 38 of the 43 poses

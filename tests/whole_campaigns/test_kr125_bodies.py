@@ -18,6 +18,7 @@ from stiffcal.experiments.joint_lines import joint_compliance
 from stiffcal.experiments.joint_motion import joint_motions
 from stiffcal.identification.fit import Fit, Parameter
 from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.assembly import compliant_robot
@@ -27,7 +28,6 @@ from stiffcal.simulation.scene import robot_with_values
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.validation.validate import Slice, validate_fit
-from stiffcal.workflow.reducing import reduce_campaign
 from tests.laboratory.mujoco_robot import MujocoRobot, Spring
 
 BODIES = Path(__file__).parents[2] / "campaigns" / "kr125-bodies"

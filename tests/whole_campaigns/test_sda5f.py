@@ -13,6 +13,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import identify_parameters
+from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.load_states import Floats
 from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.model.assembly import compliant_robot
@@ -21,7 +22,6 @@ from stiffcal.model.equilibrium import solve_balance
 from stiffcal.simulation.scene import robot_with_values
 from stiffcal.simulation.settings import Sensor, TrueRobot, load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.workflow.reducing import reduce_campaign
 from tests.laboratory.mujoco_robot import MujocoRobot
 
 SDA5F = Path(__file__).parents[2] / "campaigns" / "sda5f"

@@ -11,10 +11,10 @@ import pytest
 
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.ingest import freshness
 from stiffcal.store import Store
 from stiffcal.trust import record
 from stiffcal.trust.record import open_record
-from stiffcal.workflow import freshness
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.export import export_campaign
 from stiffcal.workflow.history import read_history, restore_model

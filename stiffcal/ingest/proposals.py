@@ -108,7 +108,7 @@ def _in_frames(lines: Sequence[str], frames: set[str]) -> tuple[list[str], list[
 
 
 def _unnamed(campaign: Campaign) -> list[str]:
-    from stiffcal.workflow.ingest import source_files
+    from stiffcal.ingest.sources import source_files
 
     named = set(source_files(campaign))
     raw = campaign.folder / "raw"

@@ -14,6 +14,10 @@ from stiffcal.campaign.frames import frames_to_estimate, holding, measurement_se
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
+from stiffcal.ingest.data_quality import DataQuality, check_load_states
+from stiffcal.ingest.logged_runs import log_files, logged_runs
+from stiffcal.ingest.logged_runs import of_run as rows_of_run
+from stiffcal.ingest.recording_tables import recording_columns, recording_name, recording_table
 from stiffcal.measurements.clamped_readings import ClampedReadings, stacked_readings
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
@@ -31,10 +35,6 @@ from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
 from stiffcal.reduction.states import RawStates, load_states, no_states, of_run, stacked, tabled_states
 from stiffcal.reduction.sweeps import clamped_readings, moved_joint
 from stiffcal.store import TableStream, Writing
-from stiffcal.workflow.data_quality import DataQuality, check_load_states
-from stiffcal.workflow.logged_runs import log_files, logged_runs
-from stiffcal.workflow.logged_runs import of_run as rows_of_run
-from stiffcal.workflow.recording_tables import recording_columns, recording_name, recording_table
 
 Floats = NDArray[np.float64]
 

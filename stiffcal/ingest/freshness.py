@@ -6,12 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stiffcal.store.index import FOREIGN, OWN, DamagedError
+from stiffcal.ingest.parts import INGEST, NEEDED, PROVENANCE, is_needed, missing_parts
+from stiffcal.ingest.sources import ingest_settings, source_files, sources_elsewhere
+from stiffcal.store.index import FOREIGN, OWN, DamagedError, check_version
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.store import Provenance, Snapshot, Store
 
+NOTHING = "nothing is ingested yet"
 OTHERWISE = "this stiffcal computes otherwise than the one that wrote the store"
 NOT_YOURS = "the store was not written by you: computed again"
 
@@ -44,9 +47,6 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
     InputError
         The store was written by a newer stiffcal, or a source or a part of the store cannot be read.
     """
-    from stiffcal.workflow.ingest import INGEST, NOTHING, ingest_settings, source_files, sources_elsewhere
-    from stiffcal.workflow.stored import NEEDED, is_needed, missing_parts
-
     if not store.exists or INGEST not in store.documents:
         return Freshness(NOTHING)
     with store.snapshot() as snapshot:
@@ -84,9 +84,14 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
 
 def _provenance_of(snapshot: Snapshot) -> Provenance:
     from stiffcal.store import Provenance
-    from stiffcal.workflow.stored import PROVENANCE, checked
 
-    return Provenance.from_document(checked(snapshot, PROVENANCE))
+    document = snapshot.read_document(PROVENANCE)
+    if snapshot.origin_of(PROVENANCE) != OWN:
+        from stiffcal.store.document_shape import StoredProvenance, result_from
+
+        check_version(document.get("schema"), "stiffcal/provenance/1", snapshot.shown, PROVENANCE)
+        result_from(StoredProvenance, document, snapshot.shown, PROVENANCE)
+    return Provenance.from_document(document)
 
 
 def _remember_settled(campaign: Campaign, digest: str, known: str, files: list[str]) -> None:
@@ -111,8 +116,6 @@ def without_damaged(store: Store, say: Callable[[str], None]) -> str:
     str
         Why the logs have to be read after all, "" where not: the states may have been damaged since they were compared.
     """
-    from stiffcal.workflow.stored import is_needed
-
     with store.snapshot() as snapshot:
         broken = snapshot.damaged()
     needed = [name for name in broken if is_needed(name)]

@@ -12,9 +12,9 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.manifest_type import source_type
+from stiffcal.ingest.proposals import propose_sources
 from stiffcal.readers import find_reader
 from stiffcal.reduction.logs import reader_options, wanted_columns
-from stiffcal.workflow.proposals import propose_sources
 from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
 
 PROPERTIES = (

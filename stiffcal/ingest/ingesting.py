@@ -1,0 +1,80 @@
+"""Raw logs and tables → the store: load states, recordings, what was done to them, and from which files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.ingest.freshness import NOTHING
+from stiffcal.ingest.parts import CLAMPED, FREE_MOTION, FRICTION, INGEST, PROVENANCE, RECORDINGS, STATES
+from stiffcal.ingest.sources import ingest_settings, source_files, sources_elsewhere
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.store import Store
+
+
+def ingest_now(campaign: Campaign, target: Store, reason: str, progress: Progress = no_progress) -> dict[str, Any]:
+    """Read the logs, whatever the store holds.
+
+    Parameters
+    ----------
+    campaign : as it was read, its files checked.
+    target : the store, written only where all of the logs could be read.
+    reason : why, for the document's ``changed``.
+    progress : called with what is being read.
+
+    Returns
+    -------
+    The ingest document.
+
+    Raises
+    ------
+    InputError : one of the files is wrong; the store is then untouched.
+    """
+    from stiffcal.store import Provenance, hash_sources
+
+    folder = campaign.folder
+    files, settings = source_files(campaign), ingest_settings(campaign)
+    outside = sources_elsewhere(campaign)
+    changed = "" if reason == NOTHING else reason
+    from stiffcal.ingest.reducing import reduce_campaign
+    from stiffcal.measurements.clamped_readings import readings_table
+    from stiffcal.measurements.friction_readings import motion_table, steady_table
+    from stiffcal.measurements.tables import states_table
+
+    with hash_sources(folder, files) as hashes, target.begin("ingest") as writing:
+        reduced = reduce_campaign(campaign, progress, writing)
+        document = reduced.document | {"unchanged": False, "changed": changed}
+        writing.write_table(STATES, states_table(reduced.states, campaign.chain.joint_names))
+        if reduced.non_load.clamped_readings is not None:
+            writing.write_table(
+                CLAMPED, readings_table(reduced.non_load.clamped_readings, campaign.chain.joint_names, settings)
+            )
+        friction = reduced.non_load.friction
+        if friction is not None and friction.steady is not None:
+            writing.write_table(FRICTION, steady_table(friction.steady, campaign.chain.joint_names))
+        if friction is not None and friction.motion is not None:
+            writing.write_table(FREE_MOTION, motion_table(friction.motion, campaign.chain.joint_names))
+        writing.write_document(INGEST, document)
+        progress("hashing the sources", None)
+        if outside != sources_elsewhere(campaign):
+            names = ", ".join(source.file for source in outside)
+            raise InputError.at(names, "", "the rows changed while they were read", "wait until nothing writes them")
+        provenance = Provenance.now("ingest", (*hashes.result(), *outside), settings)
+        writing.write_document(PROVENANCE, provenance.as_document())
+        writing.sources_state = hashes.state
+        _keep_what_others_wrote(writing, target.tables, target.documents)
+        writing.commit()
+    return document | {"origin": "own"}
+
+
+def _keep_what_others_wrote(writing: Any, tables: tuple[str, ...], documents: tuple[str, ...]) -> None:
+    """Carry over history and fits; they say themselves from which states they come."""
+    kept = [
+        name
+        for name in tables
+        if name not in (STATES, CLAMPED, FRICTION, FREE_MOTION) and not name.startswith(RECORDINGS)
+    ]
+    kept += [name for name in documents if name not in (INGEST, PROVENANCE)]
+    writing.keep(*dict.fromkeys(kept))

@@ -1,0 +1,61 @@
+"""What a campaign's load states are made from: files, tables of a database, and settings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.revision import REVISION
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.store import SourceFile
+
+
+def source_files(campaign: Campaign) -> list[str]:
+    """Return every data file that the manifest names, as named there, each once."""
+    manifest = campaign.manifest
+    files: list[str] = []
+    for name, source in manifest.sources.items():
+        if not source.in_files:
+            continue
+        files += manifest.files_of(name).values()
+        for run in manifest.runs:
+            files += [run.files[name]] if name in run.files else []
+    files += [run.states for run in manifest.runs if run.states is not None]
+    return list(dict.fromkeys(files))
+
+
+def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
+    """Return the tables and queries that the manifest names instead of files, as they are now.
+
+    Raises
+    ------
+    InputError
+        A database cannot be reached.
+    """
+    manifest = campaign.manifest
+    if all(source.in_files for source in manifest.sources.values()):
+        return ()
+    import hashlib
+
+    from stiffcal.reduction.logs import fingerprint_of
+    from stiffcal.store import SourceFile
+
+    found: dict[str, SourceFile] = {}
+    for name, source in manifest.sources.items():
+        if source.in_files:
+            continue
+        named = [*manifest.files_of(name).values(), *(run.files[name] for run in manifest.runs if name in run.files)]
+        for text in dict.fromkeys(named):
+            rows, told = fingerprint_of(source, text)
+            key = f"{name}: {' '.join(text.split())}"
+            found[key] = SourceFile(key, rows, 0, hashlib.sha256(told.encode()).hexdigest())
+    return tuple(found.values())
+
+
+def ingest_settings(campaign: Campaign) -> dict[str, Any]:
+    """Return what besides the files shapes the load states: manifest, robot, what computes."""
+    manifest: Mapping[str, Any] = campaign.manifest.model_dump(mode="json", exclude={"thresholds", "plugins", "name"})
+    robot: Mapping[str, Any] = campaign.robot.model_dump(mode="json")
+    return {"manifest": dict(manifest), "robot": dict(robot), "revision": REVISION}

@@ -1,0 +1,64 @@
+"""Whether a stored document has the shape that its type gives; and the type of the one that the store itself writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from typing_extensions import TypedDict
+
+from stiffcal.documents import Result, result_of
+from stiffcal.store.origin import damaged
+
+
+class StoredSource(TypedDict):
+    """A log as it was when it was read."""
+
+    file: str
+    bytes: int
+    modified_ns: int
+    sha256: str
+
+
+class StoredProvenance(TypedDict):
+    """What the states were made from."""
+
+    schema: Literal["stiffcal/provenance/1"]
+    created: str
+    command: str
+    sources: list[StoredSource]
+    settings: dict[str, Any]
+    versions: dict[str, str]
+
+
+def has_shape(kind: Any, document: Mapping[str, Any]) -> bool:
+    """Return whether a document, or an entry of one, has the shape that its type gives."""
+    from pydantic import ValidationError
+
+    try:
+        result_of(kind, json.dumps(document))
+    except ValidationError:
+        return False
+    return True
+
+
+def result_from(kind: type[Result], document: Mapping[str, Any], shown: str, name: str) -> Result:
+    """Return what a document of a store holds.
+
+    Parameters
+    ----------
+    kind : of the result. document : as it was read. shown, name : of the store and of the document, for the error.
+
+    Raises
+    ------
+    DamagedError : the document has another shape.
+    """
+    from pydantic import ValidationError
+
+    try:
+        return result_of(kind, json.dumps(document))
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise damaged(shown, name, f"{place[:80]}: {first['msg'][:120]}") from None
