@@ -22,16 +22,20 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # Folders and files whose tests judge numbers: they run under the kernels of several processors (`tests/kernels.py`).
 NUMERICAL = (
     "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "experiments", "identification", "independent",
-    "measurements", "mechanics", "planning", "reduction", "simulation", "test_bounded_least_squares.py", "validation",
+    "links", "measurements", "mechanics", "planning", "reduction", "simulation", "test_bounded_least_squares.py",
+    "validation",
 )  # fmt: skip
+# Folders of `make test-long`; of other folders the tests and files that are marked themselves.
+LONG = ("benchmarks", "faults", "rates", "whole_campaigns")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that judge numbers, where they do not do so themselves."""
-    places = [Path(__file__).parent / name for name in NUMERICAL]
-    for item in items:
-        if any(place in (item.path, *item.path.parents) for place in places):
-            item.add_marker(pytest.mark.numerical)
+    """Mark the tests that judge numbers, and those that take long, where they do not do so themselves."""
+    for names, mark in ((NUMERICAL, pytest.mark.numerical), (LONG, pytest.mark.long)):
+        places = [Path(__file__).parent / name for name in names]
+        for item in items:
+            if any(place in (item.path, *item.path.parents) for place in places):
+                item.add_marker(mark)
 
 
 @pytest.fixture(scope="session", autouse=True)

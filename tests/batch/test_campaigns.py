@@ -30,6 +30,8 @@ from stiffcal.store import Store
 from stiffcal.trust.record import open_record
 from tests.laboratory.small_campaign import write_small_campaign
 
+pytestmark = pytest.mark.long
+
 Document = dict[str, Any]
 PLUGIN = """
 import os, signal, time

@@ -23,6 +23,8 @@ from stiffcal.trust.record import open_record
 from tests.batch.test_campaigns import LONGEST_S, PLUGIN, by_name, with_plugin
 from tests.laboratory.small_campaign import write_small_campaign
 
+pytestmark = pytest.mark.long
+
 # The worker of stiffcal is a child of the worker of Dask, which is what dies here, the first time only.
 KILL_THE_CLUSTERS_WORKER = """
 if not (HERE / "killed").exists():

@@ -11,8 +11,6 @@ from tests.laboratory.hidden_arrays import scatter_within_runs
 from tests.laboratory.mujoco_robot import MujocoRobot
 from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign
 
-pytestmark = pytest.mark.long
-
 
 def test_every_benchmark_runs() -> None:
     assert main(["--smoke"]) == 0

@@ -22,10 +22,7 @@ CHOSEN = ("ingest again", "run from nothing", "add", "export parquet", "init --f
 WRITE_NOTHING = {"check", "compare"}
 MADE_OF_OTHERS = {"run", "demo"}
 
-pytestmark = [
-    pytest.mark.long,
-    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc, flock and prctl are of Linux"),
-]
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc, flock and prctl are of Linux")
 
 
 def test_nothing_is_lost(capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,8 +15,6 @@ from tests.rates.__main__ import table_of, wilson
 from tests.rates.playing import CLASSES, Hidden, Ruler, simulate_runs
 from tests.rates.scoring import judge_campaign, name_of
 
-pytestmark = pytest.mark.long
-
 
 def drawn(kind: str, number: int = 0, only: str = "") -> Hidden:
     return simulate_runs(kind, np.random.default_rng([11, CLASSES.index(kind), number]), only)

@@ -6,8 +6,6 @@ import pytest
 
 from tests.rates.practice import HIDDEN, ask, truth
 
-pytestmark = pytest.mark.long
-
 
 @pytest.mark.parametrize("folder", sorted(truth()))
 def test_names_what_is_hidden(folder: str) -> None:

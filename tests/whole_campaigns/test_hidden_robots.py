@@ -29,8 +29,6 @@ from tests.laboratory.mujoco_robot import Cable, Spring
 from tests.laboratory.robots import SIX_STIFFNESS as DRIVES
 from tests.whole_campaigns.conftest import Command
 
-pytestmark = pytest.mark.long
-
 Document = dict[str, Any]
 ROOT = Path(__file__).parents[2]
 
