@@ -6,12 +6,9 @@ Why not scipy's: `scipy.optimize` takes a second to import, longer than a check 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import InputError
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 # Exchanges per unknown: the active set changes by one at a time, and each unknown comes and goes a few times.
 MOST_EXCHANGES = 20

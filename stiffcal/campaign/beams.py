@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.naming import beam_name
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.mechanics.chain import LinkBeam
-
-Floats = NDArray[np.float64]
 
 # Physics section 2: links shorter than 50 mm are no place for a beam.
 SHORTEST_BEAM = 0.050

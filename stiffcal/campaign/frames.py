@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.gauges import gauges_of, rods_of, stated_sigma
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.markers import markers_of
@@ -17,8 +17,6 @@ from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import HELD, Attachment, MeasurementSetup, Sigma
 from stiffcal.mechanics.chain import Chain
-
-Floats = NDArray[np.float64]
 
 
 def frames_to_estimate(manifest: Manifest) -> tuple[str, ...]:

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import body_number
 from stiffcal.campaign.signals import Displacement, Lengths, Signal
@@ -15,8 +15,6 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment, Gauge
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.mechanics.chain import Chain
-
-Floats = NDArray[np.float64]
 
 
 def rods_of(manifest: Manifest, chain: Chain) -> tuple[tuple[Rods, BeamShape], ...]:

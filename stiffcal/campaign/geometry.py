@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.beams import link_beams
 from stiffcal.campaign.naming import name_links
 from stiffcal.campaign.robot_file import JointEntry, RobotFile
@@ -20,8 +20,6 @@ from stiffcal.campaign.transforms import placement_matrix, rotation_rpy, rotatio
 from stiffcal.campaign.urdf import UrdfJoint, UrdfRobot, read_urdf
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.typed import Placement
 
-Floats = NDArray[np.float64]
 Numbers: TypeAlias = Sequence[float] | Floats
 
 

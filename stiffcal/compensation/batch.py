@@ -7,14 +7,12 @@ which `targets.correct_joints` and `prediction.predict_states` hold.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.compensation.linear_nodes import LinearNodes, NodeChain, linear_nodes, node_chain
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, base_frame, cross, from_frame, jacobians, to_frame
 from stiffcal.model.composite import CompliantRobot
-
-Floats = NDArray[np.float64]
 
 
 class LinearCompensation:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from stiffcal.compensation.targets import Corrected, Floats
+from stiffcal.arrays import Floats
+from stiffcal.compensation.targets import Corrected
 from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Number, OrAbsent, Vector
 from stiffcal.measurements.rms import Rms
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.compensation.targets import PoseGoal, pose_error
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 # Far below what a controller can command; Newton's last step makes it.
 _CLOSE = 1e-9

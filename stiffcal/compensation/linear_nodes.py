@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Inputs, Kind, NodeLoads, joint_node, link_node, tool_node
 from stiffcal.model.equilibrium import law_terms, node_displacements
-
-Floats = NDArray[np.float64]
 
 # A law counts as linear where it keeps to its compliance within this share, over these loads.
 _LINEAR = 1e-9

@@ -6,15 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Inputs, StateOrder, link_node
 from stiffcal.model.equilibrium import find_rest, rest_under_weight, solve_balance
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.reach import read_given
 from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.errors import InputError
@@ -18,8 +19,6 @@ from stiffcal.escapes import csv_cell
 from stiffcal.files import is_given
 from stiffcal.limits import TABLE
 from stiffcal.quantities import unit
-
-Floats = NDArray[np.float64]
 
 AXES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _HEADER = re.compile(r"\s*+(?P<name>[^\[\]]++)(?:\[\s*+(?P<unit>[^\]]++)\]\s*+)?")

@@ -7,7 +7,8 @@ from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 
-from stiffcal.compensation.workspace import Floats, MapTask, WorkspaceMap
+from stiffcal.arrays import Floats
+from stiffcal.compensation.workspace import MapTask, WorkspaceMap
 from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Number, OrAbsent, Vector
 
 Plane: TypeAlias = Literal["xy", "xz", "yz"]

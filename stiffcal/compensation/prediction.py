@@ -11,16 +11,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import StateOrder
 from stiffcal.model.equilibrium import Balance, solve_balance
-
-Floats = NDArray[np.float64]
 
 # Steps of the differences: small beside working loads, far above the solver's rounding.
 FORCE_STEP_N, MOMENT_STEP_NM = 10.0, 2.0

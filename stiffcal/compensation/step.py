@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from stiffcal.arrays import Floats
 from stiffcal.compensation.linear_nodes import linear_nodes, node_chain
 from stiffcal.compensation.step_shapes import Shapes
 from stiffcal.compensation.tool_weight import tool_arm, weight_matrix
@@ -24,9 +24,6 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.low_pass import LowPass
 from stiffcal.model.composite import CompliantRobot
-
-Floats = NDArray[np.float64]
-
 
 FIRST_SWEEPS = 3
 

@@ -13,13 +13,11 @@ displacements, with a 1 beside each, are a constant matrix times the wrenches.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.compensation.linear_nodes import LinearNodes, NodeChain
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import cross_matrix
-
-Floats = NDArray[np.float64]
 
 # v @ MINUS_SKEW is −[v]× in nine numbers.
 MINUS_SKEW = -np.stack([cross_matrix(axis).ravel() for axis in np.eye(3)])

@@ -14,8 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.compensation.prediction import one_run, parameter_covariance
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.dual_quaternions import displacement_of_duals, dual_from_pose
@@ -23,10 +23,6 @@ from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import StateOrder
 from stiffcal.model.equilibrium import Balance, solve_balance
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
-Integers = NDArray[np.int64]
 
 # A micrometre and a microradian are asked for; a thousandth of that is what the steps stop at.
 REACHED_M, REACHED_RAD = 1e-6, 1e-6

@@ -6,14 +6,12 @@ The filter for its noise stands in `stiffcal.mechanics.low_pass`.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import cross_matrix, inverse_transform
-
-Floats = NDArray[np.float64]
 
 
 def weight_on_sensor(chain: Chain, angles: Floats, sensor: Attachment, mass: float, com: Floats) -> Floats:

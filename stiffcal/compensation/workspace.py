@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.compensation.inverse import drawn_joints, nearest_solution
 from stiffcal.compensation.prediction import cartesian_compliance, parameter_covariance
 from stiffcal.compensation.targets import PoseGoal
@@ -16,9 +16,6 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 RIGID = 1e-20  # m/N: a millionth of an atom under a meganewton
 

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.scan import ROUNDING, Scan
 from stiffcal.diagnosis.thresholds import RESAMPLINGS
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 def first_least(errors: Floats) -> Integers:

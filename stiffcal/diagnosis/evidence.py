@@ -15,8 +15,8 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.scan import Scan
 from stiffcal.diagnosis.scoring import fold_products, solve_within
 from stiffcal.identification.observation import Column, free_columns
@@ -28,9 +28,6 @@ from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, ParameterRole
 from stiffcal.validation.heldout import corrected_for_freedom
 from stiffcal.validation.validate import rms_of
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # A turn read off a lever four times shorter than the mean is four times as noisy.
 SHORT_LEVER = 0.25

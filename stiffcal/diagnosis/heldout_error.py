@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.observation import free_columns
@@ -12,8 +12,6 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.validation.heldout import corrected_for_freedom, heldout_residuals
 from stiffcal.validation.validate import rms_of
-
-Floats = NDArray[np.float64]
 
 
 def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:

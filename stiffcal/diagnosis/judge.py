@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.diagnosis.choosing import chosen_in_every_fold
 from stiffcal.diagnosis.scan import Scan, Trial, ranked_error
 from stiffcal.diagnosis.slips import is_slip
@@ -23,8 +24,6 @@ from stiffcal.diagnosis.thresholds import (
 )
 from stiffcal.identification.fit import Fit
 from stiffcal.model.effect import ParameterRole
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

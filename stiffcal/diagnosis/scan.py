@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.scoring import Score, fold_products, quadratic, score_variants, solve_within
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
@@ -21,9 +21,6 @@ from stiffcal.identification.regressors import Linearised, Regressor, RegressorS
 from stiffcal.measurements.load_states import members_of
 from stiffcal.model.effect import ParameterRole
 from stiffcal.validation.heldout import pose_folds
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # The leaders' shapes are narrowed down; who is further behind than this is not near.
 REFINED = 8

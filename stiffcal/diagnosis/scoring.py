@@ -12,13 +12,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.bounded_least_squares import least_squares_within
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
-Integers = NDArray[np.int64]
 
 # Numbers of the matrices that one batched solve works on: 32 MB, of which it makes a handful of copies.
 NUMBERS_AT_ONCE = 1 << 22

@@ -15,17 +15,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.scoring import Score, quadratic, solve_within, without_rows
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, TRANSLATION
 from stiffcal.model.effect import Effect, ParameterRole
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 def is_slip(effect: Effect) -> bool:

@@ -10,8 +10,8 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.diagnosis.judge import f_tail
 from stiffcal.diagnosis.scan import Scan
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P
@@ -20,8 +20,6 @@ from stiffcal.identification.observation import Observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.varying import varies
 from stiffcal.reduction.load_cycles import LOADING, UNLOADING, find_load_cycles
-
-Floats = NDArray[np.float64]
 
 # Below this share nothing is said to be followed.
 LEAST_SHARE = 0.1

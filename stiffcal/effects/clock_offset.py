@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Floats, Kind, Observed, ParameterSpec, Place, Values
+from stiffcal.model.effect import DocumentedEffect, Kind, Observed, ParameterSpec, Place, Values
 
 
 class ClockOffset(DocumentedEffect):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
-    Floats,
     Kind,
     NodeLoads,
     ParameterRole,

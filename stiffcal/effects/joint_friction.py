@@ -6,9 +6,10 @@ from types import MappingProxyType
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Floats, Kind, ParameterRole, ParameterSpec, Values
+from stiffcal.model.effect import DocumentedEffect, Kind, ParameterRole, ParameterSpec, Values
 
 _SOURCE = "some per cent of a large joint's rated torque of 10³ N·m; shape as drawn in paper 004, figure 4"
 

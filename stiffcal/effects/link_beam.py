@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     RX,
@@ -16,7 +17,6 @@ from stiffcal.model.effect import (
     TZ,
     Covariate,
     DocumentedEffect,
-    Floats,
     Kind,
     NodeLoads,
     ParameterSpec,

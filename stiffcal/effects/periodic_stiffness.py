@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
-    Floats,
     Kind,
     NodeLoads,
     ParameterRole,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
-    Floats,
     Kind,
     NodeLoads,
     Observed,

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.effect import DocumentedEffect, Floats, Kind, Observed, ParameterSpec, Place, Values
+from stiffcal.model.effect import DocumentedEffect, Kind, Observed, ParameterSpec, Place, Values
 
 _SOURCE = "half a degree: a frame set up from three touched points, or a tracker whose stand was moved"
 

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
-    Floats,
     Kind,
     NodeLoads,
     ParameterRole,

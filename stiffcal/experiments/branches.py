@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from stiffcal.arrays import Floats, Integers
 
 # With fewer bins none is spared.
 LEAST_BINS = 20

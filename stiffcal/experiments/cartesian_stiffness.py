@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.load_cycles import run_members
-
-Floats = NDArray[np.float64]
 
 # Full: even in its weakest direction the displacement follows the wrench by more than noise would let it seem so once
 # in a thousand poses.

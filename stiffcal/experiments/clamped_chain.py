@@ -16,15 +16,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.experiments.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-
-Floats = NDArray[np.float64]
 
 # Singular values below this share of the largest count as none: two axes within about a sixth of a degree.
 RANK = 0.003

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped_chain import ClampedChain
 from stiffcal.experiments.saturation import Saturation
 from stiffcal.measurements.varying import varies
-
-Floats = NDArray[np.float64]
 
 # A held flange lets the moved drive alone give, and no other then carries a torque that follows the motion. Links and
 # fixtures give too, some hundredths of a drive's as a rule; beyond this the numbers do not belong together.

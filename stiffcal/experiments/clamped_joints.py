@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped import ClampedRun
-
-Floats = NDArray[np.float64]
 
 NORMAL_95 = 1.96
 # Poses that resolve the play this many times more coarsely than the finest do not count for it.

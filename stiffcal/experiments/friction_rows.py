@@ -13,13 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rigid_body import drive_matrix, inertial_regressor
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Booleans = NDArray[np.bool_]
 
 # Motion is judged in unseen pieces of this length: strokes of robots in quick motion take half a second to a second.
 PIECE_S = 1.0

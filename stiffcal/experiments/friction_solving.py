@@ -7,15 +7,12 @@ from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import InputError
 from stiffcal.experiments.friction_rows import FrictionRows
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 # Singular values below this share of the largest: combinations of inertial numbers that no motion shows.
 RANK = 1e-7

@@ -13,12 +13,9 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.experiments.joint_motion import JointMotion
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 COMPONENTS = ("tx", "ty", "tz", "rx", "ry", "rz")
 # A compliance rises above the noise where it is more than this many standard uncertainties: of 36 that are nothing one

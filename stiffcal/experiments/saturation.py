@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments.clamped_chain import ClampedChain
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.reduction.blocks import noise_of
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 _AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 # A reading that stays at the very same extreme for so many readings while the joint turns is cut off.

@@ -19,10 +19,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.experiments.branches import Branches
-
-Floats = NDArray[np.float64]
 
 # The play is the segment about the crossing whose slope stays below this share of the outer slope.
 SLOPE_SHARE = 0.25

@@ -8,12 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import members_of
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Below this nothing is said from repeats at all: the noise would be known to no better than a third.
 LEAST_DOF = 6

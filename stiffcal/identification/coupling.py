@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Fit, Parameter
@@ -28,7 +27,6 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RX, NodeLoads
 from stiffcal.reduction.motion import gauge_directions
 
-Floats = NDArray[np.float64]
 Way: TypeAlias = Literal["links-rigid", "tool-alone", "links-taken-out", "with-rods"]
 
 WORDS: dict[Way, str] = {

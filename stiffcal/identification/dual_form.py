@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.noise import Noise, whiten
@@ -33,8 +33,6 @@ from stiffcal.mechanics.dual_quaternions import (
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import RZ, Inputs, joint_node
 from stiffcal.model.equilibrium import NoBalanceError, displacements, find_rest, rest_under_weight
-
-Floats = NDArray[np.float64]
 
 NEEDS = "joint-compliance"
 # Steps contract a thousandfold and more: after one of this relative size the next is rounding, and is still taken.

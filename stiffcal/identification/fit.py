@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from stiffcal.arrays import Floats
 from stiffcal.identification.noise import Noise
 from stiffcal.identification.readings import Observations
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole, ParameterSpec, Place
-
-Floats = NDArray[np.float64]
 
 # Two-sided 95 % of the normal distribution.
 NORMAL_95 = 1.959963984540054

@@ -13,11 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.bounded_least_squares import column_scale
 from stiffcal.identification.fit import Ambiguity
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 # Signatures that agree to this are one signature.
 SAME_REGRESSOR = 1e-3

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import NORMAL_95, Ambiguity, Fit
 from stiffcal.identification.identifiability import Identifiability, check_identifiability
@@ -44,8 +45,6 @@ __all__ = [
     "offset_free_residual", "predict_observations", "raw_whitening",
 ]  # fmt: skip
 
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 # A step below this share of the standard uncertainty changes nothing that anyone can see.
 SMALL_STEP = 1e-3

@@ -13,12 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.bounded_least_squares import column_scale, least_squares, least_squares_within
 from stiffcal.identification.noise import Whitening, times
 from stiffcal.identification.observation import Evaluation, Observations
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 # Columns whose sine to those before is above this lose four of sixteen digits at most in the inverse of their factor.
 WELL_CONDITIONED = 1e-4

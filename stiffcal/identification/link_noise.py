@@ -8,8 +8,8 @@ in the fit's residuals, so that it is added to what the fit itself states.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.measured_links import MeasuredLink
 from stiffcal.identification.noise import whiten
@@ -18,8 +18,6 @@ from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.weights import raw_whitening
 from stiffcal.links.compliance import LinkCompliance, carried_to_target
-
-Floats = NDArray[np.float64]
 
 
 def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], observations: Observations) -> dict[str, float]:

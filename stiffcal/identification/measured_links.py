@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.observation import rests
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, TRANSLATION
@@ -22,9 +22,6 @@ from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node
 from stiffcal.model.equilibrium import blocks
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.contrasts import LEAST_DOF, contrasts, some_groups, without_wild
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import (
@@ -33,9 +34,6 @@ from stiffcal.identification.rows import (
 )
 from stiffcal.identification.variance_components import variance_components
 from stiffcal.measurements.load_states import Sigma
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # m and rad: repeats that agree to what a balance is found to are copies, and say nothing of the noise.
 LEAST_SCATTER = 1e-12

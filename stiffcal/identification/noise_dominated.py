@@ -12,16 +12,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.least_squares import take_out_offsets
 from stiffcal.identification.noise import Noise, Whitening
 from stiffcal.identification.observation import Column, Observations, evaluate, free_columns
 from stiffcal.identification.weights import raw_whitening
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
-
-Floats = NDArray[np.float64]
 
 # The noise's share of a column's sum of squares at which the estimate is drawn half-way to zero.
 NOISE_SHARE = 0.5

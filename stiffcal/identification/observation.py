@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.readings import Observations, observe
 from stiffcal.mechanics.kinematics import cross
 from stiffcal.model.composite import CompliantRobot
@@ -45,7 +45,6 @@ __all__ = [
     "rests",
 ]  # fmt: skip
 
-Floats = NDArray[np.float64]
 
 # 5 nrad is 15 nm at three metres: a thousandth of the best tracker's noise, and a millionth of a deflection.
 FIT_TOLERANCE = 5e-9

@@ -8,14 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.rows import ROTATION, TRANSLATION, Layout
 from stiffcal.measurements.load_states import LoadStates
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

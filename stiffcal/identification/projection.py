@@ -6,15 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.least_squares import run_edges
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Observations
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
 
 # Numbers that are whitened together: 8 MB, of which there are a handful of copies on the way.
 NUMBERS_AT_ONCE = 1 << 20

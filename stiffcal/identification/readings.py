@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.pose_spread import PoseSpread, pose_spread
 from stiffcal.identification.rows import ROTATION, Layout, layout_of, with_gauges, with_motors, with_rods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
@@ -19,10 +19,6 @@ from stiffcal.mechanics.kinematics import turn_between
 from stiffcal.model.effect import StateOrder
 from stiffcal.reduction.load_cycles import run_members
 from stiffcal.reduction.outliers import load_is_good
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

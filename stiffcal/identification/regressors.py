@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.observation import (
     Observations,
     lever_of,
@@ -24,8 +24,6 @@ from stiffcal.identification.observation import (
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place
 from stiffcal.model.equilibrium import Rest, Unloaded
-
-Floats = NDArray[np.float64]
 
 # Bytes of signatures that one source keeps: those of a hundred candidates for some 2500 full poses.
 MOST_KEPT = 1 << 25

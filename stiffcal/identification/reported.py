@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.fit import Parameter
 from stiffcal.identification.observation import Column
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterSpec, Place
-
-Floats = NDArray[np.float64]
 
 
 def amplitude_bounds(spec: ParameterSpec) -> tuple[float, float]:

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.experiments.clamped_chain import clamped_inverse
 from stiffcal.measurements.load_states import HELD, LoadStates
 from stiffcal.mechanics.chain import Chain
@@ -21,10 +21,6 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.effect import link_node
 from stiffcal.reduction.motion import gauge_directions
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
-Integers = NDArray[np.int64]
 
 # Kinds of rows. Each has a noise of its own.
 TRANSLATION, ROTATION, GAUGE, LENGTH, MOTOR = range(5)

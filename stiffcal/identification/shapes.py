@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.least_squares import triangular
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Observations
@@ -18,8 +18,6 @@ from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole
-
-Floats = NDArray[np.float64]
 
 
 def lacks_shape(one: PlacedEffect) -> bool:

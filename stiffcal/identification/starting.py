@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Booleans = NDArray[np.bool_]
+from stiffcal.arrays import Booleans
 
 # From there the whole needs two steps, and five thousand states tell the
 # noise to a per cent.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.rows import LENGTH, ROTATION
 from stiffcal.store import table_of, values_of
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from stiffcal.identification.readings import Observations
     from stiffcal.measurements.load_states import LoadStates
 
-Floats = NDArray[np.float64]
 
 COMPONENTS = ("dx_m", "dy_m", "dz_m", "rx_rad", "ry_rad", "rz_rad")
 

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import InputError
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Shares of the total variance that still move by less than this are settled: a hundredth of what repeats can tell.
 SETTLED = 1e-4

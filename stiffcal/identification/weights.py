@@ -6,16 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.least_squares import take_out_offsets
 from stiffcal.identification.noise import ENOUGH_DOF, Noise, Whitening, noise_from_repeats, whiten
 from stiffcal.identification.observation import Evaluation, Observations, evaluate
 from stiffcal.identification.rows import MOTOR, N_KINDS
 from stiffcal.model.composite import CompliantRobot
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Huber's k: beyond this multiple of the typical length a reading counts less.
 HUBER_LIMIT = 2.5

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Source
 from stiffcal.reduction.logs import Rows
-
-Floats = NDArray[np.float64]
 
 _SI = {
     "joints": "rad",

@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import frames_to_estimate, holding, measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
@@ -35,8 +35,6 @@ from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
 from stiffcal.reduction.states import RawStates, load_states, no_states, of_run, stacked, tabled_states
 from stiffcal.reduction.sweeps import clamped_readings, moved_joint
 from stiffcal.store import TableStream, Writing
-
-Floats = NDArray[np.float64]
 
 SCHEMA = "stiffcal/ingest/1"
 PIECE_BYTES = 1 << 22  # what a reader of text takes at a time

@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.links.rods import LEAST_TORSION, Design, LinkEstimate
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.measurements.rods import BeamShape, Rods
@@ -33,9 +34,6 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rods import rod_fields
 from stiffcal.model.deformed_chain import deformed_chain
 from stiffcal.model.equilibrium import displacement_between
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Below this share of the largest singular value a combination of loads counts as not applied.
 SMALLEST_LOAD = 1e-9

@@ -17,6 +17,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.links.rods import Design, rod_design
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.measurements.varying import varies
@@ -24,8 +25,6 @@ from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
 from stiffcal.reduction.rod_temperature import smooth_in_time
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 FaultKind: TypeAlias = Literal["loose", "swapped-sign", "exchanged", "drifting", "warming", "unexplained"]
 
 # A contradiction smaller than this share of the readings may be the beam's own: sections taper, links shear. The second

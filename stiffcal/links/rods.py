@@ -11,14 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.mechanics.beam import OTHER_FIELDS, TORSION, UNKNOWNS, end_fields, fibre_fields
 from stiffcal.mechanics.rods import rod_fields
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 # Beyond this an error of 1 µm in a rod would stand for 1 mm at the link's end: such an unknown is not carried.
 LARGEST_GAIN = 1e3

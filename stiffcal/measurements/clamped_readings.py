@@ -8,13 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import RunInfo
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Booleans = NDArray[np.bool_]
 
 SCHEMA = "stiffcal/clamped-readings/1"
 _WRENCH = ("Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")

@@ -12,11 +12,8 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import RunInfo
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Booleans = NDArray[np.bool_]
 
 STEADY = "stiffcal/friction/1"
 MOTION = "stiffcal/free-motion/1"

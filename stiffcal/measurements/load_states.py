@@ -10,12 +10,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rods import BeamShape, Rods
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Booleans = NDArray[np.bool_]
 
 # What the frame is called by which a clamped robot is held, among the targets.
 HELD = "held"

@@ -11,10 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
+from stiffcal.arrays import Booleans, Floats
 
 # Points this close to one line, by the second largest of their spreads over the largest, tell no turn about it.
 ON_A_LINE = 1e-3

@@ -14,12 +14,11 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.columns import table_of, values_of
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo, Sigma
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rods import BeamShape, Rods
-
-Floats = NDArray[np.float64]
 
 SCHEMA = "stiffcal/states/1"
 _WRENCH = ("Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")

@@ -17,11 +17,9 @@ back at the clamp it follows cosh((L − x1)/d), d the decay length. For d far a
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.rods import BeamShape
-
-Floats = NDArray[np.float64]
 
 # The unknowns in the order in which rods are spent on them (physics, section 6): one for each degree of freedom, then
 # a tip moment for each plane. "2" is bending along x2 (about x3), "3" bending along x3 (about x2).

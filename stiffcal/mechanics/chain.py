@@ -11,10 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.rods import BeamShape
 from stiffcal.mechanics.section import Section
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

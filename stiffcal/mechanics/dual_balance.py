@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.dual_quaternions import (
@@ -25,8 +25,6 @@ from stiffcal.mechanics.dual_quaternions import (
     joint_lines,
 )
 from stiffcal.mechanics.rotations import rotation_from_quaternion
-
-Floats = NDArray[np.float64]
 
 # The rounding of angles, relative to the largest, and to a radian for smaller ones.
 TOLERANCE = 3e-16

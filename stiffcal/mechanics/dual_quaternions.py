@@ -11,13 +11,11 @@ The state axis comes first and the eight components last, as in `stiffcal.mechan
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_quaternion
-
-Floats = NDArray[np.float64]
 
 # Below this sine of half the angle, angle / sine is 2 to rounding.
 _TINY = 1e-12

@@ -10,13 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import exponential_coefficients, vector_from_rotation
-
-Floats = NDArray[np.float64]
 
 # States handled at once: a frame of 4096 states is 400 kB, so that what one step touches stays in the processor's cache
 # while the interpreter's share stays small (measured: 2048 and 8192 are both slower).

@@ -9,10 +9,8 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from stiffcal.arrays import Floats, Integers
 
 # Joints that span the grid: with three, a cell has 27 neighbours, itself included.
 GRID_JOINTS = 3

@@ -7,9 +7,8 @@ and is not late at all.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from stiffcal.arrays import Floats
 
 
 class LowPass:

@@ -8,11 +8,9 @@ Whoever fits these numbers takes weight and inertia out of a measured torque wit
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-
-Floats = NDArray[np.float64]
 
 PER_LINK = 10
 """mass; mass × centre (3); inertia about the origin xx, xy, xz, yy, yz, zz; all in the link's joint frame."""

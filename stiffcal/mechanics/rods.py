@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.mechanics.beam import UNKNOWNS, amplitudes_per_end, fields_at_points
-
-Floats = NDArray[np.float64]
 
 
 def rod_fields(rods: Rods, shape: BeamShape) -> Floats:

@@ -6,9 +6,8 @@ Rotation vectors are axis times angle, rad; a matrix ``R`` takes components from
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from stiffcal.arrays import Floats
 
 # Below this squared angle the series of sin(x)/x and its kin are exact to rounding (next term x^6/5040 < 1e-19).
 _SERIES_BELOW = 1e-4

@@ -12,10 +12,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.mechanics.section import turn
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Cutting in half this often without an end means a corner too sharp to mesh.
 MAX_CUTS = 40

@@ -10,15 +10,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.mechanics.section import Section
 from stiffcal.mechanics.section_mesh import SectionError, section_mesh, signed_area
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Floats = NDArray[np.float64]
 
 # Round re-entrant corners the stress is singular: this many halvings towards them leave an error of 1e-5 in J.
 CORNER_HALVINGS = 6

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from stiffcal.arrays import Floats
 
 # A spring that rises by less than this share of its first slope counts as having given way: printed cubics turn over
 # (joint 1 of 004's Table 2 at 0.096°), springs do not. From there the curve goes on along its tangent.

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import StackedFrame, base_frame, cross, from_frame, to_frame
 from stiffcal.model.effect import RZ, Inputs
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

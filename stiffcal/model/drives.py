@@ -7,12 +7,10 @@ sits on the logged axis, and its give turns several model joints, Î´_model = M Î
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import RZ, Term, joint_node
-
-Floats = NDArray[np.float64]
 
 
 def turned_joints(chain: Chain, joint: int) -> list[tuple[int, float]]:

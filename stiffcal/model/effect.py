@@ -23,10 +23,10 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 
-Floats = NDArray[np.float64]
 Values = Mapping[str, float]
 PlaceKind = Literal["joints", "links", "pairs", "setup"]
 

@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame, turn_between
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -25,8 +26,6 @@ from stiffcal.model.deformed_chain import DeformedChain, deformed_chain, node_wr
 from stiffcal.model.effect import RZ, Inputs, NodeLoads, StateOrder, Term, tool_node
 from stiffcal.model.no_balance import NoBalanceError as NoBalanceError
 from stiffcal.model.no_balance import no_balance
-
-Floats = NDArray[np.float64]
 
 # 1e-12 rad is 3 pm at three metres: a hundred-thousandth of the best tracker's noise.
 TOLERANCE = 1e-12

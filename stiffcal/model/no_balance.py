@@ -11,13 +11,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import Fault, InputError
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Inputs
-
-Floats = NDArray[np.float64]
 
 # Beyond the largest robots that are built (2.3 t of payload, 12 t of own mass, 5 m of reach, links below 3 m).
 FORCE_N = 1e5

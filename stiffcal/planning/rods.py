@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.links.rods import Design, ShapeError, rod_design, shape_errors
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.mechanics.beam import TORSION, UNKNOWNS
-
-Floats = NDArray[np.float64]
 
 # Uncertainty of a length gauge where none is stated: what the paper's class of gauges reaches.
 USUAL_SIGMA = 1e-6

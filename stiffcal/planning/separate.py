@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
-
-Floats = NDArray[np.float64]
 
 # Poses drawn; the best of 400 lies within a few per cent of the best there is in six dimensions of smooth functions.
 POSES = 400

@@ -24,6 +24,7 @@ from typing import Any, ClassVar, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.explain import plain_type
 from stiffcal.campaign.file_formats import format_names, log_format, log_formats
 from stiffcal.campaign.typed import Table
@@ -31,7 +32,6 @@ from stiffcal.errors import Fault, InputError
 from stiffcal.files import check_regular
 from stiffcal.measurements.moments import seconds_of_moments, seconds_of_times
 
-Floats: TypeAlias = NDArray[np.float64]
 Options: TypeAlias = Mapping[str, object]
 """What the manifest says of a format: the table ``csv = {…}``, ``hdf5 = {…}`` of a source."""
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as parquet
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.typed import Table
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
@@ -21,7 +22,6 @@ from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.readers import (
     Batch,
-    Floats,
     FuzzInput,
     Header,
     Options,

@@ -11,10 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from stiffcal.arrays import Floats, Integers
 
 # Finer than any tracker's interval (the fastest give 1 kHz, typically 25 to 100 Hz) and than the 10 ms asked of clocks.
 SHORTEST_BLOCK_S = 0.005

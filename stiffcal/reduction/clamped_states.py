@@ -10,11 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.reduction.states import RawStates
 from stiffcal.reduction.sweeps import cut_sweeps, leading_component
-
-Floats = NDArray[np.float64]
 
 # Stretches of one half sweep: enough to tell a play and a curve, few enough to average encoder steps away.
 STEPS = 48

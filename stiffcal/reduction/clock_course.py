@@ -12,11 +12,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.reduction.clocks import ClockOffset, SharedSignal, offset_near
-
-Floats = NDArray[np.float64]
 
 PIECES = 6
 LEAST_PIECES = 4

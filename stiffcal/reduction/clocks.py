@@ -14,13 +14,11 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.reduction.blocks import noise_of
 from stiffcal.reduction.holds import Holds, find_holds
 from stiffcal.reduction.ramps import MOST_STEPS, Integral, ramp_answers, robust_mean, spread_of
-
-Floats = NDArray[np.float64]
 
 LEAST_OVERLAP = 0.3  # of the shorter log
 MOST_GRID = 1 << 14  # points of the common grid on which every lag is tried

@@ -13,12 +13,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.reduction.motion import gauge_directions
-
-Floats = NDArray[np.float64]
 
 # A tenth of an arc second: less than any correction of a deflection that can be measured.
 _STANDS_STILL = 5e-7

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from itertools import combinations, permutations, product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.errors import Fault
 from stiffcal.measurements.load_states import LoadStates, members_of
@@ -21,8 +21,6 @@ from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import inverse_transform, quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
 from stiffcal.reduction.motion import mean_measured, motion_of
-
-Floats = NDArray[np.float64]
 
 # Physics, section 0: kinematics meets the measured target within some 20 mm in the reference states.
 MEETS_M = 0.02

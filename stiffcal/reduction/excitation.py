@@ -9,15 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.reduction.motion import mean_measured, motion_of
-
-Floats = NDArray[np.float64]
 
 # A torque below this share of the largest joint's is none to speak of.
 NO_TORQUE = 1e-3

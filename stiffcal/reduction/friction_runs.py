@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, stacked_motion
@@ -19,8 +19,6 @@ from stiffcal.reduction.free_motion import free_motion
 from stiffcal.reduction.holds import Dropped
 from stiffcal.reduction.motion_clocks import torque_clock
 from stiffcal.reduction.steady import JointLog, Moved, angle_noise, readings_of, steady_passes
-
-Floats = NDArray[np.float64]
 
 # A joint moves when it travels this far, more than this share of the widest, and out of its noise: others are held by
 # their servos within arc seconds, and give by some 1e-4 rad when a neighbour accelerates.

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from stiffcal.arrays import Floats
 
 CHANCE = 1e-9  # of a row of equal readings as long as this anywhere in the log
 RESTLESS = 0.5  # share of equal neighbours below which a channel is one that changes

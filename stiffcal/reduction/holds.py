@@ -13,12 +13,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.reduction.blocks import noise_of
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 SAME_LEVEL = 0.003  # of the log's range: changes smaller than this do not cut a hold
 SAME_LOAD = 0.01  # of the log's range: holds side by side that differ by less are one (sensor drift, relaxation)

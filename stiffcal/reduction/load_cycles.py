@@ -11,10 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Below this share of the run's largest load a state counts as unloaded: loads are set in steps of a tenth and more,
 # while a released rig keeps some per cent (cable weight, friction of a pulley).

@@ -10,6 +10,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.manifest import Source
 from stiffcal.campaign.row_filter import RowCondition
 from stiffcal.campaign.signals import Deflection, Displacement, Joints, Pose, Wrench
@@ -19,9 +20,6 @@ from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from
 from stiffcal.quantities import unit
 from stiffcal.readers import Batch, NotAFile, Wanted, find_reader
 from stiffcal.reduction.log_names import in_file_words, in_manifest_words, names_in_file, with_run_names_checked
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 _CONDITIONS: dict[str, Callable[[Floats, float], NDArray[np.bool_]]] = {
     "<": np.less,

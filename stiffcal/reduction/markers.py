@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.measurements.markers import Markers
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 
 def fitted_poses(markers: Markers, seen: Floats) -> tuple[Floats, Floats, Booleans]:

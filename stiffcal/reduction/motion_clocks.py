@@ -9,10 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.reduction.clocks import ClockOffset
 from stiffcal.reduction.free_motion import smoothed
-
-Floats = NDArray[np.float64]
 
 MOST_POINTS = 1 << 15
 WINDOW = 11

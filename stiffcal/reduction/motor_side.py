@@ -11,14 +11,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Source
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.logs import Rows
-
-Floats = NDArray[np.float64]
 
 TURN = 2.0 * np.pi
 # A resolver's angle jumps by a whole turn, less what the motor moves in one sampling interval.

@@ -12,16 +12,12 @@ from dataclasses import dataclass, replace
 from itertools import combinations, groupby, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.holds import BRIEF
 from stiffcal.reduction.load_cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles, load_vector
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Booleans = NDArray[np.bool_]
 
 # Natural log of the false alarms: e^-16 is 1e-7 per state for one explanation alone, and several have to fail.
 ALARM_EXPONENT = 16.0

@@ -12,11 +12,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import Fault, InputError
 from stiffcal.measurements.load_states import members_of
 from stiffcal.reduction.frozen import FrozenChannels
-
-Floats = NDArray[np.float64]
 
 # Twice around is more than any industrial joint turns, cable hoses allow ±400° at most; 90 rad are 14 turns.
 LARGEST_ANGLE_RAD = 4.0 * np.pi

@@ -8,10 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from stiffcal.arrays import Floats, Integers
 
 MOST_STEPS = 50  # of what is found step by step: a lag, a robust mean
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.reduction.blocks import Blocks
@@ -16,8 +17,6 @@ from stiffcal.reduction.clocks import ClockOffset, SharedSignal, align_clocks, m
 from stiffcal.reduction.holds import BRIEF, Dropped, Holds, find_holds
 from stiffcal.reduction.states import RawStates
 from stiffcal.reduction.swept_loads import find_sweeps, is_swept
-
-Floats = NDArray[np.float64]
 
 # What a device may have in common with another, the load first.
 _SHARED = ("wrench", "position.", "marker.", "lengths.", "displacement.", "joints")

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Integers
 from stiffcal.errors import Fault, raise_faults
 from stiffcal.measurements.load_states import members_of
-
-Integers = NDArray[np.int64]
-Booleans = NDArray[np.bool_]
 
 
 def reference_states(

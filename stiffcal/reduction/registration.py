@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.transforms import placement_matrix
@@ -22,9 +22,6 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 # A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
 WORST_POSITION_M = 0.02

@@ -8,14 +8,12 @@ sensor says that nothing pulls.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import Fault
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.motion import motion_of
-
-Floats = NDArray[np.float64]
 
 BACK = 0.03  # of the largest displacement: as good as there
 LEAST_STEP = 0.012  # of the largest force: smaller ones matter less than the sensor's own gain

@@ -10,12 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.reduction.motion import motion_of
-
-Floats = NDArray[np.float64]
 
 MENDED = 0.3  # of the squares that joint compliances leave
 SURE = 12.0  # of F: one such step in a thousand is found at the best place, over tables of random errors

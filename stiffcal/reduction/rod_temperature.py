@@ -11,12 +11,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.varying import varies
-
-Floats = NDArray[np.float64]
 
 # A link of hundreds of kilograms takes an hour to follow the hall. Within a run its temperature is a slow curve; a
 # thermometer's noise around it, times a metre of cast iron, would be as large as the rods' own.

@@ -9,8 +9,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.manifest import Manifest, Run, Source
 from stiffcal.campaign.signals import Pose
 from stiffcal.errors import InputError
@@ -20,10 +20,6 @@ from stiffcal.mechanics.rotations import rotation_from_quaternion
 from stiffcal.reduction.logs import Rows, place_of_row, read_rows
 from stiffcal.reduction.markers import fitted_poses
 from stiffcal.reduction.references import reference_states
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Booleans = NDArray[np.bool_]
 
 STANDARD_GRAVITY = 9.80665  # m/s², where the robot file's gravity has no length
 

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.reduction.holds import Dropped
-
-Floats = NDArray[np.float64]
 
 # A turn of the motion counts when it goes back by more than this share of the whole travel, and by more than noise.
 TURN_SHARE = 0.02

@@ -12,18 +12,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.reduction.blocks import Blocks, noise_of
 from stiffcal.reduction.clocks import ClockOffset
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Booleans = NDArray[np.bool_]
 
 # What an encoder behind a gear shows of a joint that is held: below a fifth of an arc second nothing has moved.
 STANDS_RAD = 1e-6

@@ -16,12 +16,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.reduction.holds import Dropped, Holds
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Levels per side of zero: ten per cent of the largest load apart, so that none is taken for its neighbour
 # (`load_cycles.SAME_LEVEL_SHARE` is eight).

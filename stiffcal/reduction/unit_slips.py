@@ -9,15 +9,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffcal.errors import Fault
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quantities import unit
 from stiffcal.reduction.consistency import explained_by_joints
-
-Floats = NDArray[np.float64]
 
 # Industrial robots give 0.1 to 5 N/µm at the tool; machine tools begin near 20 N/µm. The softest that a whole campaign
 # shows is looked at, so that a stiff direction of a single pose is no matter.

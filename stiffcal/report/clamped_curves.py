@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
+from stiffcal.arrays import Booleans, Floats
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stiffcal.report.content import Floats
+from stiffcal.arrays import Floats
 
 
 @dataclass(frozen=True)

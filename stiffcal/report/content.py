@@ -12,12 +12,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.compensation.predict_result import LoadPath
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Strings = NDArray[np.str_]
-Booleans = NDArray[np.bool_]
 Document: TypeAlias = dict[str, Any]
 """A JSON document of the interface (section 4): ``identify``, ``validate``, ``history``, ``ingest`` and so on."""
 

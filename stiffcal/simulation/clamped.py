@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import jacobians
@@ -23,8 +24,6 @@ from stiffcal.model.equilibrium import Balance, NoBalanceError, law_terms, node_
 from stiffcal.simulation.motion import MotionProgram, motion_program
 from stiffcal.simulation.settings import FILE_NAME, Clamping
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
-
-Floats = NDArray[np.float64]
 
 _BASE = Attachment(0, np.eye(4))
 # A nanometre and a nanoradian: below a thousandth of a newton metre on the stiffest joint.

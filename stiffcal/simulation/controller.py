@@ -15,8 +15,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import jacobians
@@ -28,8 +28,6 @@ from stiffcal.simulation.correction import Correction
 from stiffcal.simulation.secant import SecantSteps
 from stiffcal.simulation.settings import FILE_NAME, Controller
 from stiffcal.simulation.true_motion import Settle, ToolWeight, TrueRun, play
-
-Floats = NDArray[np.float64]
 
 # The controller runs from before any log starts until after all have stopped, s.
 _NON_LOAD_RUNS = 5.0

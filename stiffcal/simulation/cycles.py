@@ -11,12 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.simulation.settings import Loads
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # After eight time constants a first-order lag has e^-8 = 0.03 % of its step left: less than any instrument shows.
 SETTLED_AFTER = 8.0

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
@@ -21,8 +21,6 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.motion import MotionProgram, motion_program
 from stiffcal.simulation.settings import FrictionMotion
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
-
-Floats = NDArray[np.float64]
 
 RAMP_POINTS = 24
 # Weight is straight between nodes this far apart to 10⁻⁵ of itself.

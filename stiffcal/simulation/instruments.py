@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.signals import (
     Deflection,
     Displacement,
@@ -35,8 +35,6 @@ from stiffcal.simulation.motion import MotionProgram
 from stiffcal.simulation.sensors import Channels
 from stiffcal.simulation.settings import TrueRobot
 from stiffcal.simulation.true_motion import TrueRun
-
-Floats = NDArray[np.float64]
 
 # Decimals that text logs are written with: a digit finer than these steps (SI) adds nothing to any instrument.
 _WRITTEN_STEP = {

@@ -7,14 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Source
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.files import replacing
 
-Floats = NDArray[np.float64]
 Column = Floats | Sequence[str]
 
 _DEFAULT_DECIMALS = 6

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from stiffcal.arrays import Floats
 
 
 def hidden_in_holds(share: float, n_markers: int, n_holds: int, rng: np.random.Generator) -> NDArray[np.bool_]:

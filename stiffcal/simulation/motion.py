@@ -9,11 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.simulation.cycles import LoadProgram
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

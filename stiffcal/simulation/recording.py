@@ -10,6 +10,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Source, TimeAxis
 from stiffcal.campaign.signals import Pose
 from stiffcal.errors import InputError
@@ -28,8 +29,6 @@ from stiffcal.simulation.sensors import (
 )
 from stiffcal.simulation.settings import FILE_NAME, Sensor, SimulationSettings
 from stiffcal.simulation.true_motion import TrueRun
-
-Floats = NDArray[np.float64]
 
 # When simulated clocks that write dates say that the campaign starts.
 EPOCH = datetime(2026, 1, 12, 8, 0, 0, tzinfo=UTC)

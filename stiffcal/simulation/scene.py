@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import resolve_frames
 from stiffcal.campaign.gauges import rods_of
 from stiffcal.campaign.loading import Campaign
@@ -27,8 +27,6 @@ from stiffcal.simulation.instruments import frames_measured_by
 from stiffcal.simulation.recording import Stream, stream
 from stiffcal.simulation.settings import FILE_NAME, SimulatedRun, SimulationSettings
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight
-
-Floats = NDArray[np.float64]
 
 
 def robot_with_values(campaign: Campaign) -> CompliantRobot:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from stiffcal.arrays import Floats
 
 # A residual that grows by more than this was a step too far: the next one is half as long.
 _GROWS = 2.0

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.simulation.cycles import LoadProgram, interpolate_path
 from stiffcal.simulation.settings import Amounts, Sensor
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # What single components of a signal are, so that the amounts of the settings find their columns.
 QUANTITIES = (

@@ -15,8 +15,8 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
@@ -27,9 +27,6 @@ from stiffcal.simulation.correction import Correction
 from stiffcal.simulation.cycles import LoadProgram
 from stiffcal.simulation.settings import FILE_NAME, Loads
 from stiffcal.simulation.side_constraint import SideConstraintError, balance_with_side_constraint
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 _BASE = Attachment(0, np.eye(4))
 

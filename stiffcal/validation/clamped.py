@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.experiments.branches import Branches
 from stiffcal.experiments.clamped import ClampedRun
 from stiffcal.experiments.clamped_joints import joints_of
 from stiffcal.experiments.torque_angle import TorqueAngleLaw
-
-Floats = NDArray[np.float64]
 
 SETTLED, MOST_STEPS = 1e-9, 50
 

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments.friction import fit_friction
 from stiffcal.experiments.friction_rows import FrictionRows, felt_columns, together
 from stiffcal.model.composite import PlacedEffect
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 # Two unknowns of a straight line and one to spare.
 LEAST_PIECES = 3

@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.bounded_least_squares import column_scale
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, fit_problem, offset_free_residual, raw_whitening
@@ -24,9 +24,6 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 SAME_POSE = np.radians(1.0)
 

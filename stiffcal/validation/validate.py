@@ -6,8 +6,8 @@ import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.noise import reading_rows, rms_by_measure
 from stiffcal.identification.readings import Observations
@@ -17,10 +17,6 @@ from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, load_vector
 from stiffcal.validation.heldout import HeldoutResiduals, heldout_residuals
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
-Integers = NDArray[np.int64]
 
 HOW_MANY_WORST = 10
 LOAD_BINS = 5

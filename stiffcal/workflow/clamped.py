@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped import ClampedRun, analyse_runs
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from stiffcal.campaign.manifest import Run
     from stiffcal.validation.clamped import HeldoutRun
 
-Floats = NDArray[np.float64]
 
 BRANCHES = "clamped_branches"
 

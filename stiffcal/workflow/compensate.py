@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.compensation.load_table import AXES
 from stiffcal.errors import Fault, InputError, raise_faults
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from stiffcal.compensation.compensate_result import CompensateResult, CorrectedPose, Judgement, PathError
     from stiffcal.compensation.targets import Corrected
     from stiffcal.measurements.rms import Rms
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

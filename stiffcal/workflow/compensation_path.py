@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.compensation.load_table import ANGLES, AXES, POSITION, QUATERNION, WrittenTable, read_table
 from stiffcal.errors import Fault, InputError, raise_faults
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
     from stiffcal.workflow.fitted_robot import FittedRobot
 
-Floats = NDArray[np.float64]
 
 _MOST_FAULTS = 10
 # What numbers without a unit may be where they are taken for another: radians for degrees, metres for millimetres.

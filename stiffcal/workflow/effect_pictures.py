@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain, LinkBeam
@@ -24,8 +25,6 @@ from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.plugin_code import PluginCode
 from stiffcal.report.content import EffectPicture
 from stiffcal.workflow.effect_sketch import sketch
-
-Floats = NDArray[np.float64]
 
 FIRST, SECOND = 1.0, 0.8
 # Joint stiffness 5e5 N·m/rad: a medium-size robot's main axes (Wang, Zhang and Fuhlbrigge 2009, section III.C).

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.report.content import EffectPicture
-
-Floats = NDArray[np.float64]
 
 WIDTH, HEIGHT = 57, 13
 WITHOUT, THERE, BACK = "·", "o", "x"

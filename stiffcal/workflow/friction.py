@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings
     from stiffcal.model.composite import PlacedEffect
 
-Floats = NDArray[np.float64]
 
 FRICTION_FIT = "friction_fit"
 

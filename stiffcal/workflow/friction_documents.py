@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.workflow.steps import Document, Ingested
 
 if TYPE_CHECKING:
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from stiffcal.measurements.friction_readings import SteadyReadings
     from stiffcal.model.composite import PlacedEffect
 
-Floats = NDArray[np.float64]
 
 CURVE_POINTS = 120
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.sizes import HEAVIEST_KG, LONGEST_M
 from stiffcal.errors import InputError
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from stiffcal.compensation.workspace import MapTask
     from stiffcal.measurements.load_states import MeasurementSetup
 
-Floats = NDArray[np.float64]
 
 PLANES: dict[Plane, tuple[int, int, int]] = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
 TABLES = (".csv", ".parquet")

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.compensation.load_table import AXES, LoadTable, read_load_table
 from stiffcal.documents import document_of
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from stiffcal.compensation.predict_result import LoadPath, PredictedLink, PredictedState, PredictResult
     from stiffcal.compensation.prediction import Prediction
     from stiffcal.store.reading import Documents, Stored
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.experiments.joint_motion import JointMotion, joint_motions
 from stiffcal.identification.document import values_of
 from stiffcal.model.composite import CompliantRobot
@@ -16,7 +16,6 @@ from stiffcal.model.equilibrium import law_terms, node_displacements
 from stiffcal.report.joint_curves import JointCurve, JointPicture
 from stiffcal.workflow.steps import Document, Ingested, placed_robot
 
-Floats = NDArray[np.float64]
 LAW_POINTS = 241
 
 # Component to the springs that give there, by effect and symbol.

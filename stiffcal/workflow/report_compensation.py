@@ -6,7 +6,6 @@ import json
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
 from stiffcal.files import read_regular
@@ -20,8 +19,6 @@ from stiffcal.report.compensation_content import ComparedPose, HalfRun, TimePair
 from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.store import values_of
 from stiffcal.workflow.steps import INGEST, Ingested, stored_document
-
-Floats = NDArray[np.float64]
 
 # The same pose: what a program is told twice; drives repeat within arc seconds, tables are rounded to less than this.
 _SAME_POSE = np.radians(1.0)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import Joints, Wrench
@@ -57,7 +58,6 @@ if TYPE_CHECKING:
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.mechanics.chain import Chain
 
-Floats = NDArray[np.float64]
 
 MOST_COVARIATES = 3
 JOINT_MEASURES = {

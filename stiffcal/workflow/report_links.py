@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.document import values_of
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.observation import Observations, observe
@@ -20,9 +21,6 @@ from stiffcal.reduction.load_cycles import UNLOADING, find_load_cycles
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
 from stiffcal.validation.validate import load_in_base
 from stiffcal.workflow.steps import Document, Ingested, placed_robot
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Runs drawn large: the paper shows four (Fig. 7).
 HOW_MANY = 4

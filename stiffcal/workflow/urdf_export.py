@@ -10,12 +10,10 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
 from stiffcal.workflow.steps import Document
-
-Floats = NDArray[np.float64]
 
 
 def urdf_text(campaign: Campaign, identified: Document) -> str:

@@ -17,9 +17,10 @@ from time import process_time
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.templates import bundled_robot
-from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.catalogue import find_effects

@@ -16,9 +16,10 @@ from time import perf_counter
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.observation import evaluate, free_columns, observe
-from stiffcal.measurements.load_states import Floats, LoadStates, RunInfo
+from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.measurements.load_states import Attachment, Floats
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import jacobians
 from tests.laboratory.robots import shifted, six_axes, six_axis_joints

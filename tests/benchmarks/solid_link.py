@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.measurements.load_states import Floats
+from stiffcal.arrays import Floats
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.mechanics.beam import beam_compliance
 from stiffcal.mechanics.rods import rod_matrix

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_robot
 from stiffcal.campaign.robot_file import RobotFile, chain_of
 from stiffcal.campaign.transforms import rotation_rpy
@@ -17,8 +17,6 @@ from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
 from tests.laboratory.campaign_folders import DATA
-
-Floats = NDArray[np.float64]
 
 # a robot with no two conventions' origins alike: row k = (a, alpha°, d, theta°) of the *standard* convention
 ROWS = [

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.compensation.link_parts import link_parts
 from stiffcal.compensation.prediction import at_load_point
-from stiffcal.measurements.load_states import Floats
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from tests.compensation.test_targets import six

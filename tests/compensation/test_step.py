@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.compensation.step import CompensationStep, StepSettings
 from stiffcal.compensation.targets import correct_joints
 from stiffcal.compensation.tool_weight import weight_on_sensor
-from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import LinkBeam
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.compensation.prediction import predict_states
 from stiffcal.compensation.targets import CorrectionOptions, PoseGoal, correct_joints
-from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.model.catalogue import find_effects

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
 from stiffcal.identification.weights import predict_observations
-from stiffcal.measurements.load_states import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.diagnosis.document import diagnosis_document
 from stiffcal.diagnosis.search import Search, search_missing
 from stiffcal.measurements.load_states import LoadStates, Sigma
@@ -15,7 +15,6 @@ from stiffcal.reduction.outliers import reject_outliers
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import cycles_of, joint_springs, medium_robot, played
 
-Floats = NDArray[np.float64]
 TRACKER = 16e-6
 
 

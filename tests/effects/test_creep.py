@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.effects.creep import Creep
-from stiffcal.measurements.load_states import Floats
 from stiffcal.model.effect import RZ, Place, StateOrder, joint_node
 from tests.laboratory.effect_bench import bare_states, displacement, loads, order_of, robot_chain
 

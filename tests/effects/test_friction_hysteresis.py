@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.effects.friction_hysteresis import FrictionHysteresis
-from stiffcal.measurements.load_states import Floats, Integers
 from stiffcal.model.effect import RZ, NodeLoads, Place, joint_node
 from stiffcal.model.memory import play
 from tests.laboratory.effect_bench import bare_states, displacement, loads, order_of, robot_chain

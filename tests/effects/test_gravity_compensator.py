@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.effects.gravity_compensator import GravityCompensator
 from stiffcal.effects.joint_compliance import JointCompliance
-from stiffcal.measurements.load_states import Floats
 from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.model.effect import Place
 from tests.laboratory.effect_bench import bare_states, robot_chain, settled

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_robot
 from stiffcal.campaign.robot_file import chain_of
 from stiffcal.experiments.clamped_chain import ClampedChain, clamped_chain, give_of
@@ -16,7 +16,6 @@ from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup, RunInfo
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 
-Floats = NDArray[np.float64]
 ROBOT = Path(__file__).parents[2] / "campaigns" / "kr125" / "robot.toml"
 CHAIN = chain_of(load_robot(ROBOT), ROBOT.parent)
 HELD = Attachment(7, np.eye(4))

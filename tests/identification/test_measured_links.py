@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.measured_links import links_document, measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.links.compliance import carried_to_target
-from stiffcal.measurements.load_states import Floats, LoadStates, Sigma
+from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.beam import beam_compliance
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.measurements.load_states import Floats
+from stiffcal.arrays import Floats
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.mechanics.beam import axis_displacement, beam_compliance, material_displacement
 from stiffcal.mechanics.rods import rod_matrix

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.robot_file import RobotFile, chain_of
-from stiffcal.measurements.load_states import Attachment, Floats
+from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.model.catalogue import find_effects

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.experiments.friction import FrictionFit, fit_friction
 from stiffcal.experiments.friction_rows import FrictionRows, motion_rows, steady_rows
-from stiffcal.measurements.load_states import Floats, RunInfo
+from stiffcal.measurements.load_states import RunInfo
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.reduction.blocks import blocks_of

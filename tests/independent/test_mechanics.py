@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.measurements.load_states import Attachment, Floats
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, body_poses, jacobians
 from stiffcal.model.deformed_chain import deformed_chain, node_wrenches

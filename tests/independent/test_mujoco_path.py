@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from stiffcal.measurements.load_states import Attachment, Floats
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place, StateOrder

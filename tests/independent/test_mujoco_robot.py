@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from stiffcal.measurements.load_states import Attachment, Floats
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import Attachment
 from tests.laboratory.mujoco_robot import MujocoRobot, Settled, Spring
 from tests.laboratory.robots import (
     SIX_STIFFNESS,

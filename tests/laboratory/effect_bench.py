@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.measurements.load_states import Floats, LoadStates, MeasurementSetup, RunInfo
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain, LinkBeam
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Place, StateOrder

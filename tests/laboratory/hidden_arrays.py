@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from tests.laboratory.hidden_campaigns import folder_of, truth
 from tests.laboratory.robots import chain_from_rows

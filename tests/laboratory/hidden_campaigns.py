@@ -18,15 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.ingest.data_quality import DataQuality
 from stiffcal.ingest.reducing import ReadingOptions, ReducedCampaign, collect_raw_states, reduce_campaign
 from stiffcal.reduction.recordings import ReducedRun
-
-Floats = NDArray[np.float64]
 
 HIDDEN = Path(__file__).resolve().parents[2] / "campaigns" / "hidden"
 PRACTICE_13 = Path(__file__).parent / "data" / "practice-13"

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.effects.joint_friction import JointFriction
-from stiffcal.measurements.load_states import Floats, RunInfo
+from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.friction_runs import FrictionRun
 from tests.laboratory.robots import six_axes

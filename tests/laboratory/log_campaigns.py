@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.measurements.load_states import Floats
+from stiffcal.arrays import Floats
 from stiffcal.model.effect import Place
 from tests.laboratory.mujoco_robot import Cable, Spring
 from tests.laboratory.robots import SIX_STIFFNESS, six_axis_joints

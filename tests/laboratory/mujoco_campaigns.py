@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.measurements.load_states import Floats, MeasurementSetup
+from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.effect import StateOrder

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from stiffcal.measurements.load_states import Floats
+from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import quaternion_from_rotation
 

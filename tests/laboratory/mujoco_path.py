@@ -15,7 +15,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from stiffcal.measurements.load_states import Floats, Integers
+from stiffcal.arrays import Floats, Integers
 from tests.laboratory.mujoco_robot import MujocoRobot, Settled
 
 STEP = 100.0

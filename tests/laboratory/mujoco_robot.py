@@ -24,7 +24,8 @@ from typing import Any, Literal
 import mujoco
 import numpy as np
 
-from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 
 MASSLESS = 1e-12

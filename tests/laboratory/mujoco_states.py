@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stiffcal.measurements.load_states import Floats, LoadStates, RunInfo, Sigma
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
 from stiffcal.mechanics.chain import Chain
 from tests.laboratory.mujoco_robot import MujocoRobot
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.measurements.load_states import Attachment, Floats
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 
 pin: Any = pytest.importorskip("pinocchio", reason="pinocchio has no wheel for this platform")

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.robot_file import RobotFile, chain_of
-from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from tests.laboratory.robots import SEVEN_AXES, SEVEN_STIFFNESS, SIX_AXES, SIX_STIFFNESS
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.report.content import Floats, Provenance, ReportContent, ReportRun, ReportStates
+from stiffcal.arrays import Floats
+from stiffcal.report.content import Provenance, ReportContent, ReportRun, ReportStates
 from tests.laboratory.report_documents import documents
 
 

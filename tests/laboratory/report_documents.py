@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.report.content import Floats, ReportStates
+from stiffcal.arrays import Floats
+from stiffcal.report.content import ReportStates
 
 
 def rms(residual: Floats) -> float:

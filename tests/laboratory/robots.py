@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 
 SIX_AXES = (

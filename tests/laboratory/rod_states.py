@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.robot_file import RobotFile, chain_of
-from stiffcal.measurements.load_states import Attachment, Floats, Gauge, LoadStates, Sigma
+from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, Sigma
 from stiffcal.measurements.rods import Rods, rods_between
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rods import rod_matrix

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stiffcal.measurements.load_states import Floats, LoadStates, RunInfo, Sigma
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import find_effects

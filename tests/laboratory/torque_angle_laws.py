@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.experiments.branches import Branches, average_branches
 from stiffcal.experiments.torque_angle import TorqueAngleLaw
 
-Floats = NDArray[np.float64]
 DEGREE = np.pi / 180.0
 # Joint: backlash °, p3, p2, p1 over degrees in 10³ N·m (004, Table 2), and noise of a torque reading, N·m.
 TABLE_2 = {

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.links.compliance import carried_to_target, regress_compliance, share_of_tool
 from stiffcal.links.rods import LinkEstimate, estimate_link
-from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rods import rod_matrix

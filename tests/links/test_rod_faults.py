@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.links.rod_faults import RodFault, find_rod_faults
-from stiffcal.measurements.load_states import Floats
 from stiffcal.measurements.rods import BeamShape, Rods
 from stiffcal.mechanics.rods import rod_matrix
 from tests.links.test_compliance import loads

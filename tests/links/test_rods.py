@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.links.rods import Torsion, bounded_by_load, estimate_link, rod_design, shape_errors
-from stiffcal.measurements.load_states import Floats
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.mechanics.beam import UNKNOWNS, axis_fields, beam_compliance, end_fields
 from stiffcal.mechanics.rods import rod_fields, rod_matrix

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.identify import fit_problem
-from stiffcal.measurements.load_states import Floats, Integers, members_of
+from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.reduction.registration import _different_poses
 from stiffcal.validation.heldout import pose_folds

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.links.rods import Design, estimate_link, rod_design
-from stiffcal.measurements.load_states import Floats
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.planning import rods as planning_rods
 from stiffcal.planning.rods import rods_can_see

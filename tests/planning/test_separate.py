@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.measurements.load_states import Floats, MeasurementSetup
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import Balance, NoBalanceError, solve_balance

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.regressors import Linearised
-from stiffcal.measurements.load_states import Floats
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque

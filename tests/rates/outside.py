@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     DocumentedEffect,
-    Floats,
     Kind,
     NodeLoads,
     Observed,

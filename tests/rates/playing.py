@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.identify import predict_observations
 from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
-from stiffcal.measurements.load_states import Floats, LoadStates, RunInfo
+from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

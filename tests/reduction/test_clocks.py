@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.reduction.clocks import SharedSignal, _refined, align_clocks, moves, offset_between
 from tests.laboratory.hidden_campaigns import raw_runs, truth
-from tests.laboratory.made_up_logs import Floats, load_cycle
+from tests.laboratory.made_up_logs import load_cycle
 
 
 def tracker_of(

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_quaternion
 from stiffcal.reduction.consistency import check_kinematics, check_work, match_kinematics, work_of_load
 from stiffcal.reduction.plausibility import LogQuality
-from tests.laboratory.hidden_campaigns import NAMES, Floats, folder_of, reduced
+from tests.laboratory.hidden_campaigns import NAMES, folder_of, reduced
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.reduction.blocks import blocks_of
 from stiffcal.reduction.holds import Holds, find_holds
 from tests.laboratory.hidden_campaigns import raw_runs, true_holds
-from tests.laboratory.made_up_logs import Floats, load_cycle
+from tests.laboratory.made_up_logs import load_cycle
 
 
 def matches(found: Holds, true: Floats) -> Floats:

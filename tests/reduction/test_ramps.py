@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.measurements.load_states import Floats
+from stiffcal.arrays import Floats
 from stiffcal.reduction.ramps import Integral, ramp_answers
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.reduction.blocks import Blocks, blocks_of
 from stiffcal.reduction.recordings import reduce_run
-from tests.laboratory.made_up_logs import Floats, load_cycle
+from tests.laboratory.made_up_logs import load_cycle
 
 COMPLIANCE = 5e-6 * np.array([[1.0, 0.2, 0.0], [0.2, 1.5, -0.3], [0.0, -0.3, 0.8]])
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_robot
 from stiffcal.campaign.manifest import Source
 from stiffcal.campaign.robot_file import chain_of
@@ -17,7 +17,6 @@ from stiffcal.reduction.logs import Rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.sweeps import cut_sweeps, lag_of, moved_joint
 
-Floats = NDArray[np.float64]
 KR125 = Path(__file__).parents[2] / "campaigns" / "kr125" / "robot.toml"
 NAMES = ("A1", "A2", "A3")
 

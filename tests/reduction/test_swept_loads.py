@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
-from stiffcal.measurements.load_states import Attachment, Floats, LoadStates, MeasurementSetup, RunInfo
+from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.reduction.blocks import blocks_of
 from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADED, UNLOADING, find_load_cycles, repeat_groups
 from stiffcal.reduction.recordings import ReducedRun, reduce_run

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.effects.joint_friction import JointFriction
-from stiffcal.measurements.load_states import Attachment, Floats
+from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.simulation.friction import simulate_friction, strokes_program

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.experiments.branches import Branches
 from stiffcal.experiments.clamped import ClampedRun
 from stiffcal.experiments.torque_angle import TorqueAngleLaw, fit_series, play_segment
-from stiffcal.measurements.load_states import Floats
 from stiffcal.reduction.sweeps import Sweeps
 from stiffcal.validation import clamped
 from stiffcal.validation.clamped import HeldoutRun, angle_residual, heldout_clamped

@@ -18,10 +18,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.robot_file import RobotFile, chain_of
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
-from stiffcal.measurements.load_states import Attachment, Floats, LoadStates, MeasurementSetup, RunInfo
+from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

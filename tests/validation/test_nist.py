@@ -17,11 +17,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Evaluation, Observations
 from stiffcal.identification.rows import layout_of
-from stiffcal.measurements.load_states import Attachment, Floats, MeasurementSetup
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.model.effect import StateOrder
 
 

@@ -18,10 +18,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.robot_file import RobotFile, chain_of
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.observation import evaluate, free_columns, observe
-from stiffcal.measurements.load_states import Attachment, Floats, LoadStates, MeasurementSetup, RunInfo
+from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

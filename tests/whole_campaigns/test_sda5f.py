@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.ingest.reducing import reduce_campaign
-from stiffcal.measurements.load_states import Floats
 from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects

@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.compensation.tool_weight import weight_on_sensor
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
-from stiffcal.measurements.load_states import Attachment, Floats
+from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import quaternion_from_rotation
 from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign

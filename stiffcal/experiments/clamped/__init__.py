@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.experiments import ExperimentKind
 from stiffcal.experiments.branches import Branches, average_branches, reversal_error
@@ -23,8 +24,6 @@ from stiffcal.experiments.saturation import Saturation, find_saturation
 from stiffcal.experiments.torque_angle import PlaySegment, SeriesFit, TorqueAngleLaw, fit_series, play_segment
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.reduction.sweeps import Sweeps, cut_sweeps
-
-Floats = NDArray[np.float64]
 
 KIND = ExperimentKind("clamped")
 N_BINS = 120

@@ -12,16 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments import ExperimentKind
 from stiffcal.experiments.friction_rows import FrictionRows, felt_columns, together
 from stiffcal.experiments.friction_solving import FrictionLaw, PartFit, law_of
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole, ParameterSpec
-
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 
 KIND = ExperimentKind("friction", default_model=Path(__file__).with_name("default_model.toml"))
 

@@ -22,21 +22,13 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.csv as arrow_csv
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.limits import ROWS
 from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.moments import seconds_of_times
-from stiffcal.readers import (
-    Batch,
-    Floats,
-    FuzzInput,
-    Header,
-    Options,
-    Reader,
-    Wanted,
-    first_not_finite,
-)
+from stiffcal.readers import Batch, FuzzInput, Header, Options, Reader, Wanted, first_not_finite
 from stiffcal.readers.csv.faults import GAP_WORDS, check_last_line, find_fault
 from stiffcal.readers.csv.layout import CsvOptions, Layout, open_log
 from stiffcal.readers.csv.lines import LogText

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.files import replacing
-from stiffcal.report.content import Floats, Integers
 from stiffcal.report.drawing_library import drawing_library
 from stiffcal.report.fonts import make_drawable, silence_font_notices
 

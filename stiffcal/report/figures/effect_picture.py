@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.report.content import Booleans, EffectPicture
+from stiffcal.arrays import Booleans
+from stiffcal.report.content import EffectPicture
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:

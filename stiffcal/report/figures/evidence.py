@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.report.content import EffectEvidence, Floats, Integers
+from stiffcal.arrays import Floats, Integers
+from stiffcal.report.content import EffectEvidence
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.effect_picture import draw_on
 

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiffcal.report.content import Floats, Integers, ReportStates
+from stiffcal.arrays import Floats, Integers
+from stiffcal.report.content import ReportStates
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiffcal.arrays import Booleans
 from stiffcal.compensation.predict_result import LoadPath
-from stiffcal.report.content import Booleans
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.compensation.compensate_result import PathError
-from stiffcal.report.content import Floats
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.robot_poses import round_scale
 

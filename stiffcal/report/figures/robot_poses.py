@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.report import wording
-from stiffcal.report.content import Floats, ReportRun, ReportStates
+from stiffcal.report.content import ReportRun, ReportStates
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:

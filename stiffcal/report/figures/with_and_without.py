@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.report.compensation_content import ComparedPose, TimePair, WithAndWithout
-from stiffcal.report.content import Floats, Integers
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.report.content import Floats
+from stiffcal.arrays import Floats
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:

@@ -6,10 +6,11 @@ from functools import partial
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Column, Paragraph, Picture, Section, Subheading, Table
 from stiffcal.report.compensation_content import ComparedPose, TimePair, WithAndWithout
-from stiffcal.report.content import Floats, ReportContent
+from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import with_and_without as drawing
 
 ORDER = 55
