@@ -122,6 +122,7 @@ def other(version: str) -> str:
     return "two" if version == "one" else "one"
 
 
+@pytest.mark.long
 def test_the_command_killed_at_random_moments(tmp_path: Path) -> None:
     folder = tmp_path / "campaign"
     write_campaign(folder)

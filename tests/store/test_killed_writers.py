@@ -105,6 +105,7 @@ def value_of(store: Store) -> int:
     return int(values.pop())
 
 
+@pytest.mark.long
 def test_a_hundred_kills(store: Store, writers: subprocess.Popen[str]) -> None:
     chance = random.Random(2)
     seen: set[int] = set()

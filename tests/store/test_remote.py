@@ -99,6 +99,7 @@ def test_a_killed_writer_leaves_the_old_store(bucket: Any, address: str, monkeyp
     assert len({name.split("/")[1] for name in objects(bucket, address) if name.startswith("generations/")}) == 2
 
 
+@pytest.mark.long
 def test_two_writers_come_one_after_the_other(bucket: Any, address: str) -> None:
     stores = [Store(address), elsewhere(address), elsewhere(address)]
 
@@ -126,6 +127,7 @@ def test_a_writer_that_was_taken_for_dead_is_told(address: str, monkeypatch: pyt
     assert elsewhere(address).read_document("fit") == {"value": 3.0}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("first", ["the one that slept", "the other"])
 def test_a_writer_that_sleeps_between_its_last_look_and_the_switch(
     first: str, address: str, monkeypatch: pytest.MonkeyPatch

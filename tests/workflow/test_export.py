@@ -107,6 +107,7 @@ def test_plots_that_cannot_be(campaign: Path, run: str | None, against: str | No
         plot_campaign(campaign, output=campaign / "plot.svg", run=run, against=against)
 
 
+@pytest.mark.long
 def test_report_is_a_pdf_with_the_stiffness_table(campaign: Path) -> None:
     from pypdf import PdfReader
 
