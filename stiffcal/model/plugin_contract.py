@@ -22,6 +22,8 @@ _TEXTS = ("summary", "fingerprint", "how_to_check")
 _NAMES = ("includes", "excludes", "needs", "looks_like", "curve")
 _FLAGS = ("has_memory", "in_motion", "general")
 _MOST_TEXT = 10_000
+# Far beyond every quantity in SI units; the sum of the squares of many is still a number.
+_LARGEST = 1e100
 
 
 def checked_class(member: type[Effect], file: str) -> type[Effect]:
@@ -270,12 +272,14 @@ _ANSWERS: dict[str, Callable[..., str]] = {
 
 
 def _wrong_array(value: Any, shape: tuple[int, ...]) -> str:
-    """Return why a value is no array of finite real numbers of this shape, "" where it is."""
+    """Return why a value is no array of finite real numbers of this shape that can be squared, "" where it is."""
     if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
         return f"is no array of real numbers: {_shown(value)}"
     if value.shape != shape:
         return f"has the shape {value.shape}, not {shape}"
-    return "" if np.isfinite(value).all() else "is not finite"
+    if not np.isfinite(value).all():
+        return "is not finite"
+    return "" if (np.abs(value) <= _LARGEST).all() else f"holds a number beyond ±{_LARGEST:g}"
 
 
 def _is_real(value: object) -> bool:

@@ -32,6 +32,7 @@ def folder(state: Path, tmp_path: Path) -> Path:
     ("term", "words"),
     [
         ('Term(node, RZ, "c", loads.wrench[node, RZ] * np.nan)', "a term whose value is not finite"),
+        ('Term(node, RZ, "c", loads.wrench[node, RZ] * 1e300)', "a term whose value holds a number beyond ±1e+100"),
         ('Term(node, RZ, "c", loads.wrench[node, RZ, :1])', "a term whose value has the shape (1,), not ("),
         ('Term(node, RZ, "c", "x")', "a term whose value is no array of real numbers: 'x'"),
         ('Term(99, RZ, "c", loads.wrench[0, RZ])', "a term at node 99, where there are nodes 0 to 13"),
