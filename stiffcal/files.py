@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import stat
 import sys
 from collections.abc import Iterator
@@ -208,6 +207,8 @@ def _refuse(mode: int, shown: str) -> NoReturn:
 
 def temporary_name(ending: str = "") -> str:
     """Return a name that nobody can foresee, for a file or folder that is being written."""
+    import secrets  # brings OpenSSL along, which commands that only read do without
+
     return f".stiffcal-{secrets.token_hex(8)}{ending}"
 
 

@@ -42,7 +42,7 @@ KIB, MIB, GIB, TIB = 1 << 10, 1 << 20, 1 << 30, 1 << 40
 _UNITS = {
     "": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12, "KIB": KIB, "MIB": MIB, "GIB": GIB, "TIB": TIB,
 }  # fmt: skip
-_AMOUNT = re.compile(r"\s*(?P<number>\d{1,18}(\.\d{1,9})?)\s*(?P<unit>[A-Za-z]*)\s*", re.ASCII)
+_AMOUNT = r"\s*(?P<number>\d{1,18}(\.\d{1,9})?)\s*(?P<unit>[A-Za-z]*)\s*"
 RATIO_FROM = 512 * MIB
 """Unpacked bytes below which any ratio is allowed: a log that stands still packs very small."""
 
@@ -81,7 +81,7 @@ class Limit:
         text = os.environ.get(self.variable, "")
         if not text.strip():
             return self.default
-        match = _AMOUNT.fullmatch(text)
+        match = re.fullmatch(_AMOUNT, text, re.ASCII)
         factor = _UNITS.get(match["unit"].upper()) if match is not None else None
         if match is None or factor is None or (match["unit"] and not self.in_bytes):
             example = shown_amount(4 * self.default, self.in_bytes)

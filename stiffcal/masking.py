@@ -15,40 +15,41 @@ from __future__ import annotations
 
 import os
 import re
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
-from urllib.parse import quote, quote_plus, unquote
 
 MASK = "…"
 SHORTEST = 6
-_SECRET_NAME = re.compile(
-    r"PASSW|PASSPHRASE|SECRET|TOKEN|CREDENTIAL|APIKEY|(^|_)(PASS|PWD|PW|KEYS?|PAT|AUTH|AUTHORIZATION|COOKIE)($|_)",
-    re.IGNORECASE,
+_SECRET_NAME = (
+    r"PASSW|PASSPHRASE|SECRET|TOKEN|CREDENTIAL|APIKEY|(^|_)(PASS|PWD|PW|KEYS?|PAT|AUTH|AUTHORIZATION|COOKIE)($|_)"
 )
 # Names of files and places, and what a desktop sets for itself: no secrets, and often part of an ordinary message.
-_NO_SECRET_NAME = re.compile(
-    r"^(OLD)?PWD$|(^|_)(FILE|PATH|DIR|FOLDER|HOME|SOCK|SOCKET|ASKPASS|COMMAND|TYPE|NAME|USER|HELPER)$", re.IGNORECASE
-)
+_NO_SECRET_NAME = r"^(OLD)?PWD$|(^|_)(FILE|PATH|DIR|FOLDER|HOME|SOCK|SOCKET|ASKPASS|COMMAND|TYPE|NAME|USER|HELPER)$"
 _OF_DATABASES = "STIFFCAL_POSTGRES_ENV"
-_PASSWORD_IN_ADDRESS = re.compile(r"(?P<before>://[^\s/:@'\"]{0,256}:)(?!\d{1,5}/)(?P<secret>[^\s'\"<>]{1,1024})(?=@)")
-_ASSIGNED = re.compile(
-    r"(?P<before>\b(?:[a-z]{0,16}(?:password|passwd|passphrase)|pwd|secret|(?:access|auth|api)?[_-]?token|api[_-]?key"
-    r"|(?:aws)?[_-]?secret[_-]?access[_-]?key|aws[_-]?access[_-]?key[_-]?id|aws[_-]?session[_-]?token"
-    r"|x-amz-(?:signature|credential|security-token)|signature)(?:\s?=\s?|[\"']\s?:\s?))"
-    r"(?P<secret>'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"|[^\s&;,'\"<>()]+)",
-    re.IGNORECASE,
-)
-_HEADER = re.compile(r"(?P<before>\b(?:Bearer|Basic)\s+)(?P<secret>[A-Za-z0-9._~+/-]{8,}=*)")
-_BY_FORM = re.compile(
-    r"(?P<before>)(?P<secret>\b(?:AKIA|ASIA)[0-9A-Z]{16}\b|\bgh[pousr]_[A-Za-z0-9]{30,}|\bgithub_pat_\w{30,}"
-    r"|\bglpat-[\w-]{20,}|\bxox[abprs]-[\w-]{10,}"
-    r"|-----BEGIN [A-Z ]{0,32}PRIVATE KEY-----.*?(?:-----END [A-Z ]{0,32}PRIVATE KEY-----|$))",
-    re.DOTALL,
-)
-_FORMS = (_PASSWORD_IN_ADDRESS, _ASSIGNED, _HEADER, _BY_FORM)
 # In an environment variable the whole value is an address: its password may hold blanks and quotes.
-_PASSWORD_OF_VALUE = re.compile(r"://[^/:@\s]{0,256}:(?!\d{1,5}/)(.{1,4096})@", re.DOTALL)
-_PASSWORD_KEYWORD = re.compile(r"password\s*=\s*(?:'((?:[^'\\]|\\.)*)'|([^\s&'\"]+))", re.IGNORECASE)
+_PASSWORD_OF_VALUE = r"(?s)://[^/:@\s]{0,256}:(?!\d{1,5}/)(.{1,4096})@"
+_PASSWORD_KEYWORD = r"(?i)password\s*=\s*(?:'((?:[^'\\]|\\.)*)'|([^\s&'\"]+))"
+
+
+@cache
+def _forms() -> tuple[re.Pattern[str], ...]:
+    """Return what finds secrets by their form; compiled when first needed, as most commands have no message to mask."""
+    in_address = re.compile(r"(?P<before>://[^\s/:@'\"]{0,256}:)(?!\d{1,5}/)(?P<secret>[^\s'\"<>]{1,1024})(?=@)")
+    assigned = re.compile(
+        r"(?P<before>\b(?:[a-z]{0,16}(?:password|passwd|passphrase)|pwd|secret|(?:access|auth|api)?[_-]?token"
+        r"|api[_-]?key|(?:aws)?[_-]?secret[_-]?access[_-]?key|aws[_-]?access[_-]?key[_-]?id|aws[_-]?session[_-]?token"
+        r"|x-amz-(?:signature|credential|security-token)|signature)(?:\s?=\s?|[\"']\s?:\s?))"
+        r"(?P<secret>'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"|[^\s&;,'\"<>()]+)",
+        re.IGNORECASE,
+    )
+    header = re.compile(r"(?P<before>\b(?:Bearer|Basic)\s+)(?P<secret>[A-Za-z0-9._~+/-]{8,}=*)")
+    by_form = re.compile(
+        r"(?P<before>)(?P<secret>\b(?:AKIA|ASIA)[0-9A-Z]{16}\b|\bgh[pousr]_[A-Za-z0-9]{30,}|\bgithub_pat_\w{30,}"
+        r"|\bglpat-[\w-]{20,}|\bxox[abprs]-[\w-]{10,}"
+        r"|-----BEGIN [A-Z ]{0,32}PRIVATE KEY-----.*?(?:-----END [A-Z ]{0,32}PRIVATE KEY-----|$))",
+        re.DOTALL,
+    )
+    return in_address, assigned, header, by_form
 
 
 def mask(text: str) -> str:
@@ -64,7 +65,7 @@ def mask(text: str) -> str:
     found = _secrets_now()
     if found is not None:
         text = found.sub(MASK, text)
-    for form in _FORMS:
+    for form in _forms():
         text = form.sub(lambda match: match["before"] + MASK, text)
     return text
 
@@ -95,7 +96,9 @@ def is_secret_name(name: str) -> bool:
     >>> [name for name in ("PGPASSWORD", "PWD", "SSH_AUTH_SOCK", "AWS_REGION", "CI_JOB_TOKEN") if is_secret_name(name)]
     ['PGPASSWORD', 'CI_JOB_TOKEN']
     """
-    return _SECRET_NAME.search(name) is not None and _NO_SECRET_NAME.search(name) is None
+    return re.search(_SECRET_NAME, name, re.IGNORECASE) is not None and (
+        re.search(_NO_SECRET_NAME, name, re.IGNORECASE) is None
+    )
 
 
 def _secrets_now() -> re.Pattern[str] | None:
@@ -129,12 +132,14 @@ def _pattern(values: tuple[tuple[str, bool], ...]) -> re.Pattern[str] | None:
 
 
 def _passwords_in(value: str) -> set[str]:
-    found = {match[1] for match in _PASSWORD_OF_VALUE.finditer(value)}
-    return found | {match[1] or match[2] for match in _PASSWORD_KEYWORD.finditer(value)}
+    found = {match[1] for match in re.finditer(_PASSWORD_OF_VALUE, value)}
+    return found | {match[1] or match[2] for match in re.finditer(_PASSWORD_KEYWORD, value)}
 
 
 def _spellings(secret: str) -> set[str]:
     """Return how a secret may stand in a message."""
+    from urllib.parse import quote, quote_plus, unquote
+
     plain = {secret, unquote(secret, errors="surrogateescape")}
     escaped = {text.replace("\\", "\\\\").replace("'", "\\'") for text in plain} | {repr(text)[1:-1] for text in plain}
     escaped |= {text.replace("'", "'\"'\"'") for text in plain}  # as a shell takes it

@@ -11,7 +11,7 @@ from typing import Any
 
 from stiffcal.campaign.explain import key_path
 from stiffcal.errors import Fault, InputError
-from stiffcal.escapes import REFUSED
+from stiffcal.escapes import refused
 
 # Keys whose texts are shown and never used: they may hold anything, and are escaped where they are shown.
 _SHOWN_ONLY = frozenset({"why"})
@@ -37,7 +37,7 @@ def odd_character(name: str, allowed: frozenset[str] | set[str] = frozenset()) -
     >>> print(odd_character("pose\u202e1")[0])
     the name "pose\u202e1" holds U+202E, which changes the direction of writing
     """
-    found = next((match[0] for match in REFUSED.finditer(name) if match[0] not in allowed), None)
+    found = next((match[0] for match in refused().finditer(name) if match[0] not in allowed), None)
     if found is None:
         return None
     code = ord(found)

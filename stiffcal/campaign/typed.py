@@ -32,7 +32,10 @@ class Table(BaseModel):
     `aliases` names keys that people use for another one, for the message only.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, populate_by_name=True)
+    # defer_build: what a command does not read is not built, and a table that lies in another one is not built twice
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, populate_by_name=True, defer_build=True
+    )
 
     look_alikes: ClassVar[dict[str, str]] = {}
 

@@ -12,9 +12,9 @@ that are no text) is written out everywhere, as ``\x1b`` or ``\u202e``: removing
 from __future__ import annotations
 
 import importlib
-import pkgutil
 import re
 from collections.abc import Callable
+from functools import cache
 
 _CONTROL = "\x00-\x1f\x7f-\x9f"
 _LINES = "\u2028\u2029"
@@ -29,10 +29,19 @@ _NONCHARACTERS = "\ufdd0-\ufdef\ufffe\uffff" + "".join(
 # of no width. The joiners U+200C and U+200D stay: Persian words and emoji are made with them.
 _OF_NO_WIDTH = "\u061c\u200e\u200f\xad\u180e\u200b\u2060-\u2065\u206a-\u206f\ufeff\ufff9-\ufffb"
 
-REFUSED = re.compile(f"[{_CONTROL}{_LINES}{_DIRECTIONS}{_NO_TEXT}{_NONCHARACTERS}]")
-"""What no name that is used may hold."""
-HIDDEN = re.compile(f"[{_CONTROL}{_LINES}{_DIRECTIONS}{_NO_TEXT}{_NONCHARACTERS}{_OF_NO_WIDTH}]")
-"""What is written out wherever it is shown."""
+# Expressions are compiled when they are first needed: every command imports this module, and few need them.
+
+
+@cache
+def refused() -> re.Pattern[str]:
+    """Return what finds the characters that no name that is used may hold."""
+    return re.compile(f"[{_CONTROL}{_LINES}{_DIRECTIONS}{_NO_TEXT}{_NONCHARACTERS}]")
+
+
+@cache
+def hidden() -> re.Pattern[str]:
+    """Return what finds the characters that are written out wherever they are shown."""
+    return re.compile(f"[{_CONTROL}{_LINES}{_DIRECTIONS}{_NO_TEXT}{_NONCHARACTERS}{_OF_NO_WIDTH}]")
 
 
 def visible(text: str) -> str:
@@ -43,7 +52,7 @@ def visible(text: str) -> str:
     >>> print(visible("two\nlines, \x1b[31mred, Müller \U0001f600"))
     two\nlines, \x1b[31mred, Müller 😀
     """
-    return text if text.isascii() and text.isprintable() else HIDDEN.sub(_written_out, text)
+    return text if text.isascii() and text.isprintable() else hidden().sub(_written_out, text)
 
 
 def _written_out(match: re.Match[str]) -> str:
@@ -58,5 +67,7 @@ def sinks() -> dict[str, Callable[[str], str]]:
     >>> sinks()["html_text"]("<b>")
     '&lt;b&gt;'
     """
+    import pkgutil
+
     names = sorted(entry.name for entry in pkgutil.iter_modules(__path__))
     return {name: importlib.import_module(f"{__name__}.{name}").escaped for name in names}

@@ -10,7 +10,7 @@ import json
 import re
 from typing import Any
 
-from stiffcal.escapes import HIDDEN
+from stiffcal.escapes import hidden
 
 _COMMAND = re.compile(r"#(?=#[A-Za-z]*\[)")  # no line of JSON begins with a text, so that `::` does nothing
 
@@ -44,5 +44,5 @@ def document_text(document: Any, *, indent: int | None = 2) -> str:
 def _hidden_written_out(text: str) -> str:
     """Write hidden characters as JSON does; between the texts of a document there are none but line feeds."""
     if not text.isascii() or "\x7f" in text:
-        text = HIDDEN.sub(lambda match: match[0] if match[0] == "\n" else json.dumps(match[0])[1:-1], text)
+        text = hidden().sub(lambda match: match[0] if match[0] == "\n" else json.dumps(match[0])[1:-1], text)
     return _COMMAND.sub(r"\\u0023", text) if "##" in text else text

@@ -8,15 +8,20 @@ Actions", and ActionCommand.cs of github.com/actions/runner.
 from __future__ import annotations
 
 import re
+from functools import cache
 
 from stiffcal.escapes import visible
 
 # The runner's commands of one word, and all of more words, also those to come. A long line may be broken before any of
 # its characters, and the closing `::` may come from another text, so that the opening counts anywhere.
 _NAMES = "debug|echo|endgroup|error|group|notice|warning|[a-z]+-[a-z-]+"
-_COMMAND = re.compile(rf":(?=:(?:{_NAMES})(?:::|\s|$))|#(?=#[a-z]*\[)", re.IGNORECASE)
 _DATA = {"%": "%25", "\r": "%0D", "\n": "%0A"}
 _PROPERTY = _DATA | {":": "%3A", ",": "%2C"}
+
+
+@cache
+def _command() -> re.Pattern[str]:
+    return re.compile(rf":(?=:(?:{_NAMES})(?:::|\s|$))|#(?=#[a-z]*\[)", re.IGNORECASE)
 
 
 def defused(text: str) -> str:
@@ -29,7 +34,7 @@ def defused(text: str) -> str:
     """
     if "::" not in text and "##" not in text:
         return text
-    return _COMMAND.sub(lambda match: f"\\x{ord(match[0]):x}", text)
+    return _command().sub(lambda match: f"\\x{ord(match[0]):x}", text)
 
 
 def escaped(text: str) -> str:

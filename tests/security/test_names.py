@@ -29,7 +29,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
 from stiffcal.cli.endings import report_fault
 from stiffcal.cli.progress import ProgressBar
-from stiffcal.escapes import HIDDEN, csv_cell
+from stiffcal.escapes import csv_cell, hidden
 from stiffcal.escapes.file_name import fitting
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.report import fonts
@@ -193,7 +193,7 @@ class TestFolders:
             assert report_fault(ValueError(f"{name}\n::error::"), ["check", name], as_json) == 3
             printed = capsys.readouterr()
             (printed.out + printed.err).encode("utf-8")
-            assert not HIDDEN.search((printed.out + printed.err).replace("\n", ""))
+            assert not hidden().search((printed.out + printed.err).replace("\n", ""))
             assert printed.err.count("\n") == (0 if as_json else 1)
 
     def test_a_batch_of_such_folders(self, tmp_path: Path) -> None:
