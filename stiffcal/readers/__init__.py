@@ -258,10 +258,7 @@ _KINDS = {str: "text", int: "a whole number", float: "a number", bool: "true or 
 def check_options(
     options: Options, table: type[Table], name: str, shown: str, further: Mapping[str, type] | None = None
 ) -> None:
-    """Raise `InputError` for an option that the format does not know or that is of the wrong type.
-
-    `further`: option to type of what is no option of the manifest's table, such as ``from``.
-    """
+    """Raise `InputError` for an option that `table` and `further` (not of the manifest) lack, or of the wrong type."""
     known = {key: plain_type(option.annotation) for key, option in table.model_fields.items()} | dict(further or {})
     faults = []
     for key, value in options.items():
