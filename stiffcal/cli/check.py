@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.clocks import clock_rates
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
@@ -16,6 +16,8 @@ from stiffcal.cli.wording import NOT_KNOWN, angle, length, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.workflow.check_results import CheckedColumn, CheckedJoint, CheckedRun, CheckedSource, CheckResult
 
 READ_AS = {
     **dict.fromkeys(("deg", "rad", "mrad", "rev", "arcmin", "arcsec"), (180.0 / math.pi, "°")),
@@ -46,114 +48,114 @@ def check(
     with answering(as_json) as answer:
         from stiffcal.workflow.check import check_campaign
 
-        document = check_campaign(folder, quick=quick, run=run, progress=answer.progress)
-        ready = bool(document["ready"])
-        answer.give(document, show_check, command_line("run" if ready else "check", folder, store=store))
-    return OK if ready else NOT_HELD
+        result = check_campaign(folder, quick=quick, run=run, progress=answer.progress)
+        answer.give(result, show_check, command_line("run" if result.ready else "check", folder, store=store))
+    return OK if result.ready else NOT_HELD
 
 
-def show_check(console: Console, document: Document) -> None:
+def show_check(console: Console, result: CheckResult) -> None:
     """Draw what was understood: sources, ranges, runs, kinematics, joints; then the verdict."""
-    _show_sources(console, document["sources"])
-    _show_ranges(console, document["sources"])
-    _show_runs(console, document.get("runs", []))
-    for line in clock_rates(document.get("runs", [])):
+    _show_sources(console, result.sources)
+    _show_ranges(console, result.sources)
+    _show_runs(console, result.runs)
+    for line in clock_rates(run.clock_ahead_s for run in result.runs):
         console.print(line, soft_wrap=True)
-    kinematics = document.get("kinematics") or {}
-    if kinematics.get("median_m") is not None:
-        turned = kinematics.get("orientation_rad")
-        words = f"kinematics meets the tracker within {length(kinematics['median_m'])} (median)"
-        words += f", {length(kinematics['worst_m'])} (worst)" if kinematics.get("worst_m") is not None else ""
+    kinematics = result.kinematics
+    if kinematics is not None and kinematics.median_m is not None:
+        turned = kinematics.orientation_rad
+        words = f"kinematics meets the tracker within {length(kinematics.median_m)} (median)"
+        words += f", {length(kinematics.worst_m)} (worst)" if kinematics.worst_m is not None else ""
         console.print(words + (f", {angle(turned)} turned" if turned is not None else ""))
-    _show_joints(console, document.get("joints", []))
-    for view in document.get("rods", []):
-        for sentence in view["says"]:
+    _show_joints(console, result.joints or [])
+    for view in result.rods or []:
+        for sentence in view.says:
             console.print(sentence, soft_wrap=True)
-    for proposal in document.get("proposals", []):
-        files, device = proposal["files"], proposal["device"]
-        told = files[0] + (f" and {len(files) - 1} more" if len(files) > 1 else "")
-        words = f"{told}: not named in campaign.toml" + (f", looks like a log of: {device}" if device else "")
-        copied = any(line.startswith("[") for line in proposal["lines"])
+    for proposal in result.proposals or []:
+        files, device = proposal.files, proposal.device
+        named = files[0] + (f" and {len(files) - 1} more" if len(files) > 1 else "")
+        words = f"{named}: not named in campaign.toml" + (f", looks like a log of: {device}" if device else "")
+        copied = any(line.startswith("[") for line in proposal.lines)
         console.print(words + ("; lines to copy:" if copied else ""), soft_wrap=True)
-        for line in proposal["lines"]:
+        for line in proposal.lines:
             console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
-    if document["ready"]:
+    if result.ready:
         console.print("ready")
         return
     console.print("not ready:")
-    for line in document["missing"]:
+    for line in result.missing:
         console.print(f"  {line}", soft_wrap=True)
 
 
-def _by_source(files: list[Document]) -> dict[str, list[Document]]:
-    grouped: dict[str, list[Document]] = {}
+def _by_source(files: list[CheckedSource]) -> dict[str, list[CheckedSource]]:
+    grouped: dict[str, list[CheckedSource]] = {}
     for file in files:
-        grouped.setdefault(file["source"], []).append(file)
+        grouped.setdefault(file.source, []).append(file)
     return grouped
 
 
-def _show_sources(console: Console, files: list[Document]) -> None:
+def _show_sources(console: Console, files: list[CheckedSource]) -> None:
     if not files:
         return
     table = plain_table("source", "files>", "rows>", "rate [1/s]>", "span [s]>", "longest gap [s]>")
     for source, parts in _by_source(files).items():
-        rows = sum(part["rows"] for part in parts)
-        ranges = (_range(parts, key) for key in ("rate_hz", "span_s"))
-        gaps = [part["longest_gap_s"] for part in parts if part.get("longest_gap_s") is not None]
+        rows = sum(part.rows for part in parts)
+        sampled = [part for part in parts if part.sampled]
+        ranges = _range([part.rate_hz for part in sampled]), _range([part.span_s for part in sampled])
+        gaps = [part.longest_gap_s for part in sampled if part.longest_gap_s is not None]
         table.add_row(source, str(len(parts)), str(rows), *ranges, significant(max(gaps)) if gaps else NOT_KNOWN)
     console.print(table)
 
 
-def _range(parts: list[Document], key: str) -> str:
-    values = [part[key] for part in parts if part.get(key) is not None]
-    if not values:
+def _range(values: list[float | None]) -> str:
+    known = [value for value in values if value is not None]
+    if not known:
         return NOT_KNOWN
-    low, high = significant(min(values), 4), significant(max(values), 4)
+    low, high = significant(min(known), 4), significant(max(known), 4)
     return low if low == high else f"{low} … {high}"
 
 
-def _show_ranges(console: Console, files: list[Document]) -> None:
+def _show_ranges(console: Console, files: list[CheckedSource]) -> None:
     """Draw each column's range over all files of its source, in the units people read."""
     table = plain_table("source", "signal", "column", "written in", "lowest>", "highest>", "", "moved")
     shown = 0
     for source, parts in _by_source(files).items():
-        columns: dict[tuple[str, str], list[Document]] = {}
+        columns: dict[tuple[str, str], list[CheckedColumn]] = {}
         for part in parts:
-            for column in part.get("columns", []):
-                columns.setdefault((column["signal"], column["column"]), []).append(column)
+            for column in part.columns:
+                columns.setdefault((column.signal, column.column), []).append(column)
         for (signal, name), found in columns.items():
             shown += 1
-            low = min((one["low_si"] for one in found if one["low_si"] is not None), default=None)
-            high = max((one["high_si"] for one in found if one["high_si"] is not None), default=None)
-            factor, unit = READ_AS.get(found[0]["unit"], (1.0, found[0]["unit"]))
+            low = min((one.low_si for one in found if one.low_si is not None), default=None)
+            high = max((one.high_si for one in found if one.high_si is not None), default=None)
+            factor, unit = READ_AS.get(found[0].unit, (1.0, found[0].unit))
             zero = 273.15 if unit == "°C" else 0.0
             ends = (NOT_KNOWN if end is None else significant(end * factor - zero, 4) for end in (low, high))
-            moved = sum(bool(one["moved"]) for one in found)
+            moved = sum(bool(one.moved) for one in found)
             words = "no" if not moved else "yes" if moved == len(found) else f"in {moved} of {len(found)} files"
-            table.add_row(source, signal, name, found[0]["unit"], *ends, unit, words)
+            table.add_row(source, signal, name, found[0].unit, *ends, unit, words)
     if shown:
         console.print(table)
 
 
-def _show_runs(console: Console, runs: list[Document], most: int = 15) -> None:
+def _show_runs(console: Console, runs: list[CheckedRun], most: int = 15) -> None:
     if not runs:
         return
     table = plain_table("run", "experiment", "states>", "set aside>", "largest force [N]>")
     for run in runs[:most]:
-        force = significant(run["largest_force_N"])
-        taken = f"{run['n_readings']} readings" if run.get("n_readings") else str(run["n_states"])
-        table.add_row(run["id"], run["experiment"], taken, str(len(run["set_aside"])), force)
+        force = significant(run.largest_force_N)
+        taken = f"{run.n_readings} readings" if run.n_readings else str(run.n_states)
+        table.add_row(run.id, run.experiment, taken, str(len(run.set_aside)), force)
     console.print(table)
     if len(runs) > most:
         console.print(f"  and {len(runs) - most} more runs (all in --json)")
-    for line in [f"run {run['id']}, {line}" for run in runs for line in run["set_aside"]][:most]:
+    for line in [f"run {run.id}, {line}" for run in runs for line in run.set_aside][:most]:
         console.print(f"set aside: {line}", soft_wrap=True)
 
 
-def _show_joints(console: Console, joints: list[Document]) -> None:
+def _show_joints(console: Console, joints: list[CheckedJoint]) -> None:
     if not joints:
         return
     table = plain_table("joint", "largest torque [N·m]>", "its stiffness")
     for joint in joints:
-        table.add_row(joint["joint"], significant(joint["largest_torque_Nm"]), joint["says"])
+        table.add_row(joint.joint, significant(joint.largest_torque_Nm), joint.says)
     console.print(table)

@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from math import sqrt
+from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import Document
+if TYPE_CHECKING:
+    from stiffcal.reduction.clocks import ClockOffset
 
 
-def clock_rates(runs: Iterable[Document]) -> list[str]:
+def clock_rates(runs: Iterable[Mapping[str, ClockOffset]]) -> list[str]:
     """Return a line for every two clocks whose rates were compared: the weighted mean over the runs.
 
     Examples
     --------
-    >>> clock = {"value": 0.2, "std": 1e-3, "rate": 3e-5, "rate_std": 1e-5, "rate_against": "ft"}
-    >>> clock_rates([{"clock_ahead_s": {"tracker": clock}}])
+    >>> from stiffcal.reduction.clocks import ClockOffset
+    >>> clock_rates([{"tracker": ClockOffset(0.2, 1e-3, "", 3e-5, 1e-5, "ft")}])
     ['the clock of tracker gains +30 ± 20 ppm on that of ft']
     """
     sums: dict[tuple[str, str], list[float]] = {}
-    for run in runs:
-        for source, clock in (run.get("clock_ahead_s") or {}).items():
-            if not isinstance(clock, dict) or not clock.get("rate_std"):
+    for clocks in runs:
+        for source, clock in clocks.items():
+            if clock.rate is None or not clock.rate_std:
                 continue
-            weight = clock["rate_std"] ** -2
-            told = sums.setdefault((source, clock["rate_against"]), [0.0, 0.0, 0.0])
-            for k, value in enumerate((1.0, weight, weight * clock["rate"])):
-                told[k] += value
+            weight = clock.rate_std**-2
+            total = sums.setdefault((source, clock.rate_against), [0.0, 0.0, 0.0])
+            for k, value in enumerate((1.0, weight, weight * clock.rate)):
+                total[k] += value
     return [
         f"the clock of {source} gains {1e6 * product / weight:+.0f} ± {1.96e6 / sqrt(weight):.0f} ppm on that of "
         f"{against}" + (f", mean of {count:.0f} runs" if count > 1 else "")

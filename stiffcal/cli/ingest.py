@@ -43,7 +43,13 @@ def show_ingest(console: Console, document: Document) -> None:
         name, states = str(run.get("id", run.get("run", ""))), f"{taken}{swept}"
         table.add_row(name, states, _dropped(dropped), _clocks(run))
     console.print(table)
-    for line in clock_rates(document["runs"]):
+    from stiffcal.reduction.clocks import ClockOffset
+
+    offsets = [
+        {source: ClockOffset(**clock) for source, clock in (run.get("clock_ahead_s") or {}).items()}
+        for run in document["runs"]
+    ]
+    for line in clock_rates(offsets):
         console.print(line, soft_wrap=True)
     if document.get("rods_grew_m"):
         most = length(document["rods_grew_m"])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,12 +58,24 @@ _COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORE
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 
 
-def propose_sources(campaign: Campaign) -> list[dict[str, Any]]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProposedSource:
+    """Logs in ``raw`` that the manifest does not name."""
+
+    files: list[str]
+    """Their names."""
+    device: str
+    """Whose export they seem to be, "" not known."""
+    lines: list[str]
+    """Of the manifest, to copy."""
+
+
+def propose_sources(campaign: Campaign) -> list[ProposedSource]:
     """Return, for every kind of log that nothing names, what it seems to be and the manifest's lines for it.
 
     Returns
     -------
-    List of ``{files, device, lines}``; `device` is "" where no maker was recognised.
+    list of ProposedSource
     """
     groups: dict[tuple[str, ...], dict[str, Any]] = {}
     for file in _unnamed(campaign)[:LOOKED_AT]:
@@ -76,9 +89,9 @@ def propose_sources(campaign: Campaign) -> list[dict[str, Any]]:
     return [_proposal(group, taken, frames) for group in groups.values()]
 
 
-def _proposal(group: Mapping[str, Any], taken: set[str], frames: set[str]) -> dict[str, Any]:
+def _proposal(group: Mapping[str, Any], taken: set[str], frames: set[str]) -> ProposedSource:
     if group["lines"][0].startswith("#"):  # a maker's log that is not understood: why, and what helps
-        return {"files": list(group["files"]), "device": group["device"], "lines": list(group["lines"])}
+        return ProposedSource(files=list(group["files"]), device=group["device"], lines=list(group["lines"]))
     name = next(one for k in range(1, 100) if (one := group["name"] + (str(k) if k > 1 else "")) not in taken)
     taken.add(name)
     files = list(group["files"])
@@ -88,7 +101,7 @@ def _proposal(group: Mapping[str, Any], taken: set[str], frames: set[str]) -> di
         lines.append(f'# in its run: files = {{ {name} = "{file}" }}')
     if len(files) > 3:
         lines.append(f"# … and {len(files) - 3} more files like these")
-    return {"files": files, "device": group["device"], "lines": lines + missing}
+    return ProposedSource(files=files, device=group["device"], lines=lines + missing)
 
 
 def _in_frames(lines: Sequence[str], frames: set[str]) -> tuple[list[str], list[str]]:

@@ -13,6 +13,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import frames_to_estimate, holding, measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
+from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
 from stiffcal.ingest.data_quality import DataQuality, check_load_states
 from stiffcal.ingest.logged_runs import log_files, logged_runs
@@ -148,7 +149,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
             document["runs"].append(entry)
     document["warnings"] += non_load.warnings + quality.remarks() + warnings
     if registration is not None:
-        document["registration"] = registration.as_document()
+        document["registration"] = document_of(registration.summary)
     return ReducedCampaign(states, document, quality, non_load)
 
 
@@ -214,7 +215,7 @@ def _read_clamped(campaign: Campaign, run: Run, logs: dict[str, Blocks], non_loa
     non_load.entries.append(
         {
             "id": run.id,
-            "clock_ahead_s": {source: offset.as_document() for source, offset in clocks.items()},
+            "clock_ahead_s": {source: document_of(offset) for source, offset in clocks.items()},
             "n_states": 0,
             "n_readings": len(readings),
             "dropped": [],
@@ -237,7 +238,7 @@ def _friction_entry(run: FrictionRun, friction: FrictionReduction) -> dict[str, 
         dropped += [{"why": str(why), "pieces": int(count)} for why, count in zip(reasons, counts, strict=True)]
     if motion is not None:
         readings += int(np.sum([motion.runs[k].name == name for k in motion.run]))
-    clocks = {source: offset.as_document() for source, offset in run.clocks.items()}
+    clocks = {source: document_of(offset) for source, offset in run.clocks.items()}
     return {"id": name, "clock_ahead_s": clocks, "n_states": 0, "n_readings": readings, "dropped": dropped}
 
 
@@ -292,7 +293,7 @@ def _document(states: LoadStates, runs: Sequence[ReducedRun]) -> dict[str, Any]:
                 "id": info.name,
                 "clock_ahead_s": {}
                 if reduced is None
-                else {source: offset.as_document() for source, offset in reduced.clocks.items()},
+                else {source: document_of(offset) for source, offset in reduced.clocks.items()},
                 "n_states": int(used[members].sum()),
                 "dropped": ([] if reduced is None else _dropped(reduced)) + aside,
                 **({"passes": reduced.passes} if reduced is not None and reduced.passes else {}),

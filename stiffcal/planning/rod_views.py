@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.measurements.load_states import MeasurementSetup
 
 
-def rod_views(campaign: Campaign, setup: MeasurementSetup) -> list[dict[str, Any]]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckedRods:
+    """What the rods on a link can and cannot measure."""
+
+    link: str
+    """Its name."""
+    rods: list[str]
+    """Their names."""
+    carried: list[str]
+    """Parts of the link's deformation that the rods measure."""
+    blind: list[str]
+    """Parts that they do not."""
+    spare: int
+    """How many rods there are more than parts that they measure."""
+    says: list[str]
+    """The same in words, with the rod that would help most."""
+
+
+def rod_views(campaign: Campaign, setup: MeasurementSetup) -> list[CheckedRods]:
     """Return one view per link with rods."""
     import numpy as np
 
@@ -22,14 +41,14 @@ def rod_views(campaign: Campaign, setup: MeasurementSetup) -> list[dict[str, Any
         drawn = None if entry is None or entry.section is None else entry.section.outline
         view = rods_can_see(rods, shape, None if drawn is None else [np.array(corner) for corner in drawn])
         views.append(
-            {
-                "link": view.link,
-                "rods": list(view.rods),
-                "carried": list(view.carried),
-                "blind": list(view.blind),
-                "spare": view.spare,
-                "says": [*view.sentences, *_of_section(campaign, rods.link)],
-            }
+            CheckedRods(
+                link=view.link,
+                rods=list(view.rods),
+                carried=list(view.carried),
+                blind=list(view.blind),
+                spare=view.spare,
+                says=[*view.sentences, *_of_section(campaign, rods.link)],
+            )
         )
     return views
 

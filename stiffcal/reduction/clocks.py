@@ -12,10 +12,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.documents import KeyIf, Number
 from stiffcal.reduction.blocks import noise_of
 from stiffcal.reduction.holds import Holds, find_holds
 from stiffcal.reduction.ramps import MOST_STEPS, Integral, ramp_answers, robust_mean, spread_of
@@ -51,27 +53,30 @@ class SharedSignal:
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """How much more a source's clock shows than the first source's, s.
+    """How much more a source's clock shows than the first source's, s."""
 
-    ``value`` and ``std`` are None where nothing is shared, and ``reason`` says why. ``std`` is 0 where given. ``rate``:
-    how much the clock gains on that of ``rate_against``, s per s, None where the run does not tell.
-    """
+    value: Number
+    """None where nothing is shared."""
+    std: Number
+    """Standard uncertainty; 0 where the value was given."""
+    reason: Annotated[str, KeyIf("has_reason")] = ""
+    """Why there is no value."""
+    rate: Annotated[Number, KeyIf("has_rate")] = None
+    """How much the clock gains on that of ``rate_against``, s per s; None where the run does not determine it."""
+    rate_std: Annotated[Number, KeyIf("has_rate")] = None
+    """Its standard uncertainty."""
+    rate_against: Annotated[str, KeyIf("has_rate")] = ""
+    """A source."""
 
-    value: float | None
-    std: float | None
-    reason: str = ""
-    rate: float | None = None
-    rate_std: float | None = None
-    rate_against: str = ""
+    @property
+    def has_reason(self) -> bool:
+        """Whether there is something to explain."""
+        return bool(self.reason)
 
-    def as_document(self) -> dict[str, float | str | None]:
-        """Return the entry of ``clock_ahead_s``."""
-        document: dict[str, float | str | None] = {"value": self.value, "std": self.std}
-        if self.reason:
-            document["reason"] = self.reason
-        if self.rate is not None:
-            document |= {"rate": self.rate, "rate_std": self.rate_std, "rate_against": self.rate_against}
-        return document
+    @property
+    def has_rate(self) -> bool:
+        """Whether the rate is known."""
+        return self.rate is not None
 
 
 def align_clocks(signals: Sequence[SharedSignal], given: Mapping[str, float] | None = None) -> dict[str, ClockOffset]:

@@ -16,6 +16,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.transforms import placement_matrix
+from stiffcal.documents import Matrix, Number, Vector
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
@@ -29,6 +30,30 @@ WORST_ROTATION_RAD = 0.02
 STEP = 1e-6  # of numerical derivatives, m and rad
 # Steps below this, m and rad, change nothing that a tracker measures; three of position against rotation come first.
 SETTLED, MOST_ROUNDS = 1e-9, 30
+
+
+@dataclass(frozen=True, slots=True)
+class RegisteredFrame:
+    """A frame found."""
+
+    parent_from_frame: Matrix
+    """(4, 4), m."""
+    std: Vector
+    """(6,) standard uncertainty: translation m, rotation rad; NaN where it was not looked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class RegistrationSummary:
+    """Frames found, and what is left between kinematics and readings."""
+
+    frames: dict[str, RegisteredFrame]
+    """By name."""
+    rms_m: float
+    """Of places."""
+    rms_rad: Number
+    """Of turns; NaN for positions only."""
+    n_poses: int
+    """Different poses used."""
 
 
 @dataclass(frozen=True)
@@ -49,20 +74,11 @@ class Registration:
     rms_rad: float
     n_poses: int
 
-    def as_document(self) -> dict[str, object]:
-        """Return what the ingest document says of the frames."""
-        return {
-            "frames": {
-                name: {
-                    "parent_from_frame": frame.tolist(),
-                    "std": [None if np.isnan(x) else float(x) for x in self.uncertainty[name]],
-                }
-                for name, frame in self.frames.items()
-            },
-            "rms_m": self.rms_m,
-            "rms_rad": None if np.isnan(self.rms_rad) else self.rms_rad,
-            "n_poses": self.n_poses,
-        }
+    @property
+    def summary(self) -> RegistrationSummary:
+        """What results hold of it."""
+        found = {name: RegisteredFrame(frame, self.uncertainty[name]) for name, frame in self.frames.items()}
+        return RegistrationSummary(found, self.rms_m, self.rms_rad, self.n_poses)
 
 
 def register_frames(

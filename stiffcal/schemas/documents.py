@@ -13,7 +13,8 @@ from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
 from stiffcal.documents import schema_of
 from stiffcal.validation.compare_result import CompareResult
-from stiffcal.workflow.command_documents import Check, Run
+from stiffcal.workflow.check_results import CheckResult
+from stiffcal.workflow.command_documents import Run
 from stiffcal.workflow.command_results import (
     EditResult,
     EffectsResult,
@@ -39,7 +40,7 @@ DOCUMENTS: dict[str, Any] = {
     "diagnose": Diagnose,
     "improve": Improve,
     "compare": CompareResult,
-    "check": Check,
+    "check": CheckResult,
     "run": Run,
     "batch": Batch,
     "report": ReportResult,

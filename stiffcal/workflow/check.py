@@ -3,26 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
 from stiffcal.ingest.proposals import propose_sources
 from stiffcal.planning.rod_views import rod_views
+from stiffcal.reduction.clocks import ClockOffset
+from stiffcal.workflow.check_results import (
+    CheckedColumn,
+    CheckedJoint,
+    CheckedKinematics,
+    CheckedRun,
+    CheckedSource,
+    CheckResult,
+)
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.ingest.data_quality import DataQuality
     from stiffcal.ingest.reducing import NonLoadRuns
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.reduction.plausibility import LogQuality
-
-SCHEMA = "stiffcal/check/1"
+    from stiffcal.reduction.recordings import ReducedRun
 
 
 def check_campaign(
     folder: str | Path, quick: bool = False, run: str | None = None, progress: Progress = no_progress
-) -> dict[str, Any]:
+) -> CheckResult:
     """Read everything and say what was understood.
 
     Parameters
@@ -33,8 +41,8 @@ def check_campaign(
 
     Returns
     -------
-    The check document: ``sources`` (per file: rows, rate, span, gap, ranges, what moved), ``runs``, ``kinematics``,
-    ``joints`` (torque that each saw, and how well its stiffness could be known), ``ready``, ``missing``.
+    CheckResult
+        What was understood of each file and run, and what is still missing.
 
     Raises
     ------
@@ -56,12 +64,16 @@ def check_campaign(
     )
     missing = _missing_files(campaign, run)
     faults = [fault for fault in faults if not _is_missing(fault)]
-    document: dict[str, Any] = {
-        "schema": SCHEMA,
-        "warnings": [],
-        "campaign": campaign.name,
-        "sources": _sources(campaign, quality),
-    }
+    result = CheckResult(
+        warnings=[],
+        campaign=campaign.name,
+        sources=[_file(campaign, source, log) for (source, _, _), log in quality.logs.items()],
+        runs=[],
+        kinematics=None,
+        n_states=0,
+        ready=False,
+        missing=[],
+    )
     if gathered is not None and not faults:
         progress("looking at load states", None)
         states, registration = placed_states(campaign, gathered)
@@ -69,24 +81,28 @@ def check_campaign(
         faults += quality.causes() + found if found else []
         if not faults:
             states = states if quick else reject_outliers(states)
-            document |= _states(campaign, states, reduced)
-            document["warnings"] = quality.remarks() + warnings + [w for part in reduced for w in part.warnings]
-            if states.setup.rods:
-                document["rods"] = rod_views(campaign, states.setup)
-            if registration is not None:
-                document["registration"] = registration.as_document()
+            result = replace(
+                result,
+                warnings=quality.remarks() + warnings + [warning for part in reduced for warning in part.warnings],
+                runs=_load_runs(campaign, states, reduced),
+                kinematics=_kinematics(campaign, states),
+                n_states=int(states.used.sum()),
+                rods=rod_views(campaign, states.setup) if states.setup.rods else None,
+                registration=None if registration is None else registration.summary,
+            )
             if not quick or any(source.is_states for source in campaign.manifest.sources.values()):
-                missing += _joints(campaign, states, document)
+                joints, unidentifiable = _joints(campaign, states)
+                result, missing = replace(result, joints=joints), missing + unidentifiable
     elif gathered is None and not faults and not non_load and not (quick and _read_in_full(campaign)):
         missing.append("no load states yet: measure a run")
     if non_load and not faults:
-        missing += _beside(campaign, non_load, document)
+        unusable, remarks = _unusable(campaign, non_load)
+        result = replace(
+            result, warnings=[*result.warnings, *remarks], runs=_with_non_load_runs(campaign, result.runs, non_load)
+        )
+        missing += unusable
     raise_faults(faults)
-    if proposals := propose_sources(campaign):
-        document["proposals"] = proposals
-    document["ready"] = not missing
-    document["missing"] = missing
-    return document
+    return replace(result, proposals=propose_sources(campaign) or None, ready=not missing, missing=missing)
 
 
 def _read_in_full(campaign: Campaign) -> bool:
@@ -94,37 +110,37 @@ def _read_in_full(campaign: Campaign) -> bool:
     return any(run.experiment in ("clamped", "friction") for run in campaign.manifest.runs)
 
 
-def _beside(campaign: Campaign, non_load: NonLoadRuns, document: dict[str, Any]) -> list[str]:
-    """Add runs that make no load states to the document; return what is missing of them."""
+def _with_non_load_runs(campaign: Campaign, runs: Sequence[CheckedRun], non_load: NonLoadRuns) -> list[CheckedRun]:
+    """Return the runs, and after them those that make no load states."""
     experiments = {run.id: run.experiment for run in campaign.manifest.runs}
-    document.setdefault("runs", [])
-    document.setdefault("kinematics", None)
-    document.setdefault("n_states", 0)
-    listed = {run["id"]: run for run in document["runs"]}
+    listed = {run.id: run for run in runs}
     for entry in non_load.entries:
-        if entry["id"] in listed:  # fitted with the load runs: it has states too
-            listed[entry["id"]]["n_readings"] = entry.get("n_readings", 0)
+        name, n_readings = entry["id"], entry.get("n_readings", 0)
+        if name in listed:  # fitted with the load runs: it has states too
+            listed[name] = replace(listed[name], n_readings=n_readings)
             continue
-        document["runs"].append(
-            {
-                "id": entry["id"],
-                "experiment": experiments.get(entry["id"], ""),
-                "n_states": 0,
-                "n_readings": entry.get("n_readings", 0),
-                "set_aside": [str(one["why"]) for one in entry["dropped"]],
-                "largest_force_N": None,
-                "work_J": None,
-                "clock_ahead_s": entry["clock_ahead_s"],
-            }
+        listed[name] = CheckedRun(
+            id=name,
+            experiment=experiments.get(name, ""),
+            n_states=0,
+            n_readings=n_readings,
+            set_aside=[str(dropped["why"]) for dropped in entry["dropped"]],
+            largest_force_N=None,
+            clock_ahead_s={source: ClockOffset(**clock) for source, clock in entry["clock_ahead_s"].items()},
         )
-    document["warnings"] += non_load.warnings
+    return list(listed.values())
+
+
+def _unusable(campaign: Campaign, non_load: NonLoadRuns) -> tuple[list[str], list[str]]:
+    """Return what is missing of runs that make no load states, and remarks on them, a line each."""
     unusable: list[str] = []
+    remarks = list(non_load.warnings)
     if non_load.clamped:
         from stiffcal.workflow.clamped import contradictions_of
 
-        unusable, remarks = contradictions_of(campaign, non_load.clamped)
-        document["warnings"] += remarks
-    return unusable + _without_friction(campaign, non_load)
+        unusable, of_clamped = contradictions_of(campaign, non_load.clamped)
+        remarks += of_clamped
+    return unusable + _without_friction(campaign, non_load), remarks
 
 
 def _without_friction(campaign: Campaign, non_load: NonLoadRuns) -> list[str]:
@@ -176,44 +192,40 @@ def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
     return [f"folder {name}: not there yet, {count} files are named in it" for name, count in homeless.items()] + told
 
 
-def _sources(campaign: Campaign, quality: DataQuality) -> list[dict[str, Any]]:
-    """Return what was seen of each file."""
-    return [
-        _file(campaign, source, watch)
-        for (source, _, _), watch in quality.logs.items()
-    ]  # fmt: skip
-
-
-def _file(campaign: Campaign, name: str, watch: LogQuality) -> dict[str, Any]:
+def _file(campaign: Campaign, name: str, log: LogQuality) -> CheckedSource:
+    """Return what was understood of a file."""
     source = campaign.manifest.sources[name]
     units = {
         column: unit.name
         for signal in source.signals().values()
         for column, unit in signal.columns_with_units().items()
     }
-    told: dict[str, Any] = {"source": name, "file": watch.file, "rows": watch.n_rows}
-    if watch.sampled:
-        told["rate_hz"] = _number(1.0 / watch.interval if watch.interval > 0.0 else None)
-        told["span_s"] = _number(watch.last_s - watch.first_s)
-        told["longest_gap_s"] = _number(watch.longest)
-    signals = []
-    for signal, low in watch.low.items():
-        high, columns = watch.high[signal], watch.columns.get(signal, ())
+    checked = []
+    for signal, low in log.low.items():
+        high, columns = log.high[signal], log.columns.get(signal, ())
         if signal == "wrench" and source.wrench is not None and source.wrench.direction is not None:
             low, high = _along(source.wrench.direction, low, high)
-        for k, column in enumerate(columns[: low.size]):
-            signals.append(
-                {
-                    "signal": signal,
-                    "column": column,
-                    "unit": units.get(column, ""),
-                    "low_si": _number(low[k]),
-                    "high_si": _number(high[k]),
-                    "moved": bool(high[k] > low[k]),
-                }
+        checked += [
+            CheckedColumn(
+                signal=signal,
+                column=column,
+                unit=units.get(column, ""),
+                low_si=_number(low[k]),
+                high_si=_number(high[k]),
+                moved=bool(high[k] > low[k]),
             )
-    told["columns"] = signals
-    return told
+            for k, column in enumerate(columns[: low.size])
+        ]
+    return CheckedSource(
+        source=name,
+        file=log.file,
+        rows=log.n_rows,
+        rate_hz=_number(1.0 / log.interval if log.interval > 0.0 else None),
+        span_s=_number(log.last_s - log.first_s),
+        longest_gap_s=_number(log.longest),
+        columns=checked,
+        sampled=log.sampled,
+    )
 
 
 def _along(direction: Sequence[float], low: Any, high: Any) -> tuple[Any, Any]:
@@ -233,52 +245,52 @@ def _number(value: Any) -> float | None:
     return float(value) if value is not None and math.isfinite(value) else None
 
 
-def _states(campaign: Campaign, states: LoadStates, reduced: list[Any]) -> dict[str, Any]:
-    """Return what was made of the runs, and whether kinematics meets the tracker."""
+def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReducedRun]) -> list[CheckedRun]:
+    """Return what was made of the runs that give load states."""
     import numpy as np
 
-    from stiffcal.reduction.consistency import match_kinematics, work_of_load
+    from stiffcal.reduction.consistency import work_of_load
 
     clocks = {part.states.run[0]: part.clocks for part in reduced}
-    runs = []
     aside = [f"state {row}: {why}" if why else "" for row, why in zip(states.row, states.set_aside, strict=True)]
     loads = states.setup.targets and bool(np.any(states.wrench))
     work = work_of_load(states, campaign.chain).work if loads else np.full(len(states.runs), np.nan)
-    for k, (info, own) in enumerate(zip(states.runs, states.members(), strict=True)):
-        runs.append(
-            {
-                "id": info.name,
-                "experiment": info.experiment,
-                "n_states": int(states.used[own].sum()),
-                "set_aside": [aside[i] for i in own if aside[i]],
-                "largest_force_N": _number(np.linalg.norm(states.wrench[own, :3], axis=1).max(initial=0.0)),
-                "work_J": _number(work[k]),
-                "clock_ahead_s": {
-                    name: offset.as_document() for name, offset in clocks.get(info.name, {}).items()
-                },
-            }
-        )  # fmt: skip
+    return [
+        CheckedRun(
+            id=info.name,
+            experiment=info.experiment,
+            n_states=int(states.used[own].sum()),
+            set_aside=[aside[i] for i in own if aside[i]],
+            largest_force_N=_number(np.linalg.norm(states.wrench[own, :3], axis=1).max(initial=0.0)),
+            work_J=_number(work[k]),
+            clock_ahead_s=dict(clocks.get(info.name, {})),
+        )
+        for k, (info, own) in enumerate(zip(states.runs, states.members(), strict=True))
+    ]
+
+
+def _kinematics(campaign: Campaign, states: LoadStates) -> CheckedKinematics:
+    """Return whether kinematics meets the tracker."""
+    from stiffcal.reduction.consistency import match_kinematics
+
     match = match_kinematics(states, campaign.chain)
-    kinematics = {
-        "median_m": _number(match.median_m),
-        "worst_m": _number(match.worst_m),
-        "orientation_rad": _number(match.turned_rad),
-    }
-    return {"runs": runs, "kinematics": kinematics, "n_states": int(states.used.sum())}
+    return CheckedKinematics(
+        median_m=_number(match.median_m), worst_m=_number(match.worst_m), orientation_rad=_number(match.turned_rad)
+    )
 
 
-def _joints(campaign: Campaign, states: LoadStates, document: dict[str, Any]) -> list[str]:
-    """Add what each joint saw to the document; return what is missing to identify it."""
+def _joints(campaign: Campaign, states: LoadStates) -> tuple[list[CheckedJoint], list[str]]:
+    """Return what loads put on each joint, and what is missing to identify it."""
     from stiffcal.reduction.excitation import joint_excitation
 
     entries = joint_excitation(states, campaign.chain)
-    document["joints"] = [
-        {
-            "joint": entry.name,
-            "largest_torque_Nm": _number(entry.torque),
-            "expected_relative_std": _number(entry.relative_std),
-            "says": entry.verdict,
-        }
+    joints = [
+        CheckedJoint(
+            joint=entry.name,
+            largest_torque_Nm=_number(entry.torque),
+            expected_relative_std=_number(entry.relative_std),
+            says=entry.verdict,
+        )
         for entry in entries
     ]
-    return [f"joint {entry.name}: {entry.verdict}" for entry in entries if not entry.identifiable]
+    return joints, [f"joint {entry.name}: {entry.verdict}" for entry in entries if not entry.identifiable]

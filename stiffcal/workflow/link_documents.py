@@ -99,14 +99,3 @@ class Coupling(TypedDict):
     links: list[str]
     ways: list[Way]
     parameters: list[CoupledParameter]
-
-
-class RodView(TypedDict):
-    """What the rods on a link can and cannot see; ``says`` in words, with the rod that would help most."""
-
-    link: str
-    rods: list[str]
-    carried: list[str]
-    blind: list[str]
-    spare: int
-    says: list[str]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stiffcal.documents import document_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.report import report_campaign
@@ -26,7 +27,7 @@ def run_campaign(folder: Path, context: RunContext | None = None) -> Document:
     from stiffcal.workflow.check import check_campaign
 
     context = context or RunContext()
-    checked = check_campaign(folder, progress=context.progress)
+    checked = document_of(check_campaign(folder, progress=context.progress))
     identified = identify_campaign(folder, context)
     validation = validate_campaign(folder, context)
     diagnosis = diagnose_campaign(folder, context)

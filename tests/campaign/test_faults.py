@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError
 from stiffcal.workflow.check import check_campaign
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed, write_campaign
@@ -322,5 +323,5 @@ def test_a_missing_folder_is_one_line(tmp_path: Path) -> None:
         "campaign.toml: runs[1] (a).files.ft: no such folder: logs; 3 files are named in it, logs/a_ft.csv first; "
         "put the files there"
     )
-    missing = check_campaign(tmp_path / "c")["missing"]
+    missing = document_of(check_campaign(tmp_path / "c"))["missing"]
     assert [line for line in missing if "logs" in line] == ["folder logs: not there yet, 3 files are named in it"]

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.store import Store
 from stiffcal.workflow.check import check_campaign
@@ -71,10 +72,10 @@ def test_one_log_for_all_runs_is_split(tmp_path: Path, listed: tuple[str, ...]) 
     assert store.read_table("recordings/b/log").num_rows == 150 * 7
     forces = np.array(store.read_table("states").column("Fz_N").to_pylist())
     np.testing.assert_allclose(forces, 0.8 * np.array([*LEVELS_OF["a"], *LEVELS_OF["b"]]), atol=1.0)
-    document = check_campaign(folder)
+    document = document_of(check_campaign(folder))
     assert [run["n_states"] for run in document["runs"]] == [5, 7]
     assert [entry["rows"] for entry in document["sources"]] == [750, 1050]
-    assert check_campaign(folder, quick=True)["n_states"] == 2
+    assert document_of(check_campaign(folder, quick=True))["n_states"] == 2
 
 
 def test_a_run_that_is_not_listed_is_refused(tmp_path: Path) -> None:
@@ -91,6 +92,6 @@ def test_the_log_of_the_only_run_may_stand_with_its_source(tmp_path: Path) -> No
 
 def test_a_gauge_is_kept_and_used(tmp_path: Path) -> None:
     folder = campaign_of(tmp_path / "c", HEAD, GAUGE, '[[runs]]\nid = "only"\n')
-    for document in (ingest_campaign(folder), check_campaign(folder)):
+    for document in (ingest_campaign(folder), document_of(check_campaign(folder))):
         assert not [line for line in document["warnings"] if "not used" in line]
     assert "log_displacement_m" in Store(folder / "store").read_table("recordings/only/log").column_names

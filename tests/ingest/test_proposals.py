@@ -136,12 +136,12 @@ def test_the_usual_exports_are_recognised_and_readable(empty: Path, device: str)
     path.write_text(text, encoding="utf-8")
     try:
         (proposal,) = propose_sources(load_campaign(empty))
-        assert proposal["device"] == device.split(",")[0]
-        assert proposal["files"] == [file]
-        said = tomllib.loads("\n".join(proposal["lines"]))
+        assert proposal.device == device.split(",")[0]
+        assert proposal.files == [file]
+        said = tomllib.loads("\n".join(proposal.lines))
         ((name, table),) = said["sources"].items()
-        load_campaign(_pasted(empty, proposal["lines"], name, file))  # every frame it names is there
-        assert f'# in its run: files = {{ {name} = "{file}" }}' in proposal["lines"]
+        load_campaign(_pasted(empty, proposal.lines, name, file))  # every frame it names is there
+        assert f'# in its run: files = {{ {name} = "{file}" }}' in proposal.lines
         source = source_type().model_validate(table)
         assert set(source.signals()) == {word for word in expected if " " not in word}
         assert source.time is not None
@@ -164,10 +164,10 @@ def test_other_formats_and_many_files_are_one_proposal(empty: Path) -> None:
     (empty / "raw" / "notes.csv").write_text("nothing, of, use\n", encoding="utf-8")
     try:
         (proposal,) = propose_sources(load_campaign(empty))
-        assert len(proposal["files"]) == 5
-        assert proposal["device"] == ""
-        assert proposal["lines"][:2] == ["[sources.ft]", 'format = "hdf5"']
-        assert proposal["lines"][-1] == "# … and 2 more files like these"
+        assert len(proposal.files) == 5
+        assert proposal.device == ""
+        assert proposal.lines[:2] == ["[sources.ft]", 'format = "hdf5"']
+        assert proposal.lines[-1] == "# … and 2 more files like these"
     finally:
         for path in [*paths, empty / "raw" / "notes.csv"]:
             path.unlink()
@@ -183,8 +183,8 @@ def test_an_export_that_cannot_be_read_says_what_helps(empty: Path) -> None:
     path.write_text(head + "0\t1.5\t0\t2.5\n1\t1.5\t1\t2.5\n", encoding="utf-8")
     try:
         (proposal,) = propose_sources(load_campaign(empty))
-        assert proposal["device"] == "Beckhoff TwinCAT Scope"
-        (line,) = proposal["lines"]
+        assert proposal.device == "Beckhoff TwinCAT Scope"
+        (line,) = proposal.lines
         assert line.startswith("# two columns have the name")
     finally:
         path.unlink()

@@ -168,5 +168,5 @@ def test_first_lines_of_a_log_that_nearly_state_a_rate(campaign: Path, words: st
     (campaign / "raw" / "unnamed.csv").write_text(f"{words}\nFx,Fy,Fz\n" + 30 * "1,2,3\n")
     began = time.process_time()
     (proposal,) = propose_sources(load_campaign(campaign))
-    assert any(line.startswith("wrench = ") for line in proposal["lines"])
+    assert any(line.startswith("wrench = ") for line in proposal.lines)
     assert time.process_time() - began < SECONDS

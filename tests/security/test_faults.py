@@ -12,6 +12,7 @@ from stiffcal.campaign.sizes import gravity_mistake, length_mistake, mass_mistak
 from stiffcal.campaign.table_sniffing import sniff_table
 from stiffcal.cli.app import main
 from stiffcal.compensation.load_table import read_load_table
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.compare import compare_campaigns
@@ -309,7 +310,7 @@ def test_a_robot_whose_axes_all_meet_the_force_is_checked(tmp_path: Path) -> Non
     folder = write_campaign(tmp_path / "c", DEFLECTIONS, 'schema = "stiffcal/robot/1"\nconvention = "dh"\n' + joints)
     rows = "".join(f"{k},{-k},0,10,{2 * k},5,{100 + k},{-k},{50 * k},{k / 10},{-k / 20},0.1\n" for k in range(1, 9))
     (folder / "raw" / "table.csv").write_text("A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz\n" + rows)
-    document = check_campaign(folder)
+    document = document_of(check_campaign(folder))
     assert {joint["says"].partition(":")[0] for joint in document["joints"]} == {"sees no torque in these poses"}
 
 

@@ -192,7 +192,7 @@ def test_validate_judges_a_joint_in_a_pose_left_out(campaign: Path, identified: 
 
 
 def test_check_is_ready(campaign: Path) -> None:
-    document = check_campaign(campaign, run="a-joint5")
+    document = document_of(check_campaign(campaign, run="a-joint5"))
     assert document["ready"]
     assert document["runs"][0]["experiment"] == "clamped"
 

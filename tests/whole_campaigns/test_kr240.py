@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.documents import document_of
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.simulate import simulate_campaign
@@ -119,6 +120,6 @@ def test_wrist_sets_are_named(document: dict[str, Any]) -> None:
 
 
 def test_check_says_what_the_rods_see(folder: Path) -> None:
-    (view,) = check_campaign(folder)["rods"]
+    (view,) = document_of(check_campaign(folder))["rods"]
     assert "torsion" in view["carried"]
     assert any("none to spare" in sentence for sentence in view["says"])

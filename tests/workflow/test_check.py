@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.workflow.check import check_campaign
 from tests.laboratory.hidden_campaigns import copied, edit, edit_table, first_run_alone
@@ -13,7 +14,7 @@ from tests.reduction.test_states import MANIFEST, folder_of
 
 
 def test_a_raw_run_is_understood(tmp_path: Path) -> None:
-    document = check_campaign(first_run_alone(tmp_path))
+    document = document_of(check_campaign(first_run_alone(tmp_path)))
     told = {source["source"]: source for source in document["sources"]}
     assert told["ft"]["rate_hz"] == pytest.approx(100.0, rel=0.01)
     assert told["tracker"]["rate_hz"] == pytest.approx(25.0, rel=0.01)
@@ -28,14 +29,14 @@ def test_a_raw_run_is_understood(tmp_path: Path) -> None:
 
 
 def test_a_whole_campaign_is_ready(tmp_path: Path) -> None:
-    document = check_campaign(copied("01", tmp_path))
+    document = document_of(check_campaign(copied("01", tmp_path)))
     assert document["ready"] is True
     assert document["missing"] == []
     assert all(joint["expected_relative_std"] < 0.1 for joint in document["joints"])
 
 
 def test_quick_reads_the_beginning(tmp_path: Path) -> None:
-    document = check_campaign(copied("13-raw", tmp_path), quick=True)
+    document = document_of(check_campaign(copied("13-raw", tmp_path), quick=True))
     assert document["ready"] is True
     assert document["kinematics"]["median_m"] < 0.02
 
@@ -44,14 +45,14 @@ def test_runs_still_to_be_measured_are_missing_not_wrong(tmp_path: Path) -> None
     folder = copied("13-raw", tmp_path)
     for path in (folder / "raw").glob("pose0[23]_*"):
         path.unlink()
-    document = check_campaign(folder)
+    document = document_of(check_campaign(folder))
     assert document["ready"] is False
     assert any("pose02" in line for line in document["missing"])
     assert [run["id"] for run in document["runs"]] == ["pose01"]
 
 
 def test_one_run_alone(tmp_path: Path) -> None:
-    document = check_campaign(copied("13-table", tmp_path), run="pose03")
+    document = document_of(check_campaign(copied("13-table", tmp_path), run="pose03"))
     assert [run["id"] for run in document["runs"]] == ["pose03"]
 
 
@@ -71,7 +72,7 @@ def test_a_joint_that_sees_no_torque_is_named(tmp_path: Path) -> None:
         f"0,{a},{b},0.1,0,{z},0.1,0,0.2\n" for a, b, z in [(-20, 40, 0.2), (-50, 70, -0.2), (-10, 90, 0.3)]
     )
     manifest = MANIFEST.replace("xyz_m = [0.0, 0.0, 0.2]", "xyz_m = [0.1, 0.0, 0.0]")
-    document = check_campaign(folder_of(tmp_path, manifest, table))
+    document = document_of(check_campaign(folder_of(tmp_path, manifest, table)))
     assert document["ready"] is False
     assert any("A1" in line and "no torque" in line for line in document["missing"])
 

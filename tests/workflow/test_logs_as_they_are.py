@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
@@ -63,7 +64,7 @@ def change(path: Path, act: Callable[[Table], Table]) -> None:
 def said(folder: Path) -> list[str]:
     """Return the warnings of ingest, which are check's too."""
     told = list(ingest_campaign(folder)["warnings"])
-    assert sorted(check_campaign(folder)["warnings"]) == sorted(told)
+    assert sorted(document_of(check_campaign(folder))["warnings"]) == sorted(told)
     return told
 
 
