@@ -197,12 +197,31 @@ def _check_place(path: Path, shown: str) -> None:
 
 
 _REGULAR = "put a regular file in its place"
+_OTHER_NAME = "name another file"
 
 
-def _refuse(mode: int, shown: str) -> NoReturn:
+def _refuse(mode: int, shown: str, mend: str = _REGULAR) -> NoReturn:
     kinds = ((stat.S_ISFIFO, "pipe"), (stat.S_ISSOCK, "socket"), (stat.S_ISCHR, "device"), (stat.S_ISBLK, "device"))
     kind = next((name for is_kind, name in kinds if is_kind(mode)), "special file")
-    raise InputError.at(shown, "", f"this is a {kind}, not a file", _REGULAR)
+    raise InputError.at(shown, "", f"this is a {kind}, not a file", mend)
+
+
+def is_of_the_system(goal: Path) -> bool:
+    """Return whether a name is one of the running system, as /dev/stdout, and not of a disk."""
+    folder = f"{os.path.realpath(goal.parent)}/"
+    return os.name == "posix" and (
+        folder == "/dev/" or folder.startswith(tuple(f"{place}/" for place in _OF_THE_SYSTEM))
+    )
+
+
+def _check_goal(goal: Path) -> None:
+    """Refuse to put a file in the place of what is none: with the rights of root, /dev/null would be lost."""
+    with suppress(OSError):
+        mode = goal.stat().st_mode
+        if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+            _refuse(mode, str(goal), _OTHER_NAME)
+    if is_of_the_system(goal):
+        raise InputError.at(str(goal), "", "this is a name of the running system, not of a disk", _OTHER_NAME)
 
 
 def temporary_name(ending: str = "") -> str:
@@ -220,7 +239,8 @@ def replacing(goal: Path) -> Iterator[Path]:
 
     Raises
     ------
-    InputError : the goal's folder does not exist, or the file cannot be written; the goal is then as it was.
+    InputError : the goal's folder does not exist, the goal is no file (a pipe, a device), or the file cannot be
+        written; the goal is then as it was.
 
     Examples
     --------
@@ -235,6 +255,7 @@ def replacing(goal: Path) -> Iterator[Path]:
     try:
         if not goal.parent.is_dir():
             raise InputError.at(str(goal), "", "its folder does not exist", "make the folder first")
+        _check_goal(goal)
         yield temporary
         temporary.replace(goal)
     except OSError as error:

@@ -9,7 +9,7 @@ from stiffcal.batch.campaigns import unchanged
 from stiffcal.batch.outcome import HELD, NOT_HELD, STEPS, Document
 from stiffcal.errors import InputError
 from stiffcal.escapes import markdown, xml_text
-from stiffcal.files import write_whole
+from stiffcal.files import is_of_the_system, write_whole
 
 VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
 
@@ -38,7 +38,7 @@ def write_summary(text: str, output: Path) -> None:
     ------
     InputError : it cannot be written.
     """
-    if output.exists() and not output.is_file():
+    if output.exists() and (is_of_the_system(output) or not output.is_file()):
         output.write_text(text, encoding="utf-8")
     else:
         write_whole(output, text)

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import os
 import shutil
+import socket
+import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,6 +33,58 @@ def test_a_link_with_the_name_of_the_temporary_file_is_not_written_through(tmp_p
     write_whole(folder / "report.txt", "new")
     assert victim.read_text() == "mine"
     assert (folder / "report.txt").read_text() == "new"
+
+
+@pytest.mark.parametrize("linked", [False, True], ids=["itself", "by a link"])
+@pytest.mark.parametrize("kind", ["pipe", "socket", "device"])
+def test_a_file_takes_no_place_of_what_is_none(tmp_path: Path, kind: str, linked: bool) -> None:
+    """With the rights of root, a report written to /dev/null took the device's place for all programs."""
+    special, goal = tmp_path / "special", tmp_path / ("report.txt" if linked else "special")
+    if kind == "pipe":
+        os.mkfifo(special)
+    elif kind == "socket":
+        with socket.socket(socket.AF_UNIX) as listening:
+            listening.bind(os.path.relpath(special))  # the path of a socket may not be long
+    else:
+        try:
+            os.mknod(special, stat.S_IFCHR | 0o600, os.makedev(1, 3))
+        except OSError:
+            pytest.skip("this user may make no devices")
+    if linked:
+        goal.symlink_to(special)
+    before = special.lstat()
+    with pytest.raises(InputError) as caught:
+        write_whole(goal, "new")
+    assert str(caught.value) == f"{goal}: this is a {kind}, not a file; name another file"
+    assert (special.lstat().st_mode, special.lstat().st_ino) == (before.st_mode, before.st_ino)
+    assert goal.is_symlink() == linked
+
+
+@pytest.mark.parametrize("place", ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1", "/dev/a-new-name"])
+def test_a_file_takes_no_place_of_the_running_system(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def written(*_: object, **__: object) -> None:
+        raise AssertionError("the system's own file would have been replaced")
+
+    monkeypatch.setattr(Path, "write_text", written)
+    monkeypatch.setattr(Path, "replace", written)
+    with pytest.raises(InputError, match="; name another file$"):
+        write_whole(Path(place), "new")
+
+
+@pytest.mark.parametrize("to", ["a file", "a pipe"])
+def test_a_summary_to_standard_output_goes_where_that_leads(tmp_path: Path, to: str) -> None:
+    code = (
+        "from pathlib import Path; from stiffcal.batch.summary import write_summary as w; w('all', Path('/dev/stdout'))"
+    )
+    before = Path("/dev/stdout").readlink()
+    words = [sys.executable, "-c", f"import stiffcal.files as f; f.write_whole = None; {code}"]
+    if to == "a file":
+        with (tmp_path / "summary.txt").open("w") as output:
+            subprocess.run(words, stdout=output, check=True)
+        assert (tmp_path / "summary.txt").read_text() == "all"
+    else:
+        assert subprocess.run(words, stdout=subprocess.PIPE, check=True).stdout == b"all"
+    assert Path("/dev/stdout").readlink() == before
 
 
 @pytest.mark.parametrize("kind", ["load", "clamped"])
