@@ -119,8 +119,9 @@ def allow_place(uri: str) -> Document:
 
     Raises
     ------
-    InputError : it is the root of all places, or it cannot be remembered.
+    InputError : it is empty or the root of all places, or it cannot be remembered.
     """
+    _check_named("--store", uri)
     place = normal_place(uri)
     if place == os.path.dirname(place) or re.fullmatch(r"[a-z0-9+.-]+://", place):  # noqa: PTH120 - no path, a place
         raise InputError.at("command line", "--store", f"{uri} holds everything", "name the folder of the stores")
@@ -147,6 +148,12 @@ def list_trust() -> Document:
     }
 
 
+def _check_named(option: str, name: str) -> None:
+    """Refuse an empty name, as of a variable that is not set: it would be the current folder, whatever that is."""
+    if not name.strip():
+        raise InputError.at("command line", option, "is empty", 'name it in full, the current folder as "."')
+
+
 def revoke_trust(name: str) -> Document:
     """Take back what was allowed: by its hash, by the folder where it was allowed, or a place.
 
@@ -154,6 +161,7 @@ def revoke_trust(name: str) -> Document:
     ------
     InputError : nothing of this name is trusted, or the record cannot be written.
     """
+    _check_named("--revoke", name)
     names = {os.path.realpath(name), normal_place(name)}
     if SHA256.fullmatch(name.lower()):
         names.add(name.lower())

@@ -462,3 +462,16 @@ def test_a_table_of_another_shape_in_a_trusted_place_is_one_line(
         main(["identify", str(delivered)])
     assert ended.value.code == 2
     assert "of another shape than stiffcal writes" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--store", "--revoke"])
+@pytest.mark.parametrize("name", ["", " "])
+def test_an_empty_name_is_not_the_current_folder(
+    option: str, name: str, state: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`trust --store "$CACHE"` where CACHE is not set trusted whatever lies in the current folder."""
+    with pytest.raises(SystemExit) as end:
+        main(["trust", option, name, "--yes"])
+    assert end.value.code == 2
+    assert capsys.readouterr().err == f'command line: {option}: is empty; name it in full, the current folder as "."\n'
+    assert not open_record().entries()
