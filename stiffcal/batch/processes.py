@@ -7,6 +7,7 @@ is killed costs its task a second try in another.
 from __future__ import annotations
 
 import json
+import os
 import queue
 import subprocess
 import sys
@@ -23,6 +24,7 @@ from stiffcal.module_path import child_environment, child_options, without_curre
 ATTEMPTS = 2
 LARGE_BYTES = 1 << 30
 STOP_S = 5.0
+LAST_BYTES = 4000
 SAID, PLUGINS = b'{"said":', b'{"plugins":'
 _NEW_GROUP = 0x200  # CREATE_NEW_PROCESS_GROUP of Windows
 ONE_THREAD = dict.fromkeys(
@@ -101,8 +103,9 @@ class WorkerProcess:
             code = self._process.wait(STOP_S)
         except subprocess.TimeoutExpired:
             return "its process no longer answered"
-        self._words.seek(0)
-        lines = self._words.read()[-4000:].decode("utf-8", "replace").split("\n")
+        # its end alone: of what a library or a campaign's code writes there nobody knows how much it is
+        self._words.seek(max(0, self._words.seek(0, os.SEEK_END) - LAST_BYTES))
+        lines = self._words.read(LAST_BYTES).decode("utf-8", "replace").split("\n")
         said = next((line.strip() for line in reversed(lines) if line.strip()), "")
         how = f"was ended by signal {-code}" if code < 0 else f"ended with code {code}"
         return f"its process {how}" + (f": {said}" if said else "")

@@ -5,15 +5,19 @@ Each of these folders kept the command busy for more than two minutes, or until 
 
 from __future__ import annotations
 
+import os
 import shutil
+import signal
 import time
 import tomllib
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from stiffcal.batch.processes import WorkerLostError, WorkerProcess
 from stiffcal.campaign.loading import load_campaign, load_manifest
 from stiffcal.campaign.row_filter import parse_rows
 from stiffcal.campaign.table_sniffing import sniff_table
@@ -170,3 +174,21 @@ def test_first_lines_of_a_log_that_nearly_state_a_rate(campaign: Path, words: st
     (proposal,) = propose_sources(load_campaign(campaign))
     assert any(line.startswith("wrench = ") for line in proposal.lines)
     assert time.process_time() - began < SECONDS
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals end a process otherwise there")
+def test_a_worker_that_has_written_without_end_is_reported_by_its_last_words() -> None:
+    """All that was written was read into memory: here 256 MB, of which the end is shown."""
+    worker = WorkerProcess()
+    os.kill(worker.pid, signal.SIGKILL)
+    worker._words.truncate(1 << 28)
+    worker._words.seek(0, os.SEEK_END)
+    worker._words.write(b"\nno memory is left\n")
+    tracemalloc.start()
+    try:
+        with pytest.raises(WorkerLostError, match="^its process was ended by signal 9: no memory is left$"):
+            worker.do({})
+        assert tracemalloc.get_traced_memory()[1] < 1 << 20
+    finally:
+        tracemalloc.stop()
+        worker.stop()
