@@ -42,8 +42,26 @@ class _Skeleton:
     limits: Floats
 
 
-def build_chain(robot: RobotFile, folder: Path) -> Chain:
-    """Build the chain of a robot file; see `stiffcal.campaign.robot_file.chain_of`."""
+def chain_of(robot: RobotFile, folder: Path) -> Chain:
+    """Build the chain that the physics uses.
+
+    Parameters
+    ----------
+    robot : the robot file.
+    folder : where the robot file lies; a URDF's path counts from there.
+
+    Raises
+    ------
+    InputError
+        The URDF cannot be read, or has no such joint or link.
+
+    Examples
+    --------
+    >>> row = {"name": "A1", "d_m": 0.5}
+    >>> robot = RobotFile.model_validate({"schema": "stiffcal/robot/1", "convention": "dh", "joints": [row]})
+    >>> chain_of(robot, Path(".")).flange[:3, 3].tolist()
+    [0.0, 0.0, 0.5]
+    """
     skeleton = _from_urdf(robot, folder) if robot.urdf is not None else _from_rows(robot)
     entries = skeleton.entries
     coupling = _coupling(entries)

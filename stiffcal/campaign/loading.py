@@ -22,7 +22,7 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.pruning import apart_from, validate_without_wrong_keys
 from stiffcal.campaign.reach import check_own, escapes, leads_outside, link_fault, links_outside
 from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_faults
-from stiffcal.campaign.robot_file import RobotFile, chain_of
+from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.escapes import shell, visible
@@ -74,6 +74,8 @@ class Campaign:
 
         A drawn section is solved where rods sit on its link: only they ask for its fibres and its warping.
         """
+        from stiffcal.campaign.geometry import chain_of  # numpy: not at the manifest's import
+
         chain = chain_of(self.robot, self.robot_path.parent)
         links = {rod.link for rod in self.manifest.ids.values()}
         if not links or all(link.section is None for link in self.robot.links.values()):

@@ -1,9 +1,8 @@
-"""robot.toml, typed: geometry, couplings, masses; `chain_of` turns it into the chain that the physics uses."""
+"""robot.toml, typed: geometry, couplings, masses."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
@@ -18,10 +17,6 @@ from stiffcal.campaign.typed import (
     WrongValueError,
     at_most,
 )
-
-if TYPE_CHECKING:
-    from stiffcal.mechanics.chain import Chain
-
 
 MOST_JOINTS = 100
 """Of one arm: humanoids have thirty; what a hundred cost is still fast."""
@@ -180,28 +175,3 @@ class RobotFile(Table):
     links: dict[str, LinkBeamEntry] = Field(default_factory=dict)
 
     look_alikes: ClassVar[dict[str, str]] = {"joint": "joints", "gravity": "gravity_mps2", "link": "links"}
-
-
-def chain_of(robot: RobotFile, folder: Path) -> Chain:
-    """Build the chain that the physics uses.
-
-    Parameters
-    ----------
-    robot : the robot file.
-    folder : where the robot file lies; a URDF's path counts from there.
-
-    Raises
-    ------
-    InputError
-        The URDF cannot be read, or has no such joint or link.
-
-    Examples
-    --------
-    >>> row = {"name": "A1", "d_m": 0.5}
-    >>> robot = RobotFile.model_validate({"schema": "stiffcal/robot/1", "convention": "dh", "joints": [row]})
-    >>> chain_of(robot, Path(".")).flange[:3, 3].tolist()
-    [0.0, 0.0, 0.5]
-    """
-    from stiffcal.campaign.geometry import build_chain  # numpy: not at the manifest's import
-
-    return build_chain(robot, folder)

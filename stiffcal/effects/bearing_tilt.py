@@ -50,11 +50,11 @@ class BearingTilt(DocumentedEffect):
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
         ParameterSpec(
             "x", "rad/(N·m)", "tilt compliance about the joint frame's x axis", 0.0, 1e-3, 1.4e-7, _SOURCE,
-            compliance=True,
+            compliance=True, along=RX,
         ),
         ParameterSpec(
             "y", "rad/(N·m)", "tilt compliance about the joint frame's y axis", 0.0, 1e-3, 1.4e-7, _SOURCE,
-            compliance=True,
+            compliance=True, along=RY,
         ),
     )  # fmt: skip
     curve = curve_symbols(_AXES)

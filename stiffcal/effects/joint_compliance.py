@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    RZ,
     Covariate,
     DocumentedEffect,
     Kind,
@@ -48,6 +49,7 @@ class JointCompliance(DocumentedEffect):
             typical=2e-6,
             source="Wang, Zhang and Fuhlbrigge 2009, section III.C: 1.4e-6 (joint 1) to 6e-5 (joint 6)",
             compliance=True,
+            along=RZ,
         ),
     )
     looks_like = ("base-compliance", "tool-compliance", "bearing-tilt")

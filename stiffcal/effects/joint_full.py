@@ -52,7 +52,7 @@ def _spec(i: int, j: int) -> ParameterSpec:
     typical = (5e-9, 2.6e-8, 1.4e-7)[(i >= 3) + (j >= 3)]
     return ParameterSpec(
         f"c{i + 1}{j + 1}", _unit(i, j), meaning, 0.0 if own else -_bound(i, j), _bound(i, j), typical, source,
-        compliance=own,
+        compliance=own, along=i if own else None,
     )  # fmt: skip
 
 

@@ -48,8 +48,8 @@ class JointTranslation(DocumentedEffect):
     place_kind = "joints"
     summary = "axial and radial give of the bearing"
     parameters = tuple(
-        ParameterSpec(symbol, "m/N", f"compliance {meaning}", 0.0, 1e-5, 5e-9, _SOURCE, compliance=True)
-        for symbol, (_, meaning) in _AXES.items()
+        ParameterSpec(symbol, "m/N", f"compliance {meaning}", 0.0, 1e-5, 5e-9, _SOURCE, compliance=True, along=axis)
+        for symbol, (axis, meaning) in _AXES.items()
     )
     curve = curve_symbols(_COMPONENTS)
     looks_like = ("base-compliance", "tool-compliance", "joint-translation")

@@ -69,6 +69,8 @@ class ParameterSpec:
     compliance : True where ``1 / value`` is a stiffness that people want to read.
     discrete : True where only some values make sense (an order, the number of a state): such a parameter is tried value
         by value (`Effect.shape_grid`), never by a derivative.
+    along : the component of the node (`TX` to `RZ`) whose own compliance it is: displacement over load along the same
+        axis, all of it, at any load; None elsewhere. Joints that are measured by themselves are compared with these.
     """
 
     symbol: str
@@ -82,6 +84,7 @@ class ParameterSpec:
     inverse: bool = False
     compliance: bool = False
     discrete: bool = False
+    along: int | None = None
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.simulation.places import Places
 from stiffcal.simulation.secant import SecantSteps
-
-if TYPE_CHECKING:
-    from stiffcal.simulation.true_motion import Places
-
 
 # Settled: the side force is the guide's to a millionth of the run's largest load, or to what the guide makes of a
 # nanometre, which is where balances and engines of others end.

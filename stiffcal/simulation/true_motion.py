@@ -25,6 +25,7 @@ from stiffcal.model.effect import Observed, ParameterRole, StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.simulation.correction import Correction
 from stiffcal.simulation.cycles import LoadProgram
+from stiffcal.simulation.places import Places
 from stiffcal.simulation.settings import FILE_NAME, Loads
 from stiffcal.simulation.side_constraint import SideConstraintError, balance_with_side_constraint
 
@@ -103,24 +104,6 @@ class TrueRun:
         step = self.node[after] - self.node[after - 1]
         share = np.clip((path - self.node[after - 1]) / step, 0.0, 1.0)[:, None]
         return np.asarray(value[after - 1] * (1.0 - share) + value[after] * share)
-
-
-@dataclass(frozen=True)
-class Places:
-    """Where frames are in n states.
-
-    Attributes
-    ----------
-    position : (n, B, 3) m, base axes, of the set-up's targets. rotation : (n, B, 3, 3) base_from_target.
-    displacement : (n, B, 6) since the unloaded state of the same run: difference of positions, and rotation vector of
-        R R_refᵀ; m and rad, base axes.
-    nodes : (n, 2J + 2, 6) the nodes' own displacements from the unloaded state, node axes; None where not known.
-    """
-
-    position: Floats
-    rotation: Floats
-    displacement: Floats
-    nodes: Floats | None = None
 
 
 class Settle(Protocol):

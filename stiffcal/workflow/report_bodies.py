@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.joint_lines import COMPONENTS
 from stiffcal.experiments.joint_motion import JointMotion, joint_motions
 from stiffcal.identification.document import values_of
 from stiffcal.model.composite import CompliantRobot
@@ -17,16 +18,6 @@ from stiffcal.report.joint_curves import JointCurve, JointPicture
 from stiffcal.workflow.steps import Document, Ingested, placed_robot
 
 LAW_POINTS = 241
-
-# Component to the springs that give there, by effect and symbol.
-SPRINGS = {
-    "tx": (("joint-translation", "tx"), ("joint-full", "c11")),
-    "ty": (("joint-translation", "ty"), ("joint-full", "c22")),
-    "tz": (("joint-translation", "tz"), ("joint-full", "c33")),
-    "rx": (("bearing-tilt", "x"), ("joint-full", "c44")),
-    "ry": (("bearing-tilt", "y"), ("joint-full", "c55")),
-    "rz": (("joint-compliance", "c"), ("joint-full", "c66")),
-}
 
 
 def joint_pictures(data: Ingested, identified: Document) -> tuple[JointPicture, ...]:
@@ -80,7 +71,7 @@ def _picture(
         for axis, line in enumerate(told["lines"])
         if (law := _law(robot, motion.joint, axis, motion.wrench[:, axis])) is not None
     }
-    return JointPicture(name, between, runs, tuple(curves), _together(identified, motion.joint), pairs, laws)
+    return JointPicture(name, between, runs, tuple(curves), _together(identified, robot, motion.joint), pairs, laws)
 
 
 def _law(robot: CompliantRobot, joint: int, axis: int, load: Floats) -> tuple[Floats, Floats] | None:
@@ -104,13 +95,15 @@ def _law(robot: CompliantRobot, joint: int, axis: int, load: Floats) -> tuple[Fl
     return (at, lines[0]) if lines[0].any() and np.allclose(*lines) else None
 
 
-def _together(identified: Document, joint: int) -> dict[str, tuple[float, float, bool]]:
+def _together(identified: Document, robot: CompliantRobot, joint: int) -> dict[str, tuple[float, float, bool]]:
     """Return component to (compliance, standard uncertainty, above the noise) by the fit of all joints at once."""
-    found = {one["name"]: one for one in identified["parameters"]}
+    found = {parameter["name"]: parameter for parameter in identified["parameters"]}
     result = {}
-    for component, springs in SPRINGS.items():
-        for effect, symbol in springs:
-            one = found.get(f"{effect}.j{joint}.{symbol}")
-            if one is not None and one["value"] is not None and one["std"] is not None:
-                result[component] = (float(one["value"]), float(one["std"]), bool(one["above_noise"]))
+    for placed in robot.placed:
+        for spec in placed.effect.parameters if placed.place.joints == (joint,) else ():
+            parameter = found.get(placed.parameter_name(spec.symbol)) if spec.along is not None else None
+            if spec.along is None or parameter is None or parameter["value"] is None or parameter["std"] is None:
+                continue
+            own = (float(parameter["value"]), float(parameter["std"]), bool(parameter["above_noise"]))
+            result[COMPONENTS[spec.along]] = own
     return result

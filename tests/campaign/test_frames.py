@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.frames import frames_to_estimate, measurement_setup, resolve_frames
+from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.manifest_type import manifest_type
-from stiffcal.campaign.robot_file import RobotFile, chain_of
+from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.transforms import rotation_quaternion, rotation_rpy, rotation_taking_z_to
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
-from stiffcal.campaign.robot_file import RobotFile, chain_of
+from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.transforms import rotation_rpy
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import InputError

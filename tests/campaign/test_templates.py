@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_campaign, load_robot
-from stiffcal.campaign.robot_file import chain_of
 from stiffcal.campaign.templates import bundled_robot, bundled_robots, write_template
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain

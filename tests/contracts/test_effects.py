@@ -249,6 +249,31 @@ def test_terms_name_the_effects_own_amplitudes(effect: Effect) -> None:
             assert np.isfinite(term.value).all()
 
 
+def test_a_compliance_along_a_component_is_displacement_over_load_along_it(effect: Effect) -> None:
+    carried = node_loads(measures_moments(effect))
+    declared = {spec.symbol: spec.along for spec in effect.parameters if spec.along is not None}
+    for place in effect.places(chain()) if declared else ():
+        terms = effect.terms(place, chain(), carried, {})
+        for symbol, along in declared.items():
+            own = [term for term in terms if term.symbol == symbol and term.component == along]
+            assert len(own) == 1, symbol
+            np.testing.assert_array_equal(own[0].value, carried.wrench[own[0].node, along])
+
+
+def test_drive_bearing_and_whole_joint_declare_their_compliances() -> None:
+    declared = {
+        (name, spec.symbol): spec.along
+        for name, effect in EFFECTS.items()
+        for spec in effect.parameters
+        if spec.along is not None
+    }
+    assert declared == {
+        ("joint-translation", "tx"): 0, ("joint-translation", "ty"): 1, ("joint-translation", "tz"): 2,
+        ("bearing-tilt", "x"): 3, ("bearing-tilt", "y"): 4, ("joint-compliance", "c"): 5,
+        **{("joint-full", f"c{k + 1}{k + 1}"): k for k in range(6)},
+    }  # fmt: skip
+
+
 def column_cases() -> list[tuple[str, str]]:
     """Return (effect, symbol) of every parameter that load states could tell."""
     return [

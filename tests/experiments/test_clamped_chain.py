@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
-from stiffcal.campaign.robot_file import chain_of
 from stiffcal.experiments.clamped_chain import ClampedChain, clamped_chain, give_of
 from stiffcal.experiments.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.clamped_readings import ClampedReadings

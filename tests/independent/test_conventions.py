@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.robot_file import RobotFile, chain_of
+from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians

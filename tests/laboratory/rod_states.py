@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.robot_file import RobotFile, chain_of
+from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, Sigma
 from stiffcal.measurements.rods import Rods, rods_between
 from stiffcal.mechanics.chain import Chain

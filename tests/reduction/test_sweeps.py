@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
 from stiffcal.campaign.manifest import Source
-from stiffcal.campaign.robot_file import chain_of
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.logs import Rows

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
 from stiffcal.simulation import controller, side_constraint
+from stiffcal.simulation.places import Places
 from stiffcal.simulation.settings import Loads
 from stiffcal.simulation.side_constraint import SETTLED, SETTLED_M, SideConstraintError, balance_with_side_constraint
 from stiffcal.simulation.simulate import simulate_runs
-from stiffcal.simulation.true_motion import Places
 from tests.laboratory.simulation_folders import FRAMES, MODEL, SETTINGS, TABLE, write_folder
 from tests.simulation.test_controller import POSES, SAME, TWICE
 

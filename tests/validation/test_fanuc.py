@@ -19,7 +19,8 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.robot_file import RobotFile, chain_of
+from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
