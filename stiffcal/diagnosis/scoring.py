@@ -47,6 +47,8 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
     InputError : neither ends.
     """
     k = normal.shape[-1]
+    if k == 0:  # a model of effects whose values are all fixed
+        return np.zeros_like(right)
     diagonal = np.einsum("...kk->...k", normal)
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     # Columns that agree to seven digits share what they explain instead of blowing up.

@@ -80,3 +80,8 @@ def test_columns_whose_rows_are_all_left_out_are_zero() -> None:
     # both left out: nothing is known, and the residual of either is what it was
     assert score.nested[0, 1] == pytest.approx(products[1, -1, -1])
     assert score.nested[1, 0] == pytest.approx(products[0, -1, -1])
+
+
+def test_no_parameters_have_no_values() -> None:
+    none = np.zeros(0)
+    assert solve_within(np.zeros((4, 3, 0, 0)), np.zeros((4, 3, 0)), none, none).shape == (4, 3, 0)
