@@ -146,6 +146,14 @@ def test_each_room_has_its_folder_of_tests() -> None:
     assert folders_of(ROOT / "tests") <= rooms | modules | set(ACROSS_ROOMS)
 
 
+def test_the_drawing_of_the_layers_is_the_rule_for_imports() -> None:
+    contract = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"][0]
+    text = (ROOT / "docs" / "architecture.md").read_text("utf-8")
+    drawing = text.partition("\n## Layers\n")[2].partition("\n## ")[0]
+    drawn = [re.split(r" {2,}", line.strip())[0] for line in drawing.splitlines() if line.startswith("    ")]
+    assert drawn == contract["layers"]
+
+
 def test_what_tests_share_stands_in_the_laboratory() -> None:
     """A robot, a table of states or a campaign that is made in a room's folder is made a second time in another."""
     for folder in folders_of(ROOT / "tests") - (set(ACROSS_ROOMS) - WITHOUT_MODULES):
