@@ -9,6 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 # Exchanges per unknown: the active set changes by one at a time, and each unknown comes and goes a few times.
 MOST_EXCHANGES = 20
@@ -44,7 +45,9 @@ def least_squares_within(matrix: Floats, wanted: Floats, lower: Floats, upper: F
         scale = column_scale(matrix)
     if not (np.isfinite(scale).all() and np.isfinite(wanted).all()):
         reason = f"the sums of squares of {len(lower)} unknowns exceed what a computer's numbers hold"
-        raise InputError.at("the data", "", reason, "look for readings of an impossible size")
+        raise InputError.at(
+            FaultCode.READING_IMPLAUSIBLE, "the data", "", reason, "look for readings of an impossible size"
+        )
     free = least_squares(matrix, wanted)
     if np.all(free >= lower) and np.all(free <= upper):
         return free, np.zeros(len(free), dtype=np.bool_)
@@ -97,7 +100,9 @@ def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple
         free[entering] = barred[entering] = True
     else:
         reason = f"least squares of {len(x)} unknowns within bounds do not settle"
-        raise InputError.at("model.toml", "effects", reason, "remove effects that do much the same")
+        raise InputError.at(
+            FaultCode.NO_CONVERGENCE, "model.toml", "effects", reason, "remove effects that do much the same"
+        )
     return x, ~free
 
 

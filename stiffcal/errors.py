@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from stiffcal.escapes import terminal
+from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import mask
 
 Progress: TypeAlias = Callable[[str, float | None], None]
@@ -47,12 +48,14 @@ class Fault:
 
     Attributes
     ----------
+    code : the family that the fault belongs to, which stays whatever the words are.
     file : the file as the user named it (relative to the campaign folder where it lies inside), or "" where none.
     place : line, column, key or run inside the file, e.g. ``line 12, column Fx`` or ``[sources.ft] units.force``.
     reason : what is wrong, with the value that was found.
     mend : what to do about it.
     """
 
+    code: FaultCode
     file: str
     place: str
     reason: str
@@ -67,11 +70,18 @@ class Fault:
 
     def __str__(self) -> str:
         where = ": ".join(part for part in (self.file, self.place) if part)
-        return f"{where}: {self.reason}; {self.mend}" if where else f"{self.reason}; {self.mend}"
+        text = f"{self.reason}; {self.mend} [{self.code}]"
+        return f"{where}: {text}" if where else text
 
     def as_document(self) -> dict[str, str]:
         """Return the fault as the `error` object of the JSON interface."""
-        return {"file": self.file, "place": self.place, "reason": self.reason, "mend": self.mend}
+        return {
+            "code": self.code.value,
+            "file": self.file,
+            "place": self.place,
+            "reason": self.reason,
+            "mend": self.mend,
+        }
 
 
 class InputError(Exception):
@@ -83,16 +93,42 @@ class InputError(Exception):
         super().__init__("\n".join(str(fault) for fault in faults))
         self.faults: tuple[Fault, ...] = faults
 
+    @property
+    def code(self) -> FaultCode:
+        """The family of the first fault."""
+        return self.faults[0].code
+
+    @property
+    def file(self) -> str:
+        """The file of the first fault."""
+        return self.faults[0].file
+
+    @property
+    def place(self) -> str:
+        """The place of the first fault in its file."""
+        return self.faults[0].place
+
+    @property
+    def reason(self) -> str:
+        """What is wrong, of the first fault."""
+        return self.faults[0].reason
+
+    @property
+    def mend(self) -> str:
+        """What to do about the first fault."""
+        return self.faults[0].mend
+
     @classmethod
-    def at(cls, file: str, place: str, reason: str, mend: str) -> InputError:
+    def at(cls, code: FaultCode, file: str, place: str, reason: str, mend: str) -> InputError:
         """Make an error of a single fault.
 
         Examples
         --------
-        >>> str(InputError.at("campaign.toml", "robot", "no such file: robt.toml", "correct the name"))
-        'campaign.toml: robot: no such file: robt.toml; correct the name'
+        >>> error = InputError.at(FaultCode.FILE_MISSING, "campaign.toml", "robot", "no such file", "correct the name")
+        >>> str(error)
+        'campaign.toml: robot: no such file; correct the name [file-missing]'
         """
-        return cls(Fault(file, place, reason, mend))
+        return cls(Fault(code, file, place, reason, mend))
 
 
 def raise_faults(faults: Sequence[Fault]) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO, NoReturn, cast
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import DOCUMENT, Limit
 
 if sys.platform == "win32":
@@ -76,7 +77,8 @@ def refusal(error: OSError, file: str | Path = "") -> InputError | None:
     Examples
     --------
     >>> print(refusal(OSError(errno.ENOSPC, "No space left on device"), "report.pdf"))
-    report.pdf: cannot be read or written: No space left on device; free some space, or choose another disk
+    report.pdf: cannot be read or written: No space left on device; free some space, or choose another disk \
+[system-refusal]
     >>> refusal(OSError("a library's own"))
     """
     mend = MENDS.get(error.errno or 0)
@@ -84,7 +86,7 @@ def refusal(error: OSError, file: str | Path = "") -> InputError | None:
         return None
     shown = str(file) or os.fsdecode(error.filename if isinstance(error.filename, str | bytes) else "")
     reason = f"cannot be read or written: {os.strerror(error.errno or 0)}"
-    return InputError.at(shown or "a file", "", reason, mend)
+    return InputError.at(FaultCode.SYSTEM_REFUSAL, shown or "a file", "", reason, mend)
 
 
 _FLAGS = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOCTTY", 0)
@@ -116,7 +118,7 @@ def open_regular(path: Path, shown: str = "", *, buffering: int = -1, follow: bo
     ...     _ = file.read(10)
     >>> open_regular(Path("/dev/null"))
     Traceback (most recent call last):
-    stiffcal.errors.InputError: /dev/null: this is a device, not a file; put a regular file in its place
+    stiffcal.errors.InputError: /dev/null: this is a device, not a file; put a regular file in its place [file-kind]
     """
     descriptor = _descriptor(path, shown or str(path), 0 if follow else getattr(os, "O_NOFOLLOW", 0))
     try:
@@ -193,7 +195,9 @@ def _check_kind(found: os.stat_result, path: Path, shown: str) -> None:
 
 def _check_place(path: Path, shown: str) -> None:
     if os.name == "posix" and os.path.realpath(path).startswith(tuple(f"{place}/" for place in _OF_THE_SYSTEM)):
-        raise InputError.at(shown, "", "this is a file of the running system, not of a disk", _REGULAR)
+        raise InputError.at(
+            FaultCode.FILE_KIND, shown, "", "this is a file of the running system, not of a disk", _REGULAR
+        )
 
 
 _REGULAR = "put a regular file in its place"
@@ -203,7 +207,7 @@ _OTHER_NAME = "name another file"
 def _refuse(mode: int, shown: str, mend: str = _REGULAR) -> NoReturn:
     kinds = ((stat.S_ISFIFO, "pipe"), (stat.S_ISSOCK, "socket"), (stat.S_ISCHR, "device"), (stat.S_ISBLK, "device"))
     kind = next((name for is_kind, name in kinds if is_kind(mode)), "special file")
-    raise InputError.at(shown, "", f"this is a {kind}, not a file", mend)
+    raise InputError.at(FaultCode.FILE_KIND, shown, "", f"this is a {kind}, not a file", mend)
 
 
 def is_of_the_system(goal: Path) -> bool:
@@ -221,7 +225,9 @@ def _check_goal(goal: Path) -> None:
         if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
             _refuse(mode, str(goal), _OTHER_NAME)
     if is_of_the_system(goal):
-        raise InputError.at(str(goal), "", "this is a name of the running system, not of a disk", _OTHER_NAME)
+        raise InputError.at(
+            FaultCode.FILE_KIND, str(goal), "", "this is a name of the running system, not of a disk", _OTHER_NAME
+        )
 
 
 def temporary_name(ending: str = "") -> str:
@@ -254,14 +260,16 @@ def replacing(goal: Path) -> Iterator[Path]:
     temporary = goal.with_name(temporary_name(goal.suffix))
     try:
         if not goal.parent.is_dir():
-            raise InputError.at(str(goal), "", "its folder does not exist", "make the folder first")
+            raise InputError.at(
+                FaultCode.FILE_MISSING, str(goal), "", "its folder does not exist", "make the folder first"
+            )
         _check_goal(goal)
         yield temporary
         temporary.replace(goal)
     except OSError as error:
         words = error.strerror or (str(error).splitlines() or [type(error).__name__])[0]
         mend = MENDS.get(error.errno or 0, "choose a place that can be written")
-        raise InputError.at(str(goal), "", f"cannot be written ({words})", mend) from error
+        raise InputError.at(FaultCode.FILE_UNWRITABLE, str(goal), "", f"cannot be written ({words})", mend) from error
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)

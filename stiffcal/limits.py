@@ -37,6 +37,7 @@ import re
 from dataclasses import dataclass
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 KIB, MIB, GIB, TIB = 1 << 10, 1 << 20, 1 << 30, 1 << 40
 _UNITS = {
@@ -86,7 +87,7 @@ class Limit:
         if match is None or factor is None or (match["unit"] and not self.in_bytes):
             example = shown_amount(4 * self.default, self.in_bytes)
             mend = f'write a number{" with a unit" if self.in_bytes else ""}, e.g. {self.variable}="{example}"'
-            raise InputError.at("", self.variable, f"{text!r} is no amount", mend)
+            raise InputError.at(FaultCode.OPTION_INVALID, "", self.variable, f"{text!r} is no amount", mend)
         return int(float(match["number"]) * factor) if "." in match["number"] else int(match["number"]) * factor
 
     def check(self, amount: float, file: str, place: str = "", mend: str = "") -> None:
@@ -103,7 +104,8 @@ class Limit:
         >>> COLUMNS.check(7, "ft.csv")
         >>> COLUMNS.check(30000, "ft.csv")
         Traceback (most recent call last):
-        stiffcal.errors.InputError: ft.csv: more than 20000 columns; check the file, or raise STIFFCAL_MAX_COLUMNS
+        stiffcal.errors.InputError: ft.csv: more than 20000 columns; check the file, or raise STIFFCAL_MAX_COLUMNS \
+[size-exceeded]
         """
         if amount > self.most:
             raise self.exceeded(file, place, mend)
@@ -111,7 +113,9 @@ class Limit:
     def exceeded(self, file: str, place: str = "", mend: str = "") -> InputError:
         """Return the error of a file that asks for more than is allowed."""
         reason = f"more than {shown_amount(self.most, self.in_bytes)} {self.what}"
-        return InputError.at(file, place, reason, mend or f"check the file, or raise {self.variable}")
+        return InputError.at(
+            FaultCode.SIZE_EXCEEDED, file, place, reason, mend or f"check the file, or raise {self.variable}"
+        )
 
 
 def shown_amount(amount: int, in_bytes: bool = True) -> str:
@@ -183,7 +187,7 @@ def check_unpacked(unpacked: int, packed: int, file: str, place: str = "") -> No
     >>> check_unpacked(8 * GIB, MIB, "ft.csv.gz")
     Traceback (most recent call last):
     stiffcal.errors.InputError: ft.csv.gz: more than 250 unpacked bytes for each packed one; check the file, or raise \
-STIFFCAL_MAX_RATIO
+STIFFCAL_MAX_RATIO [size-exceeded]
     """
     UNPACKED.check(unpacked, file, place)
     if unpacked > RATIO_FROM and unpacked > RATIO.most * max(packed, 1):

@@ -13,8 +13,9 @@ from urllib.parse import quote
 
 from stiffcal.batch.outcome import BROKEN, HELD, NOT_HELD, Document, outcome_of, task_of
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.errors import Fault, InputError, Progress, no_progress
 from stiffcal.escapes.file_name import fitting
+from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import masked
 
 if TYPE_CHECKING:
@@ -138,11 +139,17 @@ def find_campaigns(folders: Sequence[Path]) -> tuple[list[tuple[Path, str]], lis
             found.setdefault(folder.resolve(), (folder, label))
         if not inside:
             reason = f"there is no {MANIFEST_FILE} in it" if named.is_dir() else "no such folder"
-            fault = {"file": str(named), "place": "", "reason": reason, "mend": "name a campaign folder"}
-            absent.append(outcome_of(task_of(named, str(named)), BROKEN, fault))
+            fault = Fault(FaultCode.FILE_MISSING, str(named), "", reason, "name a campaign folder")
+            absent.append(outcome_of(task_of(named, str(named)), BROKEN, fault.as_document()))
     if not found:
         first = absent[0]["error"]
-        raise InputError.at(first["file"], "", first["reason"], "name a campaign folder, or a folder with such in it")
+        raise InputError.at(
+            FaultCode.FILE_MISSING,
+            first["file"],
+            "",
+            first["reason"],
+            "name a campaign folder, or a folder with such in it",
+        )
     twice = Counter(label for _, label in found.values())
     return [
         (folder, label if twice[label] == 1 else whole.as_posix().strip("/"))

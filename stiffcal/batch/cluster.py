@@ -15,7 +15,8 @@ from typing import Any
 
 from stiffcal.batch.outcome import BROKEN, GENERATIONS, LOST, Document, outcome_of
 from stiffcal.batch.processes import LARGE_BYTES, WorkerLostError, WorkerProcess, outcome_of_lost_worker
-from stiffcal.errors import InputError
+from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 
 ANSWER_S = 15
 """How long a scheduler, and its first worker, may take to answer, s."""
@@ -34,9 +35,8 @@ def cluster_task(task: Document) -> Document:
     if not Path(task["folder"]).is_dir():
         reason = "this folder is not there on a worker of the cluster"
         mend = "the campaign folders must lie under the same path on every worker"
-        return outcome_of(
-            task, BROKEN, {"file": task["folder"], "place": "--scheduler", "reason": reason, "mend": mend}
-        )
+        fault = Fault(FaultCode.FILE_MISSING, task["folder"], "--scheduler", reason, mend)
+        return outcome_of(task, BROKEN, fault.as_document())
     worker: WorkerProcess | None = getattr(_kept, "worker", None)
     if worker is None:
         worker = _kept.worker = WorkerProcess()
@@ -73,7 +73,9 @@ def run_on_cluster(tasks: Sequence[Document], address: str, finished: Callable[[
         distributed: Any = importlib.import_module("distributed")
     except ImportError:
         mend = "install it: python -m pip install 'stiffcal[dask]'"
-        raise InputError.at("command line", "--scheduler", "the package distributed is not installed", mend) from None
+        raise InputError.at(
+            FaultCode.LIBRARY_MISSING, "command line", "--scheduler", "the package distributed is not installed", mend
+        ) from None
     with _connected(distributed, address) as client:
         threads = _threads(client, address)
         batch = uuid.uuid4().hex
@@ -121,7 +123,13 @@ def _connected(distributed: Any, address: str) -> Any:
     except (OSError, TimeoutError, ValueError) as error:
         words = (str(error).splitlines() or [type(error).__name__])[0]
         mend = "give the address that dask scheduler shows when it starts, like tcp://host:8786"
-        raise InputError.at("command line", "--scheduler", f"no Dask scheduler at {address} ({words})", mend) from None
+        raise InputError.at(
+            FaultCode.CLUSTER_UNREACHABLE,
+            "command line",
+            "--scheduler",
+            f"no Dask scheduler at {address} ({words})",
+            mend,
+        ) from None
 
 
 def _threads(client: Any, address: str) -> int:
@@ -130,7 +138,13 @@ def _threads(client: Any, address: str) -> int:
         client.wait_for_workers(1, timeout=ANSWER_S)
     except TimeoutError:
         mend = f"start workers: dask worker {address}"
-        raise InputError.at("command line", "--scheduler", f"the cluster at {address} has no worker", mend) from None
+        raise InputError.at(
+            FaultCode.CLUSTER_UNREACHABLE,
+            "command line",
+            "--scheduler",
+            f"the cluster at {address} has no worker",
+            mend,
+        ) from None
     return sum(client.nthreads().values())
 
 
@@ -146,4 +160,6 @@ def _outcome(future: Any, task: Document) -> Document:
         "the cluster has dropped it" if error is None else f"{type(error).__name__}: {' '.join(str(error).split())}"
     )
     mend = "look at the workers' logs; stiffcal of the same version must be installed there"
-    return outcome_of(task, LOST, {"file": task["folder"], "place": "--scheduler", "reason": reason, "mend": mend})
+    return outcome_of(
+        task, LOST, Fault(FaultCode.PROCESS_LOST, task["folder"], "--scheduler", reason, mend).as_document()
+    )

@@ -17,7 +17,9 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from stiffcal.batch.outcome import BROKEN, LOST, Document, outcome_of
+from stiffcal.errors import Fault
 from stiffcal.escapes.terminal import escaped
+from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import mask
 from stiffcal.module_path import child_environment, child_options, without_current_folder
 
@@ -198,12 +200,16 @@ def outcome_of_lost_worker(task: Document, error: WorkerLostError) -> Document:
     """Return the outcome of a task whose process was lost each time; by its campaign's own code, where that ran."""
     mend = "look whether memory is short (fewer --jobs), and try it alone: stiffcal run DIR"
     reason = f"{error.how}, {ATTEMPTS} times"
-    fault = {"file": task["folder"], "place": "", "reason": reason, "mend": mend}
     if not error.plugins:
-        return outcome_of(task, LOST, fault)
-    fault |= {"file": ", ".join(error.plugins), "place": "plugins", "mend": f"mend the code, or {mend}"}
-    fault["reason"] = f"{reason}, after code of this campaign began to run"
-    return outcome_of(task, BROKEN, fault)
+        return outcome_of(task, LOST, Fault(FaultCode.PROCESS_LOST, task["folder"], "", reason, mend).as_document())
+    fault = Fault(
+        FaultCode.PLUGIN_FAILED,
+        ", ".join(error.plugins),
+        "plugins",
+        f"{reason}, after code of this campaign began to run",
+        f"mend the code, or {mend}",
+    )
+    return outcome_of(task, BROKEN, fault.as_document())
 
 
 def run_on_this_machine(tasks: Sequence[Document], jobs: int, finished: Callable[[Document], None]) -> None:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from stiffcal.batch.campaigns import unchanged
 from stiffcal.batch.outcome import HELD, NOT_HELD, STEPS, Document
-from stiffcal.errors import InputError
+from stiffcal.errors import Fault, InputError
 from stiffcal.escapes import markdown, xml_text
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_of_the_system, write_whole
 
 VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
@@ -26,9 +27,11 @@ def prepare_files(*files: Path) -> None:
             file.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             reason = f"its folder cannot be made ({error.strerror})"
-            raise InputError.at(str(file), "", reason, "choose a place that can be written") from None
+            raise InputError.at(
+                FaultCode.FILE_UNWRITABLE, str(file), "", reason, "choose a place that can be written"
+            ) from None
         if file.is_dir():
-            raise InputError.at(str(file), "", "this is a folder", "name a file in it")
+            raise InputError.at(FaultCode.FILE_KIND, str(file), "", "this is a folder", "name a file in it")
 
 
 def write_summary(text: str, output: Path) -> None:
@@ -46,8 +49,7 @@ def write_summary(text: str, output: Path) -> None:
 
 def fault_text(error: Document) -> str:
     """Return an error document as the one line that the command line prints."""
-    where = ": ".join(part for part in (error["file"], error["place"]) if part)
-    return f"{where}: {error['reason']}; {error['mend']}" if where else f"{error['reason']}; {error['mend']}"
+    return str(Fault(FaultCode(error["code"]), error["file"], error["place"], error["reason"], error["mend"]))
 
 
 def verdict_of(outcome: Document) -> str:

@@ -18,6 +18,7 @@ from stiffcal.batch.author_choices import AuthorChoice, author_choices
 from stiffcal.batch.outcome import BROKEN, FAULT, GENERATIONS, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.campaign.thresholds import ThresholdsFile
 from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.fault_log import write_fault_log
 from stiffcal.files import read_regular
 from stiffcal.model.plugin_loading import plugin_fault
@@ -189,7 +190,7 @@ def _fault(error: Exception, folder: str) -> Document:
     reason = f"internal fault, not your input: {type(error).__name__}: {' '.join(str(error).split())}"
     log = write_fault_log(error, __version__, f"stiffcal batch {folder}")
     mend = f"please report it with the log file {log}" if log else f"stiffcal run {folder} --debug shows where"
-    return Fault(folder, "", reason, mend).as_document()
+    return Fault(FaultCode.INTERNAL_FAULT, folder, "", reason, mend).as_document()
 
 
 def _peak_memory() -> int | None:

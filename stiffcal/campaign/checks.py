@@ -20,6 +20,7 @@ from stiffcal.campaign.run_checks import MOST_COMPARED, MOST_FAULTS, choices, ex
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular
 
 MOST_NAME = 255
@@ -54,21 +55,37 @@ def robot_match_faults(manifest: Manifest, joint_names: tuple[str, ...], robot_f
             if len(columns) != count:
                 place = f"sources.{source}.{name}.{key}"
                 reason = f"{len(columns)} columns against the {count} joints of {robot_file}"
-                faults.append(_fault(place, reason, f"name one column per joint: {', '.join(joint_names)}"))
+                faults.append(
+                    _fault(FaultCode.JOINT_COUNT, place, reason, f"name one column per joint: {', '.join(joint_names)}")
+                )
         constants = signal.torque_constant
         if constants is not None and len(constants) not in (1, count):
             reason = f"{len(constants)} constants against the {count} joints of {robot_file}"
-            faults.append(_fault(f"sources.{source}.{name}.torque_constant", reason, "write one, or one per joint"))
+            faults.append(
+                _fault(
+                    FaultCode.JOINT_COUNT,
+                    f"sources.{source}.{name}.torque_constant",
+                    reason,
+                    "write one, or one per joint",
+                )
+            )
     for number, run in enumerate(manifest.runs):
         place = f"runs[{number + 1}] ({run.id})"
         if run.joints_deg is not None and len(run.joints_deg) != count:
             reason = f"{len(run.joints_deg)} angles against the {count} joints of {robot_file}"
-            faults.append(_fault(f"{place}.joints_deg", reason, "write one angle per joint"))
+            faults.append(_fault(FaultCode.JOINT_COUNT, f"{place}.joints_deg", reason, "write one angle per joint"))
         if run.moved_joint is not None and run.moved_joint > count:
             reason = f"joint {run.moved_joint} of a robot with {count} joints"
-            faults.append(_fault(f"{place}.moved_joint", reason, f"write 1 to {count}"))
+            faults.append(_fault(FaultCode.JOINT_UNKNOWN, f"{place}.moved_joint", reason, f"write 1 to {count}"))
     for key, name in strange_joints(manifest.thresholds, joint_names):
-        faults.append(_fault(f"thresholds.{key}.{name}", "there is no such joint", "use " + ", ".join(joint_names)))
+        faults.append(
+            _fault(
+                FaultCode.JOINT_UNKNOWN,
+                f"thresholds.{key}.{name}",
+                "there is no such joint",
+                "use " + ", ".join(joint_names),
+            )
+        )
     return faults
 
 
@@ -82,11 +99,15 @@ def model_match_faults(model: ModelFile, joint_names: tuple[str, ...], links: tu
             wrong = [joint for joint in joints if joint > count]
             if wrong:
                 reason = f"joint {wrong[0]} of a robot with {count} joints"
-                faults.append(Fault(MODEL_FILE, f"{place}.{key}", reason, f"write 1 to {count}"))
+                faults.append(
+                    Fault(FaultCode.JOINT_UNKNOWN, MODEL_FILE, f"{place}.{key}", reason, f"write 1 to {count}")
+                )
         for name in entry.links or ():
             if name not in links:
                 mend = "use one of " + ", ".join(links) if links else "name the links in robot.toml"
-                faults.append(Fault(MODEL_FILE, f"{place}.links", f'the robot has no link "{name}"', mend))
+                faults.append(
+                    Fault(FaultCode.LINK_UNKNOWN, MODEL_FILE, f"{place}.links", f'the robot has no link "{name}"', mend)
+                )
     return faults
 
 
@@ -101,17 +122,23 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
             break
         place = key_path(location, named)
         if wrong := odd_character(file):
-            faults.append(_fault(place, *wrong))
+            faults.append(_fault(FaultCode.NAME_INVALID, place, *wrong))
         elif any(len(os.fsencode(part)) > MOST_NAME for part in PurePosixPath(file).parts):
-            faults.append(_fault(place, f"a file's name of more than {MOST_NAME} bytes", "rename the file"))
+            faults.append(
+                _fault(
+                    FaultCode.NAME_INVALID, place, f"a file's name of more than {MOST_NAME} bytes", "rename the file"
+                )
+            )
         elif escapes(file):
             mend = "name a file inside the campaign folder, by its path from there"
-            faults.append(_fault(place, f'"{file}" lies outside the campaign folder', mend))
+            faults.append(_fault(FaultCode.FILE_OUTSIDE, place, f'"{file}" lies outside the campaign folder', mend))
         elif leading := links_outside(folder, file):
             faults.append(link_fault(MANIFEST_FILE, place, *leading[0]))
         elif fetched and must_exist and not (folder / file).exists():
             if (folder / file).parent.is_dir():
-                faults.append(_fault(place, f"no such file: {file}", _file_advice(folder, file, taken)))
+                faults.append(
+                    _fault(FaultCode.FILE_MISSING, place, f"no such file: {file}", _file_advice(folder, file, taken))
+                )
             else:
                 absent.setdefault(str(PurePosixPath(file).parent), []).append((place, file))
         elif fetched:
@@ -120,10 +147,10 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
         place, file = missing[0]
         if len(missing) == 1:
             mend = f"there is no folder {name} either; put the file there"
-            faults.append(_fault(place, f"no such file: {file}", mend))
+            faults.append(_fault(FaultCode.FILE_MISSING, place, f"no such file: {file}", mend))
         else:
             reason = f"no such folder: {name}; {len(missing)} files are named in it, {file} first"
-            faults.append(_fault(place, reason, "put the files there"))
+            faults.append(_fault(FaultCode.FILE_MISSING, place, reason, "put the files there"))
     return faults
 
 
@@ -133,7 +160,7 @@ def _special(folder: Path, file: str, place: str) -> Iterator[Fault]:
         check_regular(folder / file, file)
     except InputError as error:
         for fault in error.faults:
-            yield _fault(place, f'"{file}": {fault.reason}', fault.mend)
+            yield _fault(fault.code, place, f'"{file}": {fault.reason}', fault.mend)
     except (OSError, ValueError):  # not there, or not to be reached: whoever opens it says so
         return
 
@@ -169,8 +196,8 @@ def _paths(manifest: Manifest) -> Iterator[tuple[tuple[int | str, ...], str, boo
         yield ("plugins", number), file, True
 
 
-def _fault(place: str, reason: str, mend: str) -> Fault:
-    return Fault(MANIFEST_FILE, place, reason, mend)
+def _fault(code: FaultCode, place: str, reason: str, mend: str) -> Fault:
+    return Fault(code, MANIFEST_FILE, place, reason, mend)
 
 
 def _source_faults(manifest: Manifest) -> Iterator[Fault]:
@@ -178,19 +205,24 @@ def _source_faults(manifest: Manifest) -> Iterator[Fault]:
         place = f"sources.{name}"
         signals = source.signals()
         if not signals:
-            yield _fault(place, "the source holds no signal", "add joints, wrench, pose, deflection, …")
+            yield _fault(
+                FaultCode.SIGNAL_MISSING, place, "the source holds no signal", "add joints, wrench, pose, deflection, …"
+            )
         if source.file is not None and source.files:
-            yield _fault(f"{place}.files", "file and files are both given", "keep one of them")
+            yield _fault(FaultCode.KEY_CONFLICT, f"{place}.files", "file and files are both given", "keep one of them")
         for signal in source.files:
             if signal not in (*signals, "time", "run"):
                 yield _fault(
-                    f"{place}.files.{signal}", f'the source has no signal "{signal}"', choices(signal, signals)
+                    FaultCode.SOURCE_UNKNOWN,
+                    f"{place}.files.{signal}",
+                    f'the source has no signal "{signal}"',
+                    choices(signal, signals),
                 )
         if not source.is_states and source.time is None:
             mend = (
                 'add time = { column = "t", unit = "s" } or { rate_hz = 5000 }; for averaged states sampling = "states"'
             )
-            yield _fault(place, "the source is logged over time, but has no time", mend)
+            yield _fault(FaultCode.KEY_MISSING, place, "the source is logged over time, but has no time", mend)
         yield from _source_run_faults(manifest, name, source)
         yield from _format_faults(manifest, name, source)
 
@@ -205,16 +237,25 @@ def _source_run_faults(manifest: Manifest, name: str, source: Source) -> Iterato
     in_runs = [run.id for run in manifest.runs if name in run.files]
     own = _has_own_file(source)
     if not own and not in_runs:
-        yield _fault(place, "no file is named", 'add file = "raw/table.csv", or files = { … } to each run')
+        yield _fault(
+            FaultCode.KEY_MISSING, place, "no file is named", 'add file = "raw/table.csv", or files = { … } to each run'
+        )
     if own and in_runs:
-        yield _fault(place, f'a file is named here and in run "{in_runs[0]}"', "name it in one place")
+        yield _fault(
+            FaultCode.KEY_CONFLICT, place, f'a file is named here and in run "{in_runs[0]}"', "name it in one place"
+        )
     if own and source.run is None and len(manifest.runs) != 1:
         mend = 'add run = { column = "run" } or run = { each = "row" }'
         if not source.is_states:
             mend += ", or [[runs]] with files = { … } for each"
-        yield _fault(place, "it is not said which run a row belongs to", mend)
+        yield _fault(FaultCode.KEY_MISSING, place, "it is not said which run a row belongs to", mend)
     if source.run is not None and source.run.each == "row" and not source.is_states:
-        yield _fault(f"{place}.run", "a row logged over time cannot be a run of its own", 'use { column = "run" }')
+        yield _fault(
+            FaultCode.KEY_CONFLICT,
+            f"{place}.run",
+            "a row logged over time cannot be a run of its own",
+            'use { column = "run" }',
+        )
 
 
 def _format_faults(manifest: Manifest, name: str, source: Source) -> Iterator[Fault]:
@@ -225,7 +266,10 @@ def _format_faults(manifest: Manifest, name: str, source: Source) -> Iterator[Fa
     for file in files:
         if source.format_for(file) is None:
             yield _fault(
-                f"sources.{name}", f'the ending of "{file}" does not tell the format', 'add format = "csv", say'
+                FaultCode.FORMAT_UNKNOWN,
+                f"sources.{name}",
+                f'the ending of "{file}" does not tell the format',
+                'add format = "csv", say',
             )
             return
 
@@ -240,20 +284,37 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
         if isinstance(signal, Wrench):
             yield from _wrench_faults(signal, manifest.sources[source], place)
         if isinstance(signal, Displacement | Wrench) and signal.direction is not None and not any(signal.direction):
-            yield _fault(f"{place}.direction", "the direction is zero", "write a vector such as [0, 0, 1]")
+            yield _fault(
+                FaultCode.VALUE_INVALID,
+                f"{place}.direction",
+                "the direction is zero",
+                "write a vector such as [0, 0, 1]",
+            )
         if isinstance(signal, Lengths):
             for column in signal.columns:
                 if column not in manifest.ids:
                     reason = f'nothing says where the rod "{column}" is fixed'
-                    yield _fault(f"{place}.columns", reason, f"add [ids.{column}] with link, start_m, end_m")
+                    yield _fault(
+                        FaultCode.KEY_MISSING,
+                        f"{place}.columns",
+                        reason,
+                        f"add [ids.{column}] with link, start_m, end_m",
+                    )
         if isinstance(signal, Pose):
             for marker, point in signal.markers.items():
                 if point.at_m is None and marker not in manifest.frames:
                     mend = "write { columns = […], at_m = [x, y, z] }"
-                    yield _fault(f"{place}.markers.{marker}", "its place on the body is not said", mend)
+                    yield _fault(
+                        FaultCode.KEY_MISSING, f"{place}.markers.{marker}", "its place on the body is not said", mend
+                    )
     for name, rod in manifest.ids.items():
         if links is not None and rod.link not in links:
-            yield _fault(f"ids.{name}.link", f'the robot has no link "{rod.link}"', choices(rod.link, links))
+            yield _fault(
+                FaultCode.LINK_UNKNOWN,
+                f"ids.{name}.link",
+                f'the robot has no link "{rod.link}"',
+                choices(rod.link, links),
+            )
 
 
 def _frames_of(signal: Signal, name: str) -> list[tuple[str, str]]:
@@ -274,14 +335,28 @@ def _frames_of(signal: Signal, name: str) -> list[tuple[str, str]]:
 def _wrench_faults(wrench: Wrench, source: Source, place: str) -> Iterator[Fault]:
     gauge = source.displacement
     if wrench.axes_frame is None and not (len(wrench.columns) == 1 and gauge is not None):
-        yield _fault(place, "it is not said in which axes the wrench is", 'add frame = "ft_sensor", or axes and point')
+        yield _fault(
+            FaultCode.KEY_MISSING,
+            place,
+            "it is not said in which axes the wrench is",
+            'add frame = "ft_sensor", or axes and point',
+        )
     if wrench.point_frame is None:
         if len(wrench.columns) == 6:
-            yield _fault(place, "the point that the moments refer to is missing", 'add point = "ft_sensor", say')
+            yield _fault(
+                FaultCode.KEY_MISSING,
+                place,
+                "the point that the moments refer to is missing",
+                'add point = "ft_sensor", say',
+            )
         else:
             reason = "a force without moments needs the point where it acts"
-            yield _fault(place, reason, 'add point = "load_point", a frame under [frames]')
+            yield _fault(FaultCode.KEY_MISSING, place, reason, 'add point = "load_point", a frame under [frames]')
     if len(wrench.columns) == 1 and wrench.direction is None and gauge is None:
-        yield _fault(place, "a force of one column needs a direction", "add direction = [0, 0, 1], say")
+        yield _fault(
+            FaultCode.KEY_MISSING, place, "a force of one column needs a direction", "add direction = [0, 0, 1], say"
+        )
     if len(wrench.columns) != 1 and wrench.direction is not None:
-        yield _fault(f"{place}.direction", "a direction is for a force of one column", "remove it")
+        yield _fault(
+            FaultCode.KEY_CONFLICT, f"{place}.direction", "a direction is for a force of one column", "remove it"
+        )

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from stiffcal.campaign.typed import Table, WrongValueError
 from stiffcal.errors import Fault
+from stiffcal.fault_codes import FaultCode
 
 Path = Sequence[int | str]
 
@@ -57,9 +58,9 @@ def faults_of(error: ValidationError, file: str, model: type[BaseModel], documen
         if detail["type"] == "missing" and detail["loc"] in misspelt:
             continue  # the misspelt key is told already
         reason, mend = _words(detail, model)
-        faults.append(Fault(file, key_path(detail["loc"], document), reason, mend))
+        faults.append(Fault(_code(detail), file, key_path(detail["loc"], document), reason, mend))
     if unidentified > 0:
-        faults.append(Fault(file, "", f"{unidentified} more faults", "correct these first"))
+        faults.append(Fault(FaultCode.MORE_FAULTS, file, "", f"{unidentified} more faults", "correct these first"))
     return faults
 
 
@@ -84,6 +85,17 @@ def key_path(location: Path, document: Mapping[str, Any] | None = None) -> str:
             here = here.get(part) if isinstance(here, dict) else None
             text += ("." if text else "") + str(part)
     return text
+
+
+def _code(detail: Mapping[str, Any]) -> FaultCode:
+    """Return the family of one of pydantic's errors, by its type."""
+    cause = detail.get("ctx", {}).get("error")
+    if isinstance(cause, WrongValueError):
+        return cause.code
+    return _CODES.get(str(detail["type"]), FaultCode.VALUE_INVALID)
+
+
+_CODES = {"extra_forbidden": FaultCode.KEY_UNKNOWN, "missing": FaultCode.KEY_MISSING}
 
 
 def _words(detail: dict[str, Any], model: type[BaseModel]) -> tuple[str, str]:

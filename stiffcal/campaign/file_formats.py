@@ -16,6 +16,7 @@ from typing import Protocol, cast
 from stiffcal.campaign.found_modules import module_names
 from stiffcal.campaign.typed import Table
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 READERS = "stiffcal.readers"
 """The package whose modules are the formats, and the entry point group of those in other packages."""
@@ -118,4 +119,6 @@ def _from_outside(point: importlib.metadata.EntryPoint) -> LogFormat:
     except Exception as error:  # whatever another package's code raises
         package = point.dist.name if point.dist is not None else point.value
         reason = f"the reader {point.name!r} cannot be imported ({type(error).__name__})"
-        raise InputError.at("installed packages", package, reason, "install its package again, or remove it") from error
+        raise InputError.at(
+            FaultCode.LIBRARY_MISSING, "installed packages", package, reason, "install its package again, or remove it"
+        ) from error

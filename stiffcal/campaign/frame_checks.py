@@ -9,6 +9,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.signals import Deflection, Displacement, Pose
 from stiffcal.campaign.sizes import length_mistake
 from stiffcal.errors import Fault
+from stiffcal.fault_codes import FaultCode
 
 _MANIFEST = "campaign.toml"
 BUILT_IN = ("base", "flange")
@@ -26,7 +27,7 @@ def frame_fault(manifest: Manifest, links: tuple[str, ...] | None, frame: str, p
         return None
     near = get_close_matches(frame, known, n=1)
     mend = f'did you mean "{near[0]}"?' if near else f"add [frames.{frame}], or use one of " + ", ".join(known)
-    return Fault(_MANIFEST, place, f'there is no frame "{frame}"', mend)
+    return Fault(FaultCode.FRAME_UNKNOWN, _MANIFEST, place, f'there is no frame "{frame}"', mend)
 
 
 def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[Fault]:
@@ -34,11 +35,17 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
     for name, frame in manifest.frames.items():
         place = f"frames.{name}"
         if name in BUILT_IN:
-            yield Fault(_MANIFEST, place, f'the frame "{name}" is the robot\'s own', "give this one another name")
+            yield Fault(
+                FaultCode.NAME_INVALID,
+                _MANIFEST,
+                place,
+                f'the frame "{name}" is the robot\'s own',
+                "give this one another name",
+            )
         mistake = frame.rotation_mistake()
         if mistake is not None:
             key, what = mistake
-            yield Fault(_MANIFEST, f"{place}.{key}", what.reason, what.mend)
+            yield Fault(FaultCode.VALUE_INVALID, _MANIFEST, f"{place}.{key}", what.reason, what.mend)
         yield from _too_far(manifest, name)
         fault = frame_fault(manifest, links, frame.parent, f"{place}.parent")
         if fault is not None:
@@ -53,7 +60,7 @@ def _too_far(manifest: Manifest, name: str) -> Iterator[Fault]:
     for part in frame.xyz_m if frame.parent not in ("base", *manifest.frames) else ():
         mistake = length_mistake(part)
         if mistake is not None:
-            yield Fault(_MANIFEST, f"frames.{name}.xyz_m", mistake.reason, mistake.mend)
+            yield Fault(FaultCode.VALUE_INVALID, _MANIFEST, f"frames.{name}.xyz_m", mistake.reason, mistake.mend)
 
 
 def _circles(manifest: Manifest) -> Iterator[Fault]:
@@ -67,7 +74,13 @@ def _circles(manifest: Manifest) -> Iterator[Fault]:
         if here in path:
             names = list(path)
             circle = " → ".join([*names[names.index(here) :], here])
-            yield Fault(_MANIFEST, f"frames.{here}.parent", f"the parents go round in a circle: {circle}", "break it")
+            yield Fault(
+                FaultCode.FRAME_UNSUITABLE,
+                _MANIFEST,
+                f"frames.{here}.parent",
+                f"the parents go round in a circle: {circle}",
+                "break it",
+            )
         done.update(path)
 
 
@@ -95,4 +108,4 @@ def _moving_axes(manifest: Manifest) -> Iterator[Fault]:
         if carrier != "base" and carrier not in manifest.frames:
             reason = f'the frame "{frame}" moves with the robot (it hangs on {carrier})'
             place = f"sources.{source}.{name}.{key}"
-            yield Fault(_MANIFEST, place, reason, "measure in a frame whose parent is base")
+            yield Fault(FaultCode.FRAME_UNSUITABLE, _MANIFEST, place, reason, "measure in a frame whose parent is base")

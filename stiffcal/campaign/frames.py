@@ -15,6 +15,7 @@ from stiffcal.campaign.naming import body_number
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import HELD, Attachment, MeasurementSetup, Sigma
 from stiffcal.mechanics.chain import Chain
 
@@ -68,7 +69,13 @@ def _attach(
         if here not in manifest.frames:
             break
     if here not in found:
-        raise InputError.at("campaign.toml", f"frames.{name}", f'no body "{here}"', "correct the frame's parent")
+        raise InputError.at(
+            FaultCode.FRAME_UNKNOWN,
+            "campaign.toml",
+            f"frames.{name}",
+            f'no body "{here}"',
+            "correct the frame's parent",
+        )
     return Attachment(found[here].body, found[here].transform @ transform)
 
 
@@ -145,7 +152,9 @@ def _load(manifest: Manifest, gravity: float) -> _Load:
     one_line = all(isinstance(s, Wrench) and len(s.columns) == 1 for _, _, s in manifest.signals() if _is_load(s))
     if len(loads) > 1 and not (one_line and len({load for _, load in loads}) == 1 and _apart(manifest)):
         reason = f"the load is measured twice, here and in {loads[0][0]}"
-        raise InputError.at("campaign.toml", loads[1][0], reason, "keep the one that is to count")
+        raise InputError.at(
+            FaultCode.KEY_CONFLICT, "campaign.toml", loads[1][0], reason, "keep the one that is to count"
+        )
     return loads[0][1] if loads else _Load("flange", "flange", False, None, None, "run")
 
 
@@ -177,7 +186,7 @@ def _targets(manifest: Manifest) -> tuple[tuple[str, ...], str]:
     if len(trackers) > 1:
         (first, _), (second, place) = list(trackers.items())[:2]
         reason = f'displacements are measured in "{second}" and in "{first}"'
-        raise InputError.at("campaign.toml", place, reason, "bring them to one frame")
+        raise InputError.at(FaultCode.KEY_CONFLICT, "campaign.toml", place, reason, "bring them to one frame")
     return tuple(dict.fromkeys(names)), next(iter(trackers), "base")
 
 

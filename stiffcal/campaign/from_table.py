@@ -16,6 +16,7 @@ from stiffcal.campaign.table_sniffing import SniffedTable, sniff_table
 from stiffcal.campaign.templates import bundled_robot, write_folder
 from stiffcal.campaign.typed import expand_columns
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import UnknownUnitError, unit
 
 GUESS = "# ?"
@@ -107,7 +108,9 @@ def propose_campaign(
     for name, source in proposal.copies.items():
         target = folder / name
         if target.exists() and target.resolve() != source.resolve():
-            raise InputError.at(str(target), "", "the file is there already", "name another folder")
+            raise InputError.at(
+                FaultCode.FILE_EXISTS, str(target), "", "the file is there already", "name another folder"
+            )
     copies = {name: source for name, source in proposal.copies.items() if not (folder / name).exists()}
     texts = {MANIFEST_FILE: proposal.manifest, "robot.toml": proposal.robot}
     written = write_folder(folder, texts, copies)
@@ -121,27 +124,47 @@ def _check_together(tables: Sequence[SniffedTable]) -> None:
         shown = table.path.name
         if table.n_rows != first.n_rows:
             reason = f"{table.n_rows} rows against {first.n_rows} in {first.path.name}"
-            raise InputError.at(shown, "", reason, "tables that belong together have equally many rows")
+            raise InputError.at(
+                FaultCode.SHAPE_MISMATCH, shown, "", reason, "tables that belong together have equally many rows"
+            )
         if table.options != first.options:
             reason = f"it is written in another way than {first.path.name}"
-            raise InputError.at(shown, "", reason, "save both with the same delimiter, decimal mark and header lines")
+            raise InputError.at(
+                FaultCode.SHAPE_MISMATCH,
+                shown,
+                "",
+                reason,
+                "save both with the same delimiter, decimal mark and header lines",
+            )
         for column in table.columns:
             if column.header in headers:
                 reason = f'column "{column.header}" stands in {headers[column.header]} too'
-                raise InputError.at(shown, "", reason, "give each column a name of its own")
+                raise InputError.at(FaultCode.COLUMN_DUPLICATE, shown, "", reason, "give each column a name of its own")
             headers[column.header] = shown
 
 
 def _check_roles(roles: Roles, shown: str) -> None:
     if roles.joints is None:
-        raise InputError.at(shown, "header", "no joint columns are seen", "name them A1 … A6, J1 …, q1 … or theta1 …")
+        raise InputError.at(
+            FaultCode.COLUMN_MISSING,
+            shown,
+            "header",
+            "no joint columns are seen",
+            "name them A1 … A6, J1 …, q1 … or theta1 …",
+        )
     if roles.force is None and roles.mass is None:
         raise InputError.at(
-            shown, "header", "no force columns are seen", "name them Fx, Fy, Fz, or kg for dead weights"
+            FaultCode.COLUMN_MISSING,
+            shown,
+            "header",
+            "no force columns are seen",
+            "name them Fx, Fy, Fz, or kg for dead weights",
         )
     if roles.deflection is None and roles.position is None:
         mend = "name them dx, dy, dz (loaded minus unloaded) or X, Y, Z"
-        raise InputError.at(shown, "header", "no displacement or position columns are seen", mend)
+        raise InputError.at(
+            FaultCode.COLUMN_MISSING, shown, "header", "no displacement or position columns are seen", mend
+        )
 
 
 def _source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
@@ -183,7 +206,13 @@ def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
         columns = {column for role in held if role is not None for column in role.columns}
         files = [table.path.name for table in tables if columns & set(table.columns)]
         if len(files) > 1:
-            raise InputError.at(files[1], "header", f"the {signal} lies in {files[0]} too", "put it into one file")
+            raise InputError.at(
+                FaultCode.SHAPE_MISMATCH,
+                files[1],
+                "header",
+                f"the {signal} lies in {files[0]} too",
+                "put it into one file",
+            )
         said += [f"{signal} = {_quoted(f'raw/{files[0]}')}"] if files else []
     return said
 
@@ -284,7 +313,7 @@ def _robot_text(roles: Roles, urdf: Path | None, robot: str | None) -> tuple[str
         return bundled_robot(robot), {}
     if urdf is not None:
         if not urdf.is_file():
-            raise InputError.at(str(urdf), "", "no such file", "correct the name after --urdf")
+            raise InputError.at(FaultCode.FILE_MISSING, str(urdf), "", "no such file", "correct the name after --urdf")
         return f'schema = "stiffcal/robot/1"\nurdf = {_quoted(urdf.name)}\n', {urdf.name: urdf}
     rows = [
         f"[[joints]]\nname = {_quoted(column.name)}\na_m = 0.0  {GUESS}\nalpha_deg = 0.0  {GUESS}\nd_m = 0.0  {GUESS}\n"
@@ -307,7 +336,13 @@ def _check_robot_fits(proposal: Proposal, roles: Roles, urdf: Path | None) -> No
     columns = len(roles.joints.columns)
     if count != columns:
         reason = f"{columns} joint columns against the {count} joints of the robot"
-        raise InputError.at("", "--robot" if urdf is None else "--urdf", reason, "name the robot that was measured")
+        raise InputError.at(
+            FaultCode.JOINT_COUNT,
+            "",
+            "--robot" if urdf is None else "--urdf",
+            reason,
+            "name the robot that was measured",
+        )
 
 
 def _unit(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
@@ -325,14 +360,22 @@ def _unit(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
     for column in role.columns:
         place = f'column "{column.header}"'
         if column.unit is None:
-            raise InputError.at("", place, "it has no unit, but its neighbours do", "write the unit into the header")
+            raise InputError.at(
+                FaultCode.UNIT_CONFLICT,
+                "",
+                place,
+                "it has no unit, but its neighbours do",
+                "write the unit into the header",
+            )
         try:
             names.add(unit(column.unit, quantity).name)
         except UnknownUnitError as error:
-            raise InputError.at("", place, error.reason, error.mend) from None
+            raise InputError.at(FaultCode.UNIT_UNKNOWN, "", place, error.reason, error.mend) from None
     if len(names) > 1:
         told = ", ".join(sorted(names))
-        raise InputError.at("", f'column "{role.columns[0].header}"', f"units differ: {told}", "use one unit")
+        raise InputError.at(
+            FaultCode.UNIT_CONFLICT, "", f'column "{role.columns[0].header}"', f"units differ: {told}", "use one unit"
+        )
     return names.pop(), False
 
 

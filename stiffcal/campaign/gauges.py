@@ -12,6 +12,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import body_number
 from stiffcal.campaign.signals import Displacement, Lengths, Signal
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, Gauge
 from stiffcal.measurements.rods import BeamShape, Rods, rods_between
 from stiffcal.mechanics.chain import Chain
@@ -66,7 +67,7 @@ def _expansion_next_to(link: str, names: tuple[str, ...], manifest: Manifest, ch
     if written and own is None:
         reason = f"what {link} itself expands by is not written: a rod reads the difference of the two"
         mend = f"add [links.{link}] expansion_per_K to robot.toml, or leave it out here"
-        raise InputError.at("campaign.toml", f"ids.{written[0]}.expansion_per_K", reason, mend)
+        raise InputError.at(FaultCode.KEY_MISSING, "campaign.toml", f"ids.{written[0]}.expansion_per_K", reason, mend)
     rods = (manifest.ids[name].expansion_per_K for name in names)
     return np.array([np.nan if one is None or own is None else own - one for one in rods])
 
@@ -79,11 +80,11 @@ def _link_of(name: str, manifest: Manifest, chain: Chain) -> str:
     if link is None:
         reason = f'"{entry.link}" is no link that bends: it joins no two joints that are 50 mm apart'
         mend = f"name one of {', '.join(beams)}" if beams else "leave the rods out"
-        raise InputError.at("campaign.toml", f"ids.{name}.link", reason, mend)
+        raise InputError.at(FaultCode.LINK_UNKNOWN, "campaign.toml", f"ids.{name}.link", reason, mend)
     if entry.start_m == entry.end_m:
         reason = "start_m and end_m are one point"
         mend = "write where the rod is fixed and where its tip is read"
-        raise InputError.at("campaign.toml", f"ids.{name}", reason, mend)
+        raise InputError.at(FaultCode.VALUE_INVALID, "campaign.toml", f"ids.{name}", reason, mend)
     return link
 
 

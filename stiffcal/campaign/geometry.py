@@ -19,6 +19,7 @@ from stiffcal.campaign.robot_file import JointEntry, RobotFile
 from stiffcal.campaign.transforms import placement_matrix, rotation_rpy, rotation_taking_z_to, screw_x, translation
 from stiffcal.campaign.urdf import UrdfJoint, UrdfRobot, read_urdf
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 
 
@@ -154,7 +155,11 @@ def _urdf_entries(robot: RobotFile, turning: tuple[UrdfJoint, ...]) -> tuple[Joi
     for name in written:
         if name not in names:
             raise InputError.at(
-                "robot.toml", f"joints ({name})", f'the URDF has no turning joint "{name}"', "use " + ", ".join(names)
+                FaultCode.JOINT_UNKNOWN,
+                "robot.toml",
+                f"joints ({name})",
+                f'the URDF has no turning joint "{name}"',
+                "use " + ", ".join(names),
             )
     return tuple(written.get(name, JointEntry(name=name)) for name in names)
 

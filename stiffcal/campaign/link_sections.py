@@ -12,6 +12,7 @@ from stiffcal.campaign.naming import body_number
 from stiffcal.campaign.robot_file import LinkBeamEntry, RobotFile
 from stiffcal.campaign.robot_file import Section as SectionEntry
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.section import Section
 from stiffcal.mechanics.section_mesh import SectionError, inner_outline
@@ -61,11 +62,11 @@ def _solved(link: str, entry: LinkBeamEntry, robot_file: str) -> Section | None:
         return _solve(section)
     except SectionError as error:
         raise InputError.at(
-            robot_file, place, str(error), "draw the corners in order around the section, in m"
+            FaultCode.VALUE_INVALID, robot_file, place, str(error), "draw the corners in order around the section, in m"
         ) from None
     except MissingSolverError as error:
         needs, _, install = str(error).partition(": ")
-        raise InputError.at(robot_file, f"{place}.outline", needs, install) from None
+        raise InputError.at(FaultCode.LIBRARY_MISSING, robot_file, f"{place}.outline", needs, install) from None
 
 
 @lru_cache(maxsize=16)

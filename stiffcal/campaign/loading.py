@@ -26,6 +26,7 @@ from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.escapes import shell, visible
+from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
     from stiffcal.mechanics.chain import Chain
@@ -100,7 +101,13 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
     """
     folder = Path(folder)
     if not folder.is_dir():
-        raise InputError.at(str(folder), "", "no such folder", "name a campaign folder, or make one: stiffcal init DIR")
+        raise InputError.at(
+            FaultCode.FILE_MISSING,
+            str(folder),
+            "",
+            "no such folder",
+            "name a campaign folder, or make one: stiffcal init DIR",
+        )
     faults: list[Fault] = []
     manifest, doubtful = _what_is_right(folder, faults)
     robot_file = manifest.robot if manifest is not None else "robot.toml"
@@ -132,7 +139,9 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
         faults += model_match_faults(model, outline.joint_names, outline.link_names)
     raise_faults(faults)
     if manifest is None or robot is None or model is None:  # each of them would have left a fault
-        raise InputError.at(str(folder), "", "the campaign could not be read", "correct its files")
+        raise InputError.at(
+            FaultCode.FILE_UNREADABLE, str(folder), "", "the campaign could not be read", "correct its files"
+        )
     return Campaign(folder, manifest, robot, model, (folder / MODEL_FILE).exists())
 
 
@@ -172,7 +181,7 @@ def load_manifest(folder: Path) -> Manifest:
     path = Path(folder) / MANIFEST_FILE
     if not path.exists():
         mend = f"make one: stiffcal init {shell.escaped_path(str(folder))} --kind load"
-        raise InputError.at(MANIFEST_FILE, "", f"there is no {MANIFEST_FILE} in {folder}", mend)
+        raise InputError.at(FaultCode.FILE_MISSING, MANIFEST_FILE, "", f"there is no {MANIFEST_FILE} in {folder}", mend)
     check_own(Path(folder), MANIFEST_FILE)
     return validate_manifest(read_toml(path, MANIFEST_FILE))
 

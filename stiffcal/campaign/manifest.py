@@ -37,6 +37,7 @@ from stiffcal.campaign.typed import (
     Table,
     WrongValueError,
 )
+from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import UnknownUnitError, unit, unit_names
 
 SIGNAL_NAMES = (
@@ -79,7 +80,7 @@ def _time_unit(name: str) -> str:
     try:
         return unit(name, "time").name
     except UnknownUnitError as error:
-        raise WrongValueError(error.reason, f"{error.mend}, or iso8601") from error
+        raise WrongValueError(error.reason, f"{error.mend}, or iso8601", FaultCode.UNIT_UNKNOWN) from error
 
 
 LogTimeUnit: TypeAlias = Annotated[

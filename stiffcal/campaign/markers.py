@@ -10,6 +10,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.signals import Pose
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.markers import Markers
 
 
@@ -39,7 +40,7 @@ def _markers(body: str, pose: Pose, manifest: Manifest) -> Markers:
             places.append(placement_matrix(manifest.frames[name])[:3, 3])
         else:
             raise InputError.at(
-                "campaign.toml", f"markers.{name}", f"its place on {body} is not written",
+                FaultCode.KEY_MISSING, "campaign.toml", f"markers.{name}", f"its place on {body} is not written",
                 'write at_m = [x, y, z] in metres, or a frame of that name with parent = "' + body + '"',
             )  # fmt: skip
     return Markers(tuple(pose.markers), np.array(places))

@@ -13,6 +13,7 @@ from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile, def
 from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular, replacing
 from stiffcal.limits import TOML
 
@@ -144,7 +145,9 @@ def remove_effect(
     if not removed:
         held = ", ".join(dict.fromkeys(str(entry.get("type")) for entry in entries)) or "nothing"
         where = "" if unwanted is None else f" at {', '.join(unwanted)}"
-        raise InputError.at(MODEL_FILE, "effects", f"the model holds no {effect}{where}", f"it holds {held}")
+        raise InputError.at(
+            FaultCode.EFFECT_ABSENT, MODEL_FILE, "effects", f"the model holds no {effect}{where}", f"it holds {held}"
+        )
     _save(folder, document)
     return tuple(removed)
 

@@ -15,6 +15,7 @@ from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.campaign.typed import Counting, Name, Table, WrongValueError
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 MODEL_FILE = "model.toml"
 
@@ -144,7 +145,9 @@ def load_model(folder: Path, n_joints: int, experiments: Collection[str] = ()) -
     """
     path = folder / MODEL_FILE
     if path.is_symlink() and not path.exists():
-        raise InputError.at(MODEL_FILE, "", "this is a link to nothing", "remove it, or put the model in its place")
+        raise InputError.at(
+            FaultCode.FILE_KIND, MODEL_FILE, "", "this is a link to nothing", "remove it, or put the model in its place"
+        )
     if not path.exists():
         return default_model(n_joints, experiments)
     check_own(folder, MODEL_FILE)

@@ -12,6 +12,7 @@ from typing import Any
 from stiffcal.campaign.explain import key_path
 from stiffcal.errors import Fault, InputError
 from stiffcal.escapes import refused
+from stiffcal.fault_codes import FaultCode
 
 # Keys whose texts are shown and never used: they may hold anything, and are escaped where they are shown.
 _SHOWN_ONLY = frozenset({"why"})
@@ -57,7 +58,7 @@ def check_name(name: str, file: str, place: str) -> None:
     """Raise `InputError` where a name that a log or URDF holds is refused."""
     wrong = odd_character(name)
     if wrong is not None:
-        raise InputError.at(file, place, *wrong)
+        raise InputError.at(FaultCode.NAME_INVALID, file, place, *wrong)
 
 
 def name_faults(document: dict[str, Any], file: str) -> Iterator[Fault]:
@@ -74,7 +75,7 @@ def name_faults(document: dict[str, Any], file: str) -> Iterator[Fault]:
             for key, item in value.items():
                 wrong = odd_character(key) or (_EMPTY if _is_blank(key, item) else None)
                 if wrong is not None:
-                    yield Fault(file, key_path((*place, key), document), *wrong)
+                    yield Fault(FaultCode.NAME_INVALID, file, key_path((*place, key), document), *wrong)
                 elif key not in _SHOWN_ONLY:
                     waiting.append(((*place, key), item))
         elif isinstance(value, list):
@@ -82,7 +83,7 @@ def name_faults(document: dict[str, Any], file: str) -> Iterator[Fault]:
         elif isinstance(value, str) and not value.isprintable():
             wrong = odd_character(value, _allowed(place))
             if wrong is not None:
-                yield Fault(file, key_path(place, document), *wrong)
+                yield Fault(FaultCode.NAME_INVALID, file, key_path(place, document), *wrong)
 
 
 def _is_blank(key: str, value: object) -> bool:

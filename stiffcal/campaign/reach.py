@@ -9,6 +9,7 @@ from typing import IO
 
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular, open_regular
 from stiffcal.limits import Limit
 
@@ -59,10 +60,18 @@ def _allowed_places(folder: Path) -> list[Path]:
         place = Path(entry)
         if not place.is_absolute():
             mend = f"write the whole path, as in {ALLOW}=/data/logs"
-            raise InputError.at("", ALLOW, f"{entry!r} would be another folder wherever stiffcal is started", mend)
+            raise InputError.at(
+                FaultCode.OPTION_INVALID,
+                "",
+                ALLOW,
+                f"{entry!r} would be another folder wherever stiffcal is started",
+                mend,
+            )
         plain = Path(os.path.normpath(place))
         if plain.parent == plain:
-            raise InputError.at("", ALLOW, f"{entry!r} would allow every file", "name the folder of the logs")
+            raise InputError.at(
+                FaultCode.OPTION_INVALID, "", ALLOW, f"{entry!r} would allow every file", "name the folder of the logs"
+            )
         if not plain.is_relative_to(os.path.normpath(Path.cwd() / folder)):
             with suppress(OSError, RuntimeError):
                 places.append(place.resolve())
@@ -102,7 +111,9 @@ def link_fault(named_in: str, place: str, file: str, goal: Path) -> Fault:
         f"put the file itself there; only if you made this link yourself, allow its place: {ALLOW} "
         "(README, What a campaign may reach)"
     )
-    return Fault(named_in, place, f'"{file}" is a link to {goal}, outside the campaign folder', mend)
+    return Fault(
+        FaultCode.FILE_OUTSIDE, named_in, place, f'"{file}" is a link to {goal}, outside the campaign folder', mend
+    )
 
 
 def check_own(folder: Path, file: str) -> None:

@@ -13,6 +13,7 @@ from stiffcal.campaign.robot_file import JointEntry, RobotFile
 from stiffcal.campaign.sizes import length_mistake
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 
 _ROW_KEYS = ("a_m", "alpha_deg", "d_m")
 
@@ -50,7 +51,9 @@ def outline_of(robot: RobotFile, path: Path) -> RobotOutline:
         unknown = [name for name in written if name not in joints]
         if unknown:
             reason = f'the URDF has no turning joint "{unknown[0]}"'
-            raise InputError.at(path.name, f"joints ({unknown[0]})", reason, "use " + ", ".join(joints))
+            raise InputError.at(
+                FaultCode.JOINT_UNKNOWN, path.name, f"joints ({unknown[0]})", reason, "use " + ", ".join(joints)
+            )
     else:
         joints = tuple(entry.name for entry in robot.joints)
         links = name_links([entry.link.name for entry in robot.joints])
@@ -66,56 +69,128 @@ def robot_faults(robot: RobotFile, file: str) -> list[Fault]:
 def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
     if (robot.urdf is None) == (robot.convention is None):
         reason = "neither convention nor urdf is given" if robot.urdf is None else "convention and urdf are both given"
-        yield Fault(file, "convention", reason, 'write convention = "modified-dh" or "dh", or urdf = "robot.urdf"')
+        yield Fault(
+            FaultCode.KEY_CONFLICT,
+            file,
+            "convention",
+            reason,
+            'write convention = "modified-dh" or "dh", or urdf = "robot.urdf"',
+        )
     if robot.urdf is None and not robot.joints:
-        yield Fault(file, "joints", "the robot has no joints", "add one [[joints]] per joint, base to wrist")
+        yield Fault(
+            FaultCode.KEY_MISSING,
+            file,
+            "joints",
+            "the robot has no joints",
+            "add one [[joints]] per joint, base to wrist",
+        )
     if robot.urdf is not None and escapes(robot.urdf):
-        yield Fault(file, "urdf", f'"{robot.urdf}" lies outside the campaign folder', "name a file inside the folder")
+        yield Fault(
+            FaultCode.FILE_OUTSIDE,
+            file,
+            "urdf",
+            f'"{robot.urdf}" lies outside the campaign folder',
+            "name a file inside the folder",
+        )
     mistake = robot.flange.rotation_mistake()
     if mistake is not None:
-        yield Fault(file, f"flange.{mistake[0]}", mistake[1].reason, mistake[1].mend)
+        yield Fault(FaultCode.VALUE_INVALID, file, f"flange.{mistake[0]}", mistake[1].reason, mistake[1].mend)
     for metres in robot.flange.xyz_m:
         too_long = length_mistake(metres)
         if too_long is not None:
-            yield Fault(file, "flange.xyz_m", too_long.reason, too_long.mend)
+            yield Fault(FaultCode.VALUE_INVALID, file, "flange.xyz_m", too_long.reason, too_long.mend)
     names = [entry.name for entry in robot.joints]
     for name, count in Counter(names).items():
         if count > 1:
-            yield Fault(file, f"joints ({name})", f'{count} joints have the name "{name}"', "give each its own name")
+            yield Fault(
+                FaultCode.NAME_DUPLICATE,
+                file,
+                f"joints ({name})",
+                f'{count} joints have the name "{name}"',
+                "give each its own name",
+            )
     links = Counter(entry.link.name for entry in robot.joints if entry.link.name is not None)
     for name, count in links.items():
         if count > 1:
-            yield Fault(file, "joints.link.name", f'{count} links have the name "{name}"', "give each its own name")
+            yield Fault(
+                FaultCode.NAME_DUPLICATE,
+                file,
+                "joints.link.name",
+                f'{count} links have the name "{name}"',
+                "give each its own name",
+            )
     for number, entry in enumerate(robot.joints):
         yield from _joint_faults(robot, entry, names, file, f"joints[{number + 1}] ({entry.name})")
     compensator = robot.gravity_compensator
     if compensator is not None and robot.urdf is None and compensator.joint > len(robot.joints):
         reason = f"joint {compensator.joint} of a robot with {len(robot.joints)} joints"
-        yield Fault(file, "gravity_compensator.joint", reason, "count the joints from 1")
+        yield Fault(FaultCode.JOINT_UNKNOWN, file, "gravity_compensator.joint", reason, "count the joints from 1")
     if robot.urdf is None:
         known = name_links([entry.link.name for entry in robot.joints])
         places = {*known, *(beam_name(k, known) for k in range(len(known)))}
         for name in robot.links:
             if name not in places:
-                yield Fault(file, f"links.{name}", f'there is no link "{name}"', "use " + ", ".join(known))
+                yield Fault(
+                    FaultCode.LINK_UNKNOWN,
+                    file,
+                    f"links.{name}",
+                    f'there is no link "{name}"',
+                    "use " + ", ".join(known),
+                )
 
 
 def _joint_faults(robot: RobotFile, entry: JointEntry, names: list[str], file: str, place: str) -> Iterator[Fault]:
     if robot.urdf is not None:
         for key in _ROW_KEYS:
             if key in entry.model_fields_set:
-                yield Fault(file, f"{place}.{key}", "the URDF holds the geometry already", f"remove {key}")
+                yield Fault(
+                    FaultCode.KEY_CONFLICT,
+                    file,
+                    f"{place}.{key}",
+                    "the URDF holds the geometry already",
+                    f"remove {key}",
+                )
     for name in entry.logged or {}:
         if robot.urdf is None and name not in names:
-            yield Fault(file, f"{place}.logged.{name}", f'there is no joint "{name}"', "use " + ", ".join(names))
+            yield Fault(
+                FaultCode.JOINT_UNKNOWN,
+                file,
+                f"{place}.logged.{name}",
+                f'there is no joint "{name}"',
+                "use " + ", ".join(names),
+            )
     if entry.logged is not None and not any(entry.logged.values()):
-        yield Fault(file, f"{place}.logged", "no logged angle counts", "write coefficients other than zero")
+        yield Fault(
+            FaultCode.VALUE_INVALID,
+            file,
+            f"{place}.logged",
+            "no logged angle counts",
+            "write coefficients other than zero",
+        )
     if entry.gear_ratio == 0.0:
-        yield Fault(file, f"{place}.gear_ratio", "a gear ratio of zero", "write motor side / joint side")
+        yield Fault(
+            FaultCode.VALUE_INVALID,
+            file,
+            f"{place}.gear_ratio",
+            "a gear ratio of zero",
+            "write motor side / joint side",
+        )
     if entry.limits_deg is not None and entry.limits_deg[0] >= entry.limits_deg[1]:
         low, high = entry.limits_deg
-        yield Fault(file, f"{place}.limits_deg", f"the lower limit {low} is not below {high}", "write [low, high]")
+        yield Fault(
+            FaultCode.VALUE_INVALID,
+            file,
+            f"{place}.limits_deg",
+            f"the lower limit {low} is not below {high}",
+            "write [low, high]",
+        )
     if (entry.link.com_m is not None) and entry.link.mass_kg is None:
-        yield Fault(file, f"{place}.link", "a centre of mass without a mass", "add mass_kg")
+        yield Fault(FaultCode.KEY_MISSING, file, f"{place}.link", "a centre of mass without a mass", "add mass_kg")
     if entry.link.mass_kg and entry.link.com_m is None:
-        yield Fault(file, f"{place}.link", "a mass without its centre", "add com_m, in the joint's own frame")
+        yield Fault(
+            FaultCode.KEY_MISSING,
+            file,
+            f"{place}.link",
+            "a mass without its centre",
+            "add com_m, in the joint's own frame",
+        )

@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import Fault
+from stiffcal.fault_codes import FaultCode
 
 MOST_FAULTS = 100
 """Faults of one kind that are looked for: who has corrected these will ask again."""
@@ -24,16 +25,23 @@ def run_faults(manifest: Manifest) -> Iterator[Fault]:
     for number, run in enumerate(manifest.runs):
         place = f"runs[{number + 1}] ({run.id})"
         if run.id in known:
-            yield _fault(place, f'{counts[run.id]} runs have the name "{run.id}"', "give each run a name of its own")
+            yield _fault(
+                FaultCode.NAME_DUPLICATE,
+                place,
+                f'{counts[run.id]} runs have the name "{run.id}"',
+                "give each run a name of its own",
+            )
         known.add(run.id)
         for key, names in (("files", run.files), ("clock_ahead_s", run.clock_ahead_s)):
             for name in names:
                 if name not in manifest.sources:
                     reason = f'there is no source "{name}"'
-                    yield _fault(f"{place}.{key}.{name}", reason, choices(name, manifest.sources))
+                    yield _fault(
+                        FaultCode.SOURCE_UNKNOWN, f"{place}.{key}.{name}", reason, choices(name, manifest.sources)
+                    )
         yield from logs.faults(number, place)
         if not run.files and manifest.sources and no_source_has_a_file:
-            yield _fault(place, "the run names no files", 'add files = { SOURCE = "raw/…" }')
+            yield _fault(FaultCode.KEY_MISSING, place, "the run names no files", 'add files = { SOURCE = "raw/…" }')
 
 
 class _Logs:
@@ -56,7 +64,7 @@ class _Logs:
             other = next((identifier for identifier in earlier if identifier != run.id), None)
             if other is not None:
                 reason = f"{file} is named by run {other} too"
-                yield _fault(f"{place}.files.{name}", reason, "name this run's own log")
+                yield _fault(FaultCode.KEY_CONFLICT, f"{place}.files.{name}", reason, "name this run's own log")
             if len(earlier) < 2 and run.id not in earlier:  # the first, and one of another name than the first
                 earlier.append(run.id)
 
@@ -69,11 +77,21 @@ def exclusion_faults(manifest: Manifest) -> Iterator[Fault]:
         place = f"exclude[{number + 1}]"
         if entry.source not in manifest.sources:
             reason = f'there is no source "{entry.source}"'
-            yield _fault(f"{place}.source", reason, choices(entry.source, manifest.sources))
+            yield _fault(FaultCode.SOURCE_UNKNOWN, f"{place}.source", reason, choices(entry.source, manifest.sources))
         elif entry.run is None and entry.source in in_later_runs:
-            yield _fault(place, "each run has a file of its own, so rows alone are not enough", "add run = …")
+            yield _fault(
+                FaultCode.KEY_MISSING,
+                place,
+                "each run has a file of its own, so rows alone are not enough",
+                "add run = …",
+            )
         if entry.run is not None and runs and entry.run not in runs:
-            yield _fault(f"{place}.run", f'there is no run "{entry.run}"', choices(entry.run, sorted(runs)))
+            yield _fault(
+                FaultCode.RUN_UNKNOWN,
+                f"{place}.run",
+                f'there is no run "{entry.run}"',
+                choices(entry.run, sorted(runs)),
+            )
 
 
 def choices(wrong: str, known: Collection[str]) -> str:
@@ -85,5 +103,5 @@ def choices(wrong: str, known: Collection[str]) -> str:
     return "use one of " + ", ".join(names) if names else "describe it first"
 
 
-def _fault(place: str, reason: str, mend: str) -> Fault:
-    return Fault(MANIFEST_FILE, place, reason, mend)
+def _fault(code: FaultCode, place: str, reason: str, mend: str) -> Fault:
+    return Fault(code, MANIFEST_FILE, place, reason, mend)

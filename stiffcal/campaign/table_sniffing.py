@@ -13,6 +13,7 @@ from pathlib import Path
 
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.measurements.scope_export import PROPERTIES, TIME, TIME_UNIT, is_scope_header, scope_columns, scope_units
 from stiffcal.quantities import UnknownUnitError, quantities, unit
@@ -79,7 +80,7 @@ def sniff_table(path: Path) -> SniffedTable:
         rows = [[cell.strip() for cell in row] for line in lines for row in csv.reader([line], delimiter=delimiter)]
     except csv.Error as error:
         mend = "give a table with one row per load state"
-        raise InputError.at(shown, "", f"this is no table: {error}", mend) from error
+        raise InputError.at(FaultCode.SYNTAX_INVALID, shown, "", f"this is no table: {error}", mend) from error
     width = _width(rows)
     decimal = "," if delimiter != "," and _decimal_commas(rows) else "."
     scope = _scope_header(rows)
@@ -89,7 +90,9 @@ def sniff_table(path: Path) -> SniffedTable:
         None,
     )
     if first is None:
-        raise InputError.at(shown, "", "there is no line of numbers", "give a table with one row per load state")
+        raise InputError.at(
+            FaultCode.FILE_EMPTY, shown, "", "there is no line of numbers", "give a table with one row per load state"
+        )
     header, names, units = scope[:3] if scope is not None else _header(rows, first, width, shown)
     data = [row for row in rows[first:] if len(row) == width]
     names = [csv_cell.original(name) for name in names]
@@ -112,7 +115,11 @@ def _header(rows: list[list[str]], first: int, width: int, shown: str) -> tuple[
     above = [k for k in range(first) if len(rows[k]) == width]
     if not above:
         raise InputError.at(
-            shown, f"line {first + 1}", "the table has no header line", "write the columns' names above"
+            FaultCode.HEADER_MISSING,
+            shown,
+            f"line {first + 1}",
+            "the table has no header line",
+            "write the columns' names above",
         )
     header = above[-1]
     if len(above) > 1 and _is_unit_row(rows[header]):
@@ -142,13 +149,17 @@ def _decoded(path: Path, shown: str) -> tuple[str, str]:
         if len(content) == BYTES_LOOKED_AT:  # a long log: whole lines of its beginning
             content = content[: content.rfind(b"\n") + 1]
     except FileNotFoundError:
-        raise InputError.at(str(path), "", "no such file", "correct the name after --from") from None
+        raise InputError.at(
+            FaultCode.FILE_MISSING, str(path), "", "no such file", "correct the name after --from"
+        ) from None
     except OSError as error:
-        raise InputError.at(str(path), "", f"cannot be read: {error.strerror}", "name a table") from None
+        raise InputError.at(
+            FaultCode.FILE_UNREADABLE, str(path), "", f"cannot be read: {error.strerror}", "name a table"
+        ) from None
     if not content.strip():
-        raise InputError.at(shown, "", "the file is empty", "give a table with a header and rows")
+        raise InputError.at(FaultCode.FILE_EMPTY, shown, "", "the file is empty", "give a table with a header and rows")
     if b"\0" in content[:4096]:
-        raise InputError.at(shown, "", "this is not a text file", "save the table as CSV")
+        raise InputError.at(FaultCode.FORMAT_UNKNOWN, shown, "", "this is not a text file", "save the table as CSV")
     try:
         return content.decode("utf-8-sig"), "utf-8"
     except UnicodeDecodeError:
@@ -164,7 +175,13 @@ def _delimiter(lines: list[str], shown: str) -> str:
         if often > score:  # at a tie the earlier one: decimal commas cut evenly too
             best, score = delimiter, often
     if not best:
-        raise InputError.at(shown, "", "no columns can be told apart", "separate them by commas, semicolons or tabs")
+        raise InputError.at(
+            FaultCode.FORMAT_UNKNOWN,
+            shown,
+            "",
+            "no columns can be told apart",
+            "separate them by commas, semicolons or tabs",
+        )
     return best
 
 
@@ -237,4 +254,6 @@ def _check_names(columns: tuple[Column, ...], shown: str, line: int) -> None:
     twice = [name for name, count in Counter(column.header for column in columns).items() if count > 1 and name]
     if twice:
         reason = f'two columns have the name "{twice[0]}"'
-        raise InputError.at(shown, f"line {line}", reason, "give each column a name of its own")
+        raise InputError.at(
+            FaultCode.COLUMN_DUPLICATE, shown, f"line {line}", reason, "give each column a name of its own"
+        )

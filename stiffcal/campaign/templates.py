@@ -10,6 +10,7 @@ from stiffcal.campaign.found_modules import package_folders
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import check_inside
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing, temporary_name, write_whole
 
 EXPERIMENTS, TEMPLATE = "stiffcal.experiments", "template"
@@ -69,7 +70,7 @@ def bundled_robot(name: str) -> str:
     if name not in bundled_robots():
         known = ", ".join(bundled_robots())
         mend = f"use one of {known}, or give a URDF: --urdf FILE"
-        raise InputError.at("", "--robot", f'no robot "{name}" comes with stiffcal', mend)
+        raise InputError.at(FaultCode.OPTION_INVALID, "", "--robot", f'no robot "{name}" comes with stiffcal', mend)
     return (_HERE / "robots" / f"{name}.toml").read_text(encoding="utf-8")
 
 
@@ -93,7 +94,9 @@ def write_template(folder: Path, kind: str) -> list[Path]:
     template = _templates().get(kind)
     if template is None:
         reason = f'there is no kind "{kind}"'
-        raise InputError.at("command line", "--kind", reason, "use one of " + ", ".join(template_kinds()))
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", "--kind", reason, "use one of " + ", ".join(template_kinds())
+        )
     texts = {MANIFEST_FILE: (template / MANIFEST_FILE).read_text(encoding="utf-8"), "robot.toml": robot_template()}
     for name in ("model.toml", "simulate.toml"):  # what else this kind has
         file = template / name
@@ -116,9 +119,9 @@ def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Pa
     for name in texts:
         if (folder / name).exists():
             mend = "name another folder, or move that file away"
-            raise InputError.at(str(folder / name), "", "the file is there already", mend)
+            raise InputError.at(FaultCode.FILE_EXISTS, str(folder / name), "", "the file is there already", mend)
     if folder.exists() and not folder.is_dir():
-        raise InputError.at(str(folder), "", "this is a file, not a folder", "name another folder")
+        raise InputError.at(FaultCode.FILE_KIND, str(folder), "", "this is a file, not a folder", "name another folder")
     if folder.is_dir():
         return _fill(folder, texts, copies or {})
     temporary = folder.with_name(temporary_name())

@@ -15,6 +15,7 @@ from stiffcal.campaign.explain import faults_of, key_path
 from stiffcal.campaign.name_checks import name_faults
 from stiffcal.campaign.reach import read_given
 from stiffcal.errors import InputError, raise_faults
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.limits import ENTRIES, RUNS, TOML
 
@@ -51,27 +52,37 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
         content = read_given(path, TOML) if from_user else read_regular(path, file, limit=TOML)
         text = content.decode("utf-8-sig")  # Windows editors write a byte-order mark
     except FileNotFoundError:
-        raise InputError.at(file, "", "no such file", f"write it, or correct the path ({path.parent})") from None
+        raise InputError.at(
+            FaultCode.FILE_MISSING, file, "", "no such file", f"write it, or correct the path ({path.parent})"
+        ) from None
     except IsADirectoryError:
-        raise InputError.at(file, "", "this is a folder, not a file", "name the file in it") from None
+        raise InputError.at(
+            FaultCode.FILE_KIND, file, "", "this is a folder, not a file", "name the file in it"
+        ) from None
     except PermissionError:
-        raise InputError.at(file, "", "the file may not be read", "change its permissions") from None
+        raise InputError.at(
+            FaultCode.FILE_UNREADABLE, file, "", "the file may not be read", "change its permissions"
+        ) from None
     except OSError as error:  # links in a circle, a disk that fails
         reason = f"the file cannot be read: {error.strerror}"
-        raise InputError.at(file, "", reason, "put a regular file in its place") from None
+        raise InputError.at(FaultCode.FILE_UNREADABLE, file, "", reason, "put a regular file in its place") from None
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
-        raise InputError.at(file, f"line {line}", "the text is not UTF-8", "save the file as UTF-8") from None
+        raise InputError.at(
+            FaultCode.ENCODING_WRONG, file, f"line {line}", "the text is not UTF-8", "save the file as UTF-8"
+        ) from None
     except ValueError:
-        raise InputError.at(repr(file), "", "no such file: its name holds a NUL", "correct the name") from None
+        raise InputError.at(
+            FaultCode.NAME_INVALID, repr(file), "", "no such file: its name holds a NUL", "correct the name"
+        ) from None
     for number, row in enumerate(text.splitlines(), start=1):  # the parser's time grows with the square of these
         key = row.partition("=")[0] if "=" in row else row if row.startswith("[") and "," not in row else ""
         if key.count(".") > MOST_DOTS:
-            raise InputError.at(file, f"line {number}", _DEEP, "write them side by side")
+            raise InputError.at(FaultCode.SIZE_EXCEEDED, file, f"line {number}", _DEEP, "write them side by side")
     try:
         document = tomllib.loads(text)
     except RecursionError:
-        raise InputError.at(file, "", _DEEP, "write them side by side") from None
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, file, "", _DEEP, "write them side by side") from None
     except tomllib.TOMLDecodeError as error:
         message = str(error)
         match = _PLACE.search(message)
@@ -80,11 +91,15 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
         if place == "end of document":
             place = f"line {text.rstrip().count(chr(10)) + 1}"
         raise InputError.at(
-            file, place, f"this is not TOML: {reason[:1].lower()}{reason[1:]}", _syntax_mend(reason)
+            FaultCode.SYNTAX_INVALID,
+            file,
+            place,
+            f"this is not TOML: {reason[:1].lower()}{reason[1:]}",
+            _syntax_mend(reason),
         ) from None
     except ValueError:  # of more digits than Python reads at all
         reason = "a whole number of thousands of digits"
-        raise InputError.at(file, "", reason, "write a number that can be") from None
+        raise InputError.at(FaultCode.VALUE_INVALID, file, "", reason, "write a number that can be") from None
     _check_sizes(document, file)
     raise_faults(list(islice(name_faults(document, file), MOST_ODD_NAMES)))
     return document
@@ -96,7 +111,7 @@ def _check_sizes(document: dict[str, Any], file: str) -> None:
     while waiting:
         place, value = waiting.pop()
         if len(place) > MOST_NESTED:
-            raise InputError.at(file, key_path(place[:3]), _DEEP, "write them side by side")
+            raise InputError.at(FaultCode.SIZE_EXCEEDED, file, key_path(place[:3]), _DEEP, "write them side by side")
         if isinstance(value, dict | list):
             limit = RUNS if place and place[-1] in _MANY else ENTRIES
             limit.check(len(value), file, key_path(place, document))
@@ -106,13 +121,23 @@ def _check_sizes(document: dict[str, Any], file: str) -> None:
             waiting += [((*place, index), held) for index, held in enumerate(value)]
         elif isinstance(value, int) and value not in WHOLE_NUMBERS:
             reason = f"a whole number of {len(str(abs(value)))} digits"
-            raise InputError.at(file, key_path(place, document), reason, "write a number that can be")
+            raise InputError.at(
+                FaultCode.VALUE_INVALID, file, key_path(place, document), reason, "write a number that can be"
+            )
         elif isinstance(value, float) and LARGEST < abs(value) < math.inf:
             reason = f"{value:g} is larger than anything that is measured"
-            raise InputError.at(file, key_path(place, document), reason, "write it in SI units")
+            raise InputError.at(
+                FaultCode.VALUE_INVALID, file, key_path(place, document), reason, "write it in SI units"
+            )
         elif isinstance(value, float) and 0.0 < abs(value) < SMALLEST:
             reason = f"{value:g} is smaller than anything that is measured"
-            raise InputError.at(file, key_path(place, document), reason, "write 0, or the number that was meant")
+            raise InputError.at(
+                FaultCode.VALUE_INVALID,
+                file,
+                key_path(place, document),
+                reason,
+                "write 0, or the number that was meant",
+            )
 
 
 def validate(document: dict[str, Any], file: str, model: type[Model]) -> Model:

@@ -12,16 +12,18 @@ from typing import Annotated, Any, ClassVar, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
+from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import UnknownUnitError, unit, unit_names
 
 MOST_COLUMNS = 1000  # of one signal: a robot has a handful of joints, the widest tables of rods a hundred
 
 
 class WrongValueError(ValueError):
-    """A wrong value in a user's file, in words: `reason` and `mend`."""
+    """A wrong value in a user's file: the fault's `code`, and in words its `reason` and `mend`."""
 
-    def __init__(self, reason: str, mend: str) -> None:
+    def __init__(self, reason: str, mend: str, code: FaultCode = FaultCode.VALUE_INVALID) -> None:
         super().__init__(f"{reason}; {mend}")
+        self.code = code
         self.reason = reason
         self.mend = mend
 
@@ -194,7 +196,7 @@ def _known_unit(quantity: str) -> Callable[[str], str]:
         try:
             return unit(name, quantity).name
         except UnknownUnitError as error:
-            raise WrongValueError(error.reason, error.mend) from error
+            raise WrongValueError(error.reason, error.mend, FaultCode.UNIT_UNKNOWN) from error
 
     return check
 

@@ -17,6 +17,7 @@ from stiffcal.campaign.robot_file import MOST_JOINTS
 from stiffcal.campaign.sizes import length_mistake, mass_mistake
 from stiffcal.campaign.typed import WrongValueError
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.limits import URDF, URDF_NODES
 
@@ -109,7 +110,13 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
     here = tip
     while here != base:
         if here not in above or len(chain) > len(joints):
-            raise InputError.at(file, f"link {tip}", f"no chain of joints leads there from {base}", "name other links")
+            raise InputError.at(
+                FaultCode.URDF_INVALID,
+                file,
+                f"link {tip}",
+                f"no chain of joints leads there from {base}",
+                "name other links",
+            )
         chain.insert(0, above[here])
         here = above[here].parent
     robot = UrdfRobot(root.get("name", "robot"), tuple(chain), links, children, base, tip)
@@ -127,7 +134,13 @@ class _Builder(ElementTree.TreeBuilder):
 
     def doctype(self, *_: str | None) -> None:
         """Refuse a document type: its entities can be as large as one likes, or name other files."""
-        raise InputError.at(self._file, "<!DOCTYPE>", "a URDF has no document type", "delete it and its entities")
+        raise InputError.at(
+            FaultCode.SYNTAX_INVALID,
+            self._file,
+            "<!DOCTYPE>",
+            "a URDF has no document type",
+            "delete it and its entities",
+        )
 
     def start(self, tag: str, attributes: dict[str, str], /) -> ElementTree.Element:
         """Count an element in."""
@@ -136,7 +149,7 @@ class _Builder(ElementTree.TreeBuilder):
         URDF_NODES.check(self._nodes, self._file)
         if self._depth > MOST_NESTED:
             reason = f"more than {MOST_NESTED} elements lie in one another"
-            raise InputError.at(self._file, f"<{tag}>", reason, "write them side by side")
+            raise InputError.at(FaultCode.SIZE_EXCEEDED, self._file, f"<{tag}>", reason, "write them side by side")
         return super().start(tag, attributes)
 
     def end(self, tag: str, /) -> ElementTree.Element:
@@ -151,18 +164,30 @@ def _parse(path: Path, file: str) -> ElementTree.Element:
         parser.feed(read_regular(path, file, limit=URDF))
         root = parser.close()
     except FileNotFoundError:
-        raise InputError.at(file, "", "no such file", "correct urdf in the robot file") from None
+        raise InputError.at(
+            FaultCode.FILE_MISSING, file, "", "no such file", "correct urdf in the robot file"
+        ) from None
     except OSError as error:
-        raise InputError.at(file, "", f"cannot be read: {error.strerror}", "correct urdf in the robot file") from None
+        raise InputError.at(
+            FaultCode.FILE_UNREADABLE, file, "", f"cannot be read: {error.strerror}", "correct urdf in the robot file"
+        ) from None
     except ElementTree.ParseError as error:
         line, column = error.position
         reason = f"this is not XML: {str(error).split(':')[0]}"
-        raise InputError.at(file, f"line {line}, column {column + 1}", reason, "correct that line") from None
+        raise InputError.at(
+            FaultCode.SYNTAX_INVALID, file, f"line {line}, column {column + 1}", reason, "correct that line"
+        ) from None
     except (ValueError, LookupError) as error:  # of an encoding that Python does not know
-        raise InputError.at(file, "line 1", f"this is not XML: {error}", "save the file as UTF-8") from None
+        raise InputError.at(
+            FaultCode.SYNTAX_INVALID, file, "line 1", f"this is not XML: {error}", "save the file as UTF-8"
+        ) from None
     if root.tag != "robot":
         raise InputError.at(
-            file, f"<{root.tag}>", "this is not a URDF", "expand xacro files first; the root is <robot>"
+            FaultCode.URDF_INVALID,
+            file,
+            f"<{root.tag}>",
+            "this is not a URDF",
+            "expand xacro files first; the root is <robot>",
         )
     return root
 
@@ -173,9 +198,13 @@ def _triple(text: str | None, default: Triple, file: str, place: str) -> Triple:
     try:
         x, y, z = (float(part) for part in text.split())
     except ValueError:
-        raise InputError.at(file, place, f'"{text}" is not three numbers', "write x y z") from None
+        raise InputError.at(
+            FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not three numbers', "write x y z"
+        ) from None
     if not all(math.isfinite(part) for part in (x, y, z)):
-        raise InputError.at(file, place, f'"{text}" is not three finite numbers', "write x y z")
+        raise InputError.at(
+            FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not three finite numbers', "write x y z"
+        )
     return x, y, z
 
 
@@ -193,13 +222,15 @@ def _angles(text: str | None, file: str, place: str) -> Triple:
     for part in found:
         if abs(part) > MOST_RAD:
             mend = f"write the angles in rad: if {part:.6g} is in degrees, {math.radians(part):.6g}"
-            raise InputError.at(file, place, f"rpy: {part:.6g} rad is more than a hundred turns", mend)
+            raise InputError.at(
+                FaultCode.VALUE_INVALID, file, place, f"rpy: {part:.6g} rad is more than a hundred turns", mend
+            )
     return found
 
 
 def _refuse(mistake: WrongValueError | None, file: str, place: str) -> None:
     if mistake is not None:
-        raise InputError.at(file, place, mistake.reason, mistake.mend)
+        raise InputError.at(FaultCode.VALUE_INVALID, file, place, mistake.reason, mistake.mend)
 
 
 def _number(text: str | None, file: str, place: str) -> float | None:
@@ -208,9 +239,11 @@ def _number(text: str | None, file: str, place: str) -> float | None:
     try:
         value = float(text)
     except ValueError:
-        raise InputError.at(file, place, f'"{text}" is not a number', "write a number") from None
+        raise InputError.at(
+            FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not a number', "write a number"
+        ) from None
     if math.isnan(value):
-        raise InputError.at(file, place, f'"{text}" is not a number', "write a number")
+        raise InputError.at(FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not a number', "write a number")
     return value
 
 
@@ -220,7 +253,13 @@ def _joint(element: ElementTree.Element, file: str) -> UrdfJoint:
     parent, child, origin = element.find("parent"), element.find("child"), element.find("origin")
     axis, limit = element.find("axis"), element.find("limit")
     if parent is None or child is None:
-        raise InputError.at(file, place, "parent or child is missing", "add <parent link=…/> and <child link=…/>")
+        raise InputError.at(
+            FaultCode.URDF_INVALID,
+            file,
+            place,
+            "parent or child is missing",
+            "add <parent link=…/> and <child link=…/>",
+        )
     kind = element.get("type", "fixed")
     limits = None
     if kind == "revolute" and limit is not None:
@@ -275,12 +314,18 @@ def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:
 def _end(wanted: str | None, found: list[str], links: dict[str, UrdfLink], file: str, key: str) -> str:
     if wanted is not None:
         if wanted not in links:
-            raise InputError.at(file, key, f'there is no link "{wanted}"', "name one of " + ", ".join(links))
+            raise InputError.at(
+                FaultCode.LINK_UNKNOWN, file, key, f'there is no link "{wanted}"', "name one of " + ", ".join(links)
+            )
         return wanted
     if len(found) != 1:
         told = ", ".join(found) or "none"
         raise InputError.at(
-            file, "", f"{len(found)} links could be the {key}: {told}", f"write {key} in the robot file"
+            FaultCode.URDF_INVALID,
+            file,
+            "",
+            f"{len(found)} links could be the {key}: {told}",
+            f"write {key} in the robot file",
         )
     return found[0]
 
@@ -293,15 +338,29 @@ def _check_path(robot: UrdfRobot, file: str) -> None:
         place = f"joint {joint.name}"
         check_name(joint.name, file, place)
         if joint.kind not in ("revolute", "continuous", "fixed"):
-            raise InputError.at(file, place, f"a {joint.kind} joint cannot be calibrated", "name another tip_link")
+            raise InputError.at(
+                FaultCode.URDF_INVALID,
+                file,
+                place,
+                f"a {joint.kind} joint cannot be calibrated",
+                "name another tip_link",
+            )
         if joint.kind != "fixed" and joint.mimics:
             raise InputError.at(
-                file, place, "a joint of the chain mimics another", "write it as logged in the robot file"
+                FaultCode.URDF_INVALID,
+                file,
+                place,
+                "a joint of the chain mimics another",
+                "write it as logged in the robot file",
             )
         if joint.kind != "fixed" and not any(joint.axis):
-            raise InputError.at(file, place, "the joint's axis is zero", "correct <axis xyz=…/>")
+            raise InputError.at(
+                FaultCode.URDF_INVALID, file, place, "the joint's axis is zero", "correct <axis xyz=…/>"
+            )
     if len(robot.turning) > MOST_JOINTS:
         reason = f"{len(robot.turning)} joints turn between {robot.base} and {robot.tip}, more than {MOST_JOINTS}"
-        raise InputError.at(file, "", reason, "name other links: base_link, tip_link")
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, file, "", reason, "name other links: base_link, tip_link")
     if not robot.turning:
-        raise InputError.at(file, "", f"no joint turns between {robot.base} and {robot.tip}", "name other links")
+        raise InputError.at(
+            FaultCode.URDF_INVALID, file, "", f"no joint turns between {robot.base} and {robot.tip}", "name other links"
+        )

@@ -28,6 +28,7 @@ from stiffcal.cli.endings import (
 from stiffcal.cli.streams import guarded_streams
 from stiffcal.cli.supervision import Supervision, supervised
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import refusal
 from stiffcal.module_path import leave_out_current_folder, quiet_libraries
 from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
@@ -116,7 +117,9 @@ def _refused(error: Exception) -> InputError | None:
     """Return what the machine has refused as an error of the user's, None where it is a fault of ours."""
     if isinstance(error, MemoryError):
         reason = "more memory is needed than there is" + (f" ({error})" if str(error) else "")
-        return InputError.at("", "", reason, "take fewer rows or runs, or a machine with more")
+        return InputError.at(
+            FaultCode.SYSTEM_REFUSAL, "", "", reason, "take fewer rows or runs, or a machine with more"
+        )
     return refusal(error) if isinstance(error, OSError) else None
 
 

@@ -14,6 +14,7 @@ from stiffcal.cli.options import HERE, AsJson, Output
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import significant
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,7 +55,13 @@ def effects(
         from stiffcal.workflow.effects import describe_effects
 
         if output is not None and name is None:
-            raise InputError.at("command line", "-o", "a picture is of one effect", "name it: effects NAME -o FILE")
+            raise InputError.at(
+                FaultCode.OPTION_CONFLICT,
+                "command line",
+                "-o",
+                "a picture is of one effect",
+                "name it: effects NAME -o FILE",
+            )
         result = describe_effects(name)
         if name is None:
             answer.give(result, show_catalogue, "stiffcal effects joint-compliance")

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 from stiffcal import __version__
 from stiffcal.cli.streams import StandardStream
-from stiffcal.errors import InputError, one_line
+from stiffcal.errors import Fault, InputError, one_line
 from stiffcal.escapes import shell
 from stiffcal.escapes.json_text import document_text
 from stiffcal.escapes.terminal import escaped_lines
+from stiffcal.fault_codes import FaultCode
 from stiffcal.fault_log import write_fault_log
 from stiffcal.masking import mask
 
@@ -45,9 +46,9 @@ def report_usage(error: typer.TyperException, command: str, as_json: bool) -> No
     """Say what is wrong with the command line itself, and where the help is of `command` (of all where "")."""
     mend = f"see stiffcal {command} --help" if command else "see stiffcal --help"
     reason = mask(one_line(" ".join(error.format_message().split())).rstrip("."))
-    document = {"error": {"file": "", "place": "command line", "reason": reason, "mend": mend}}
-    if not (as_json and _print_document(document)):
-        sys.stderr.write(f"command line: {reason}; {mend}\n")
+    fault = Fault(FaultCode.COMMAND_LINE, "", "command line", reason, mend)
+    if not (as_json and _print_document({"error": fault.as_document()})):
+        sys.stderr.write(f"{fault}\n")
 
 
 def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
@@ -56,9 +57,9 @@ def report_fault(error: Exception, given: list[str], as_json: bool) -> int:
     log = write_fault_log(error, __version__, f"stiffcal {' '.join(map(shell.escaped, given))}")
     reason = mask(f"internal fault, not your input: {type(error).__name__}: {words}")
     mend = f"please report it with the log file {log}" if log else "please report it; no log file could be written"
-    document = {"error": {"file": log or "", "place": "stiffcal", "reason": reason, "mend": mend}}
-    if not (as_json and _print_document(document)):
-        sys.stderr.write(f"{reason}; {mend} (--debug shows the traceback)\n")
+    fault = Fault(FaultCode.INTERNAL_FAULT, log or "", "stiffcal", reason, mend)
+    if not (as_json and _print_document({"error": fault.as_document()})):
+        sys.stderr.write(f"{reason}; {mend} (--debug shows the traceback) [{fault.code}]\n")
     return INTERNAL_FAULT
 
 

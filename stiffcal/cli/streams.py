@@ -20,6 +20,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, TextIO, cast
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import refusal
 
 NAME = "standard output"
@@ -103,7 +104,9 @@ def unwritable(error: OSError) -> InputError:
     """Return the error of an answer that standard output does not take."""
     words = os.strerror(error.errno) if error.errno else type(error).__name__
     mend = "send it to a file or a pipe that can be written to"
-    return refusal(error, NAME) or InputError.at(NAME, "", f"cannot be written: {words}", mend)
+    return refusal(error, NAME) or InputError.at(
+        FaultCode.FILE_UNWRITABLE, NAME, "", f"cannot be written: {words}", mend
+    )
 
 
 @contextlib.contextmanager

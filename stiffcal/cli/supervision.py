@@ -25,6 +25,7 @@ from typing import IO, NoReturn, TextIO
 from stiffcal.cli.endings import INTERRUPTED, NOT_HELD, OK, WRONG_INPUT, report_input_error
 from stiffcal.cli.streams import StandardStream
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 VARIABLE = "STIFFCAL_SUPERVISED_BY"
 TWICE_S = 0.3
@@ -260,7 +261,9 @@ def supervised(own_process: bool, as_json: bool) -> Iterator[Supervision]:
 
 def _ended(files: tuple[str, ...], how: str) -> InputError:
     reason = f"the program ended {how}, after code of this campaign began to run"
-    return InputError.at(", ".join(files), "plugins", reason, "mend the code, or see whether memory was short")
+    return InputError.at(
+        FaultCode.PLUGIN_FAILED, ", ".join(files), "plugins", reason, "mend the code, or see whether memory was short"
+    )
 
 
 def _can_split() -> bool:

@@ -16,6 +16,7 @@ from stiffcal.cli.options import HERE, AsJson
 from stiffcal.cli.tables import plain_table
 from stiffcal.errors import InputError
 from stiffcal.escapes.terminal import escaped
+from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -66,9 +67,17 @@ def trust(
         wanted = {"--edit": edit, "--list": listed, "--revoke": revoke is not None, "--hash": only_hash}
         chosen = [name for name, asked in {**wanted, "--store": place is not None}.items() if asked]
         if len(chosen) > 1:
-            raise InputError.at("command line", " ".join(chosen), "only one of these at a time", "leave the others out")
+            raise InputError.at(
+                FaultCode.OPTION_CONFLICT,
+                "command line",
+                " ".join(chosen),
+                "only one of these at a time",
+                "leave the others out",
+            )
         if folder is not None and (listed or revoke is not None or place is not None):
-            raise InputError.at("command line", chosen[0], f"takes no folder, here {folder}", "leave DIR out")
+            raise InputError.at(
+                FaultCode.OPTION_CONFLICT, "command line", chosen[0], f"takes no folder, here {folder}", "leave DIR out"
+            )
         if listed:
             answer.give(work.list_trust(), show_entries)
         elif revoke is not None:
@@ -91,7 +100,7 @@ def _give_hash(answer: Answer, showing: Showing) -> None:
 
     if not showing.hashes:
         reason = "nothing in this campaign needs trust"
-        raise InputError.at(str(showing.folder), "", reason, "leave STIFFCAL_TRUST out")
+        raise InputError.at(FaultCode.OPTION_INVALID, str(showing.folder), "", reason, "leave STIFFCAL_TRUST out")
     answer.give(showing.as_document(), show)
 
 
@@ -115,7 +124,13 @@ def _ask(answer: Answer, showing: Showing, yes: bool) -> int:
         _show_paged(lines)
     if sys.stdin is None or not sys.stdin.isatty():
         mend = f"read it, then: {command_line('trust', showing.folder, '--yes')}; or STIFFCAL_TRUST={showing.hashes[0]}"
-        raise InputError.at(str(showing.folder), "", "is not allowed, and there is no terminal to ask at", mend)
+        raise InputError.at(
+            FaultCode.PLUGIN_UNTRUSTED,
+            str(showing.folder),
+            "",
+            "is not allowed, and there is no terminal to ask at",
+            mend,
+        )
     if not typer.confirm("Allow this to run with your rights?", default=False, err=True):
         answer.say("nothing was allowed")
         return NOT_HELD

@@ -16,6 +16,7 @@ from stiffcal.campaign.reach import read_given
 from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.limits import TABLE
 from stiffcal.quantities import unit
@@ -96,7 +97,7 @@ def read_load_table(file: Path, joint_names: Sequence[str], joints_needed: bool)
     lacking = [name for name in joint_names if name not in table.numbers]
     if joints_needed and lacking:
         mend = f"the table needs a column for each of {', '.join(joint_names)} (degrees)"
-        raise InputError.at(table.file, "line 1", f"no column {lacking[0]}", mend)
+        raise InputError.at(FaultCode.COLUMN_MISSING, table.file, "line 1", f"no column {lacking[0]}", mend)
     return LoadTable(table.block(joint_names), table.block(AXES))
 
 
@@ -116,21 +117,25 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     """
     shown = str(file)
     if not is_given(file):
-        raise InputError.at(shown, "", "no such file", "correct its name")
+        raise InputError.at(FaultCode.FILE_MISSING, shown, "", "no such file", "correct its name")
     try:
         text = read_given(file, TABLE).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError.at(shown, "", f"cannot be read: {error}", "give a CSV file in UTF-8") from error
+        raise InputError.at(
+            FaultCode.FILE_UNREADABLE, shown, "", f"cannot be read: {error}", "give a CSV file in UTF-8"
+        ) from error
     numbered = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     lines = [line for _, line in numbered]
     if len(lines) < 2:
-        raise InputError.at(shown, "line 1", "the table is empty", "write a header and at least one row")
+        raise InputError.at(
+            FaultCode.FILE_EMPTY, shown, "line 1", "the table is empty", "write a header and at least one row"
+        )
     delimiter = ";" if ";" in lines[0] else "\t" if "\t" in lines[0] else ","
     try:
         header, *rows = list(csv.reader(lines, delimiter=delimiter))
     except csv.Error as error:
         mend = "close every quotation mark, one number to a cell"
-        raise InputError.at(shown, "", f"this is no table: {error}", mend) from error
+        raise InputError.at(FaultCode.SYNTAX_INVALID, shown, "", f"this is no table: {error}", mend) from error
     columns = [_column(csv_cell.original(word), joint_names, (*asked, *words), shown) for word in header]
     at = np.array([number for number, _ in numbered[1:]], dtype=np.int64)
     numbers = {name: np.zeros(len(rows)) for name, _ in columns if name in asked}
@@ -138,7 +143,7 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     for number, row in enumerate(rows):
         if len(row) != len(columns):
             reason = f"{len(row)} cells, the header has {len(columns)}"
-            raise InputError.at(shown, f"line {at[number]}", reason, "complete the line")
+            raise InputError.at(FaultCode.SHAPE_MISMATCH, shown, f"line {at[number]}", reason, "complete the line")
         for (name, factor), cell in zip(columns, row, strict=True):
             if name in numbers:
                 numbers[name][number] = factor * _number(cell, shown, int(at[number]), name, delimiter)
@@ -155,7 +160,9 @@ def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], shown: 
         plain = {_plain(known): known for known in asked}
         if _plain(name) in plain:  # a load or an angle that would silently be taken as zero
             reason = f"no column is called {name} here"
-            raise InputError.at(shown, "line 1", reason, f"did you mean {plain[_plain(name)]}?")
+            raise InputError.at(
+                FaultCode.COLUMN_MISSING, shown, "line 1", reason, f"did you mean {plain[_plain(name)]}?"
+            )
         return name, 1.0
     quantity, default = ("angle", "deg") if name in joint_names else QUANTITIES.get(name, ("", ""))
     if not quantity:
@@ -163,7 +170,9 @@ def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], shown: 
     try:
         return name, unit(named_unit or default, quantity).factor
     except ValueError as error:
-        raise InputError.at(shown, f"line 1, column {name}", str(error), f"write it in {default}") from error
+        raise InputError.at(
+            FaultCode.UNIT_UNKNOWN, shown, f"line 1, column {name}", str(error), f"write it in {default}"
+        ) from error
 
 
 def _plain(name: str) -> str:
@@ -177,8 +186,10 @@ def _number(cell: str, shown: str, line: int, name: str, delimiter: str) -> floa
     except ValueError:
         value = float("nan")
     if not np.isfinite(value):
-        raise InputError.at(shown, f"line {line}, column {name}", f"{cell!r} is no number", "correct the cell")
+        raise InputError.at(
+            FaultCode.NUMBER_INVALID, shown, f"line {line}, column {name}", f"{cell!r} is no number", "correct the cell"
+        )
     if abs(value) > LARGEST:
         reason = f"{value:g} is larger than anything that is measured"
-        raise InputError.at(shown, f"line {line}, column {name}", reason, "correct the cell")
+        raise InputError.at(FaultCode.NUMBER_INVALID, shown, f"line {line}, column {name}", reason, "correct the cell")
     return value

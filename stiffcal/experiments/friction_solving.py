@@ -11,6 +11,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import InputError
 from stiffcal.experiments.friction_rows import FrictionRows
+from stiffcal.fault_codes import FaultCode
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole
 
@@ -115,6 +116,7 @@ class PartFit:
         else:
             joints = ", ".join(str(law.joint) for law in self.laws)
             raise InputError.at(
+                FaultCode.NO_CONVERGENCE,
                 "campaign.toml", "runs", f"the noise of the friction runs of joint {joints} does not settle",
                 "measure each steady velocity more than once, or leave out runs whose torque follows nothing",
             )  # fmt: skip
@@ -222,7 +224,7 @@ class PartFit:
         if found.status <= 0:
             names = ", ".join(law.placed.parameter_name(symbol) for law, symbol in where)
             raise InputError.at(
-                "campaign.toml", "runs", f"the fit of {names} does not settle",
+                FaultCode.NO_CONVERGENCE, "campaign.toml", "runs", f"the fit of {names} does not settle",
                 "measure more velocities, or fix them in model.toml",
             )  # fmt: skip
         at(found.x)

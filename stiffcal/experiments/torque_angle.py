@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.experiments.branches import Branches
+from stiffcal.fault_codes import FaultCode
 
 # The play is the segment about the crossing whose slope stays below this share of the outer slope.
 SLOPE_SHARE = 0.25
@@ -200,6 +201,7 @@ def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
         )
     if not chosen.settled:
         raise InputError.at(
+            FaultCode.NO_CONVERGENCE,
             "campaign.toml", "runs", "the curve of torque over angle of a clamped run does not settle",
             "look at its angle and torque for jumps, or leave the run out",
         )  # fmt: skip

@@ -17,6 +17,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns, lever_of
@@ -129,13 +130,17 @@ def _task(fit: Fit) -> _Task:
     others = sorted({one.effect.name for one in robot.placed} - {NEEDS})
     if others:
         reason = f"paper 003 knows joint springs alone, and the model holds {', '.join(others)}"
-        raise InputError.at("model.toml", "effects", reason, "take the others out to see this form")
+        raise InputError.at(
+            FaultCode.MODEL_UNSUITABLE, "model.toml", "effects", reason, "take the others out to see this form"
+        )
     if not robot.deformed:
         reason = 'the dual-quaternion form balances the deformed robot, and the model says "first-order"'
-        raise InputError.at("model.toml", "balance", reason, 'write balance = "deformed"')
+        raise InputError.at(FaultCode.MODEL_UNSUITABLE, "model.toml", "balance", reason, 'write balance = "deformed"')
     if len(data.rows_of(TRANSLATION, ROTATION)) < len(data.measured) or not len(data.measured):
         reason = "the dual-quaternion form takes poses, and other displacements are measured too"
-        raise InputError.at("campaign.toml", "sources", reason, "take gauges and rods out to see this form")
+        raise InputError.at(
+            FaultCode.MODEL_UNSUITABLE, "campaign.toml", "sources", reason, "take gauges and rods out to see this form"
+        )
     start = np.zeros(robot.chain.n_joints)
     joints = []
     for one in robot.placed:
@@ -185,7 +190,13 @@ def _carried_on(rows: Callable[[_Task, Floats], tuple[Floats, Floats]], task: _T
         change = float(np.max(np.abs(step) / np.abs(value), initial=0.0))
         settled = change < SETTLED
     reason = f"the form does not settle: a step of {change:.2g} of the compliances is left after {MAX_STEPS}"
-    raise InputError.at("model.toml", "effects", reason, "leave out joints whose compliance is not identifiable")
+    raise InputError.at(
+        FaultCode.NO_CONVERGENCE,
+        "model.toml",
+        "effects",
+        reason,
+        "leave out joints whose compliance is not identifiable",
+    )
 
 
 def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats, Floats]:

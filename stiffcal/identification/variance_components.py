@@ -6,6 +6,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 # Shares of the total variance that still move by less than this are settled: a hundredth of what repeats can tell.
 SETTLED = 1e-4
@@ -83,6 +84,7 @@ def _scored(basis: Floats, differences: Floats, start: Floats, size: Floats) -> 
         if change < SETTLED or share <= 1e-3:
             return variance
     raise InputError.at(
+        FaultCode.NO_CONVERGENCE,
         "campaign.toml", "sources", f"what makes up the scatter of repeats does not settle in {MOST_STEPS} steps",
         "state sigma of the instruments",
     )  # fmt: skip

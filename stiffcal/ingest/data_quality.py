@@ -9,6 +9,7 @@ import numpy as np
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.signals import Deflection, Joints, Wrench
 from stiffcal.errors import Fault
+from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates
@@ -57,7 +58,7 @@ class DataQuality:
     def causes(self) -> list[Fault]:
         """Return channels that stand still or are stuck, as faults: where load and motion contradict, that is why."""
         return [
-            Fault(file, "", remark, "see to the sensor, or leave the channel out")
+            Fault(FaultCode.READING_IMPLAUSIBLE, file, "", remark, "see to the sensor, or leave the channel out")
             for (_, file, _), watch in self.logs.items()
             for remark in (line.removeprefix(f"{file}: ") for line in watch.remarks())
             if "stands still" in remark or "does not change" in remark

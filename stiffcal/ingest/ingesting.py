@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.freshness import NOTHING
 from stiffcal.ingest.parts import CLAMPED, FREE_MOTION, FRICTION, INGEST, PROVENANCE, RECORDINGS, STATES
 from stiffcal.ingest.sources import ingest_settings, source_files, sources_elsewhere
@@ -60,7 +61,13 @@ def ingest_now(campaign: Campaign, target: Store, reason: str, progress: Progres
         progress("hashing the sources", None)
         if outside != sources_elsewhere(campaign):
             names = ", ".join(source.file for source in outside)
-            raise InputError.at(names, "", "the rows changed while they were read", "wait until nothing writes them")
+            raise InputError.at(
+                FaultCode.FILE_CHANGED,
+                names,
+                "",
+                "the rows changed while they were read",
+                "wait until nothing writes them",
+            )
         provenance = Provenance.now("ingest", (*hashes.result(), *outside), settings)
         writing.write_document(PROVENANCE, provenance.as_document())
         writing.sources_state = hashes.state

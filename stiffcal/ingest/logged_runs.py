@@ -10,6 +10,7 @@ import numpy as np
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Wanted
 from stiffcal.reduction.logs import Rows, is_there, read_batches
 
@@ -33,6 +34,7 @@ def logged_runs(campaign: Campaign) -> list[tuple[Run, list[str]]]:
         unknown = [name for name in names if name not in listed]
         if unknown:
             raise InputError.at(
+                FaultCode.RUN_UNKNOWN,
                 "campaign.toml", "[[runs]]", f"the log of {source} holds run {unknown[0]!r}, which is not listed",
                 "add it to [[runs]], or leave [[runs]] out where a column names the runs",
             )  # fmt: skip
@@ -82,6 +84,7 @@ def _names_in(campaign: Campaign, name: str) -> list[str]:
     file = source.file or source.files.get("run")
     if file is None:
         raise InputError.at(
+            FaultCode.KEY_MISSING,
             "campaign.toml", f"[sources.{name}.files]", f'no file is named for the run column "{column}"',
             'add run = "raw/….csv", the file that holds it',
         )  # fmt: skip

@@ -15,6 +15,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
+from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.data_quality import DataQuality, check_load_states
 from stiffcal.ingest.logged_runs import log_files, logged_runs
 from stiffcal.ingest.logged_runs import of_run as rows_of_run
@@ -126,7 +127,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
         gathered = no_states()
     if gathered is None:
         raise InputError.at(
-            "campaign.toml", "[[runs]]", "no run names a file",
+            FaultCode.KEY_MISSING, "campaign.toml", "[[runs]]", "no run names a file",
             'add [[runs]] with files = { … }, or run = { column = "run" }',
         )  # fmt: skip
     progress("making load states", None)
@@ -365,7 +366,9 @@ def _read_log(
     try:
         return averager.blocks()
     except ValueError:
-        raise InputError.at(file, "", "no reading is left of this log", "check rows = … and exclude") from None
+        raise InputError.at(
+            FaultCode.FILE_EMPTY, file, "", "no reading is left of this log", "check rows = … and exclude"
+        ) from None
 
 
 def _tabled_holds(campaign: Campaign, run: Run, first: str) -> Holds | None:
@@ -385,7 +388,7 @@ def _tabled_holds(campaign: Campaign, run: Run, first: str) -> Holds | None:
     if bad.size:
         k = int(bad[0])
         raise InputError.at(
-            run.states, f"data row {k + 1}",
+            FaultCode.TIME_ORDER, run.states, f"data row {k + 1}",
             f"the hold ends ({holds.end[k]:g} s) before it starts ({holds.start[k]:g} s)",
             f"give start and end in seconds of the clock of {first} ({source.format or 'its log'})",
         )  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 _PER_SECOND = {"W": 1 / 604800, "D": 1 / 86400, "h": 1 / 3600, "m": 1 / 60, "s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
@@ -41,6 +42,7 @@ def seconds_of_times(texts: Sequence[str], shown: str, name: str, first_row: int
             moment = datetime.fromisoformat(whole)
         except ValueError:
             raise InputError.at(
+                FaultCode.NUMBER_INVALID,
                 shown, f"row {first_row + index}, column {name}", f"{text!r} is not an ISO 8601 time",
                 "write times like 2026-11-21T08:15:30.250Z, or give the column's unit as s, ms, us or ns",
             ) from None  # fmt: skip

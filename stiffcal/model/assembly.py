@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, ModelFile
 from stiffcal.errors import Fault, InputError, raise_faults
+from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
@@ -41,7 +42,7 @@ def compliant_robot(
         if effect is None:
             near = difflib.get_close_matches(entry.type, catalogue, n=1)
             mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
-            faults.append(Fault(MODEL_FILE, where, f"no effect is called {entry.type}", mend))
+            faults.append(Fault(FaultCode.EFFECT_UNKNOWN, MODEL_FILE, where, f"no effect is called {entry.type}", mend))
             continue
         for place in _places(effect, entry, chain, f"[[effects]] {number}, {entry.type}", faults):
             stem = PlacedEffect(effect, place).parameter_name("")
@@ -72,11 +73,11 @@ def _places(effect: Effect, entry: EffectEntry, chain: Chain, where: str, faults
     labels = ", ".join(place.label for place in possible) or "none on this robot"
     if not wanted:
         mend = f"add {effect.place_kind} = […]; possible: {labels}"
-        faults.append(Fault(MODEL_FILE, where, f"no {effect.place_kind} given", mend))
+        faults.append(Fault(FaultCode.PLACE_INVALID, MODEL_FILE, where, f"no {effect.place_kind} given", mend))
     for place in wanted:
         if place not in possible:
             reason = f"{effect.name} cannot sit at {place.label}"
-            faults.append(Fault(MODEL_FILE, where, reason, f"possible: {labels}"))
+            faults.append(Fault(FaultCode.PLACE_INVALID, MODEL_FILE, where, reason, f"possible: {labels}"))
     return [place for place in wanted if place in possible]
 
 
@@ -90,13 +91,17 @@ def _doubled(placed: list[PlacedEffect]) -> list[Fault]:
         others = at_place.setdefault(label, {})
         if effect.name in others:
             if (label, effect.name) not in twice:
-                faults.append(Fault(MODEL_FILE, effect.name, f"stands twice at {label}", "leave one out"))
+                faults.append(
+                    Fault(
+                        FaultCode.EFFECT_CONFLICT, MODEL_FILE, effect.name, f"stands twice at {label}", "leave one out"
+                    )
+                )
             twice.add((label, effect.name))
             continue
         for other in others.values():
             if other.name in (*effect.includes, *effect.excludes) or effect.name in (*other.includes, *other.excludes):
                 reason = f"{effect.name} and {other.name} cannot both sit at {label}"
-                faults.append(Fault(MODEL_FILE, effect.name, reason, "leave one out"))
+                faults.append(Fault(FaultCode.EFFECT_CONFLICT, MODEL_FILE, effect.name, reason, "leave one out"))
         others[effect.name] = effect
     return faults
 
@@ -109,9 +114,19 @@ def _check_settings(robot: CompliantRobot, settings: Mapping[str, float]) -> Non
         if spec is None:
             near = difflib.get_close_matches(name, known, n=1)
             mend = f"did you mean {near[0]}?" if near else f"this model has: {', '.join(known)}"
-            faults.append(Fault(MODEL_FILE, place, "the model has no such parameter", mend))
+            faults.append(
+                Fault(FaultCode.PARAMETER_UNKNOWN, MODEL_FILE, place, "the model has no such parameter", mend)
+            )
         elif not spec.lower - ROUNDED * abs(spec.lower) <= value <= spec.upper + ROUNDED * abs(spec.upper):
             reason = f"{value:g} {spec.unit} cannot be: it lies between {spec.lower:g} and {spec.upper:g}"
-            faults.append(Fault(MODEL_FILE, place, reason, f"write a value between them; {spec.typical:g} is usual"))
+            faults.append(
+                Fault(
+                    FaultCode.VALUE_INVALID,
+                    MODEL_FILE,
+                    place,
+                    reason,
+                    f"write a value between them; {spec.typical:g} is usual",
+                )
+            )
     if faults:
         raise InputError(*faults)

@@ -11,6 +11,7 @@ from functools import cache
 from importlib.metadata import entry_points
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.model.effect import Effect
 from stiffcal.model.plugin_code import PluginCode, PluginFile
 from stiffcal.model.plugin_contract import checked_class, checked_effect
@@ -64,9 +65,17 @@ def find_effects(plugins: PluginCode | None = None) -> dict[str, Effect]:
             found += [(file, effect) for effect in _effects_of(module, file.name)]
     if not found:
         names = ", ".join(file.name for file in plugins.files)
-        raise InputError.at(names, "plugins", "defines no effect", "derive a class from DocumentedEffect, with a name")
+        raise InputError.at(
+            FaultCode.PLUGIN_INVALID,
+            names,
+            "plugins",
+            "defines no effect",
+            "derive a class from DocumentedEffect, with a name",
+        )
     for file, effect in found:
         if effect.name in effects:
-            raise InputError.at(file.name, effect.name, "this effect exists already", "choose another name")
+            raise InputError.at(
+                FaultCode.PLUGIN_INVALID, file.name, effect.name, "this effect exists already", "choose another name"
+            )
         effects[effect.name] = effect
     return effects

@@ -14,6 +14,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Inputs
 
@@ -59,9 +60,11 @@ class NoBalanceError(InputError):
         self._suspect = suspect
         if suspect is None:
             mend = "check the stiffness in model.toml, the masses in robot.toml, and the unit of the forces"
-            fault = Fault("model.toml", "effects", self._words, mend)
+            fault = Fault(FaultCode.NO_BALANCE, "model.toml", "effects", self._words, mend)
         else:
-            fault = Fault(suspect.file, suspect.place, f"{self._words}; {suspect.found}", suspect.mend)
+            fault = Fault(
+                FaultCode.NO_BALANCE, suspect.file, suspect.place, f"{self._words}; {suspect.found}", suspect.mend
+            )
         super().__init__(fault)
 
     @property
@@ -84,7 +87,7 @@ class NoBalanceError(InputError):
         """
         if self._suspect is not None and self._suspect.place != "wrench":
             return self
-        return InputError.at(file, place, self._words, mend)
+        return InputError.at(FaultCode.NO_BALANCE, file, place, self._words, mend)
 
 
 def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, change: Floats) -> NoBalanceError:

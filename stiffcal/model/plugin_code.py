@@ -20,6 +20,7 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import escapes, leads_outside, link_fault
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import escaped_path
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular, refusal
 from stiffcal.limits import PLUGIN, PLUGINS
 from stiffcal.trust.record import open_record
@@ -113,7 +114,13 @@ class PluginCode:
         """Raise an `InputError` where the user has not allowed this code."""
         if not self.allowed():
             reason = f"is code of this campaign and is not trusted (SHA-256 {self.digest})"
-            raise InputError.at(MANIFEST_FILE, "plugins", reason, f"read it and allow it: {allow_line(self.folder)}")
+            raise InputError.at(
+                FaultCode.PLUGIN_UNTRUSTED,
+                MANIFEST_FILE,
+                "plugins",
+                reason,
+                f"read it and allow it: {allow_line(self.folder)}",
+            )
 
 
 def allow_line(folder: Path) -> str:
@@ -141,7 +148,7 @@ def read_plugins(folder: Path, names: Iterable[str]) -> PluginCode:
         _check_name(name, module, folder)
         if module in (file.module for file in files):
             reason = f"two files are called {module}: the one could not be imported beside the other"
-            raise InputError.at(MANIFEST_FILE, "plugins", reason, "rename one of them")
+            raise InputError.at(FaultCode.PLUGIN_INVALID, MANIFEST_FILE, "plugins", reason, "rename one of them")
         files.append(PluginFile(name, folder / name, _read(folder, name)))
     return PluginCode(folder, tuple(files))
 
@@ -149,16 +156,26 @@ def read_plugins(folder: Path, names: Iterable[str]) -> PluginCode:
 def _check_name(name: str, module: str, folder: Path) -> None:
     if escapes(name):
         reason = f'"{name}" lies outside the campaign folder'
-        raise InputError.at(MANIFEST_FILE, "plugins", reason, "copy the file into the campaign folder")
+        raise InputError.at(
+            FaultCode.FILE_OUTSIDE, MANIFEST_FILE, "plugins", reason, "copy the file into the campaign folder"
+        )
     if not name.endswith(".py"):
-        raise InputError.at(MANIFEST_FILE, "plugins", f"{name} is no Python file", "name a file that ends in .py")
+        raise InputError.at(
+            FaultCode.PLUGIN_INVALID,
+            MANIFEST_FILE,
+            "plugins",
+            f"{name} is no Python file",
+            "name a file that ends in .py",
+        )
     if not module.isidentifier() or module in ("__init__", "__main__"):
         reason = f"{name} cannot be imported: {module} is no module's name"
-        raise InputError.at(MANIFEST_FILE, "plugins", reason, "use letters, digits and _ in its name")
+        raise InputError.at(
+            FaultCode.PLUGIN_INVALID, MANIFEST_FILE, "plugins", reason, "use letters, digits and _ in its name"
+        )
     taken = {__name__.partition(".")[0], *sys.builtin_module_names, *sys.stdlib_module_names}
     if module in taken or is_installed(module, folder):
         reason = f"{name} has the name of a module of Python or of an installed package"
-        raise InputError.at(MANIFEST_FILE, "plugins", reason, "rename the file")
+        raise InputError.at(FaultCode.PLUGIN_INVALID, MANIFEST_FILE, "plugins", reason, "rename the file")
 
 
 def is_installed(module: str, folder: Path) -> bool:
@@ -190,16 +207,24 @@ def _read(folder: Path, name: str) -> bytes:
         content = read_regular(folder / name, name, limit=PLUGIN)
     except FileNotFoundError:
         mend = "correct the name in campaign.toml"
-        raise InputError.at(MANIFEST_FILE, "plugins", f"no such file: {name}", mend) from None
+        raise InputError.at(FaultCode.FILE_MISSING, MANIFEST_FILE, "plugins", f"no such file: {name}", mend) from None
     except OSError as error:
         refused = refusal(error, name)
         reason = error.strerror or str(error)
-        raise refused or InputError.at(name, "", f"cannot be read: {reason}", "look at the file") from None
+        raise refused or InputError.at(
+            FaultCode.FILE_UNREADABLE, name, "", f"cannot be read: {reason}", "look at the file"
+        ) from None
     try:
         encoding = tokenize.detect_encoding(io.BytesIO(content).readline)[0]
         content.decode("utf-8-sig")
     except (SyntaxError, UnicodeDecodeError):
         encoding = ""
     if encoding not in ("utf-8", "utf-8-sig"):
-        raise InputError.at(name, "", "its encoding is not UTF-8", "save it as UTF-8, without another coding line")
+        raise InputError.at(
+            FaultCode.ENCODING_WRONG,
+            name,
+            "",
+            "its encoding is not UTF-8",
+            "save it as UTF-8, without another coding line",
+        )
     return content

@@ -14,6 +14,7 @@ import numpy as np
 
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.model.effect import Covariate, Effect, Inputs, Kind, ParameterRole, ParameterSpec, Place, PlaceKind, Term
 
 MEND = "mend the file"
@@ -35,7 +36,7 @@ def checked_class(member: type[Effect], file: str) -> type[Effect]:
     """
     wrong = _wrong_attribute(member)
     if wrong:
-        raise InputError.at(file, member.__name__, wrong, MEND)
+        raise InputError.at(FaultCode.PLUGIN_INVALID, file, member.__name__, wrong, MEND)
     methods = {name: _checked(member, name, check, file) for name, check in _ANSWERS.items()}
     inner = {"__module__": member.__module__, "__qualname__": member.__qualname__, "__doc__": member.__doc__}
     kind: Callable[..., type[Effect]] = type(member)
@@ -50,7 +51,9 @@ def checked_effect(effect: object, file: str) -> Effect:
     InputError : it is none, or cannot be compared with itself and found again.
     """
     if not isinstance(effect, Effect) or (effect == effect) is not True or not isinstance(hash(effect), int):
-        raise InputError.at(file, "plugins", "making its effect gives something else than an effect", MEND)
+        raise InputError.at(
+            FaultCode.PLUGIN_INVALID, file, "plugins", "making its effect gives something else than an effect", MEND
+        )
     return effect
 
 
@@ -117,7 +120,7 @@ def _checked(member: type[Effect], name: str, check: Callable[..., str], file: s
         answer = getattr(member, name)(self, *given, **named)
         wrong = check(self, answer, *given, **named)
         if wrong:
-            raise InputError.at(file, f"{member.__name__}.{name}", f"returns {wrong}", MEND)
+            raise InputError.at(FaultCode.PLUGIN_INVALID, file, f"{member.__name__}.{name}", f"returns {wrong}", MEND)
         return checked_form(answer, file) if name == "form" else answer
 
     method.__name__, method.__doc__ = name, getattr(Effect, name).__doc__

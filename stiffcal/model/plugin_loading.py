@@ -21,6 +21,7 @@ from types import CodeType, ModuleType
 from typing import Any
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.model.plugin_code import PluginCode, PluginFile, path_without_local
 from stiffcal.trust.running import about_to_run, is_interruption, place_in_plugin
 
@@ -102,7 +103,7 @@ def fault_of(error: BaseException, name: str) -> InputError:
     reason = f"{verb}: {type(error).__name__}" + (f": {text}" if text else "")
     absent = isinstance(error, ModuleNotFoundError)
     mend = "list its file under plugins too, or install the package" if absent else "mend the file"
-    return InputError.at(file, f"line {line}" if line else "plugins", reason, mend)
+    return InputError.at(FaultCode.PLUGIN_FAILED, file, f"line {line}" if line else "plugins", reason, mend)
 
 
 def _text_of(error: BaseException) -> str:

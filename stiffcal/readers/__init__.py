@@ -29,6 +29,7 @@ from stiffcal.campaign.explain import plain_type
 from stiffcal.campaign.file_formats import format_names, log_format, log_formats
 from stiffcal.campaign.typed import Table
 from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular
 from stiffcal.measurements.moments import seconds_of_moments, seconds_of_times
 
@@ -182,7 +183,9 @@ def find_reader(path: Path, log_format_name: str | None = None, shown: str = "")
         named = log_format(log_format_name)
         if named is None:
             reason, known = f"no reader for format {log_format_name!r}", format_names()
-            raise InputError.at(shown or str(path), "format", reason, _suggest_format(log_format_name, known))
+            raise InputError.at(
+                FaultCode.FORMAT_UNKNOWN, shown or str(path), "format", reason, _suggest_format(log_format_name, known)
+            )
         return cast(Reader, named)
     with suppress(OSError):  # what is not there at all has no format
         check_regular(path, shown)
@@ -192,6 +195,7 @@ def find_reader(path: Path, log_format_name: str | None = None, shown: str = "")
         if reader.recognises(path):
             return reader
     raise InputError.at(
+        FaultCode.FORMAT_UNKNOWN,
         shown or str(path),
         "",
         "the format cannot be told from the file",
@@ -214,14 +218,19 @@ def check_columns(wanted: Wanted, columns: Sequence[str], shown: str, place: str
         found = sum(column == name for column in columns)
         if found > 1:
             reason = f"the column name {name!r} stands {found} times"
-            faults.append(Fault(shown, place, reason, "give every column a name of its own"))
+            faults.append(
+                Fault(FaultCode.COLUMN_DUPLICATE, shown, place, reason, "give every column a name of its own")
+            )
         elif found == 0:
             missing.append(name)
     if hint and len(missing) > 1:  # one cause, one line
         others = f"{len(missing) - 1} other" + ("s" if len(missing) > 2 else "")
-        faults.append(Fault(shown, place, f"no column {missing[0]!r} nor {others}", hint))
+        faults.append(Fault(FaultCode.COLUMN_MISSING, shown, place, f"no column {missing[0]!r} nor {others}", hint))
     else:
-        faults += [Fault(shown, place, f"no column {name!r}", hint or nearest_name(name, columns)) for name in missing]
+        faults += [
+            Fault(FaultCode.COLUMN_MISSING, shown, place, f"no column {name!r}", hint or nearest_name(name, columns))
+            for name in missing
+        ]
     if faults:
         raise InputError(*faults)
 
@@ -264,10 +273,14 @@ def check_options(
     for key, value in options.items():
         place = f"{name}.{key}"
         if key not in known:
-            faults.append(Fault(shown, place, "no such option", nearest_option(key, list(known), name)))
+            faults.append(
+                Fault(FaultCode.KEY_UNKNOWN, shown, place, "no such option", nearest_option(key, list(known), name))
+            )
         elif value is not None and (not isinstance(value, known[key]) or type(value) is bool is not known[key]):
             kind = _KINDS.get(known[key], "of the right kind")
-            faults.append(Fault(shown, place, f"{value!r} is not {kind}", "correct the manifest"))
+            faults.append(
+                Fault(FaultCode.VALUE_INVALID, shown, place, f"{value!r} is not {kind}", "correct the manifest")
+            )
     if faults:
         raise InputError(*faults)
 
@@ -303,7 +316,9 @@ def first_not_finite(numbers: Mapping[str, Floats], wanted: Wanted, first_row: i
 def missing_library(log_format_name: str, shown: str, extra: str = "") -> InputError:
     """Return what to install where the library behind a format is missing; `extra`: where not named like the format."""
     reason = f"the library that reads {log_format_name} files is not installed"
-    return InputError.at(shown, "", reason, f'pip install "stiffcal[{extra or log_format_name}]"')
+    return InputError.at(
+        FaultCode.LIBRARY_MISSING, shown, "", reason, f'pip install "stiffcal[{extra or log_format_name}]"'
+    )
 
 
 def check_there(path: Path, shown: str) -> None:
@@ -313,9 +328,11 @@ def check_there(path: Path, shown: str) -> None:
     except OSError as error:
         if not isinstance(error, FileNotFoundError | NotADirectoryError):
             reason = f"cannot be read: {error.strerror}"
-            raise InputError.at(shown, "", reason, "correct the file's name or its rights") from None
+            raise InputError.at(
+                FaultCode.FILE_UNREADABLE, shown, "", reason, "correct the file's name or its rights"
+            ) from None
     if not path.is_file():
-        raise InputError.at(shown, "", "no such file", "correct the file's name")
+        raise InputError.at(FaultCode.FILE_MISSING, shown, "", "no such file", "correct the file's name")
 
 
 @contextmanager
@@ -332,7 +349,7 @@ def whole(what: str, shown: str, mend: str = "copy it again from its origin, or 
         raise
     except Exception as error:
         said = (str(error).strip("'").splitlines() or [type(error).__name__])[0]
-        raise InputError.at(shown, "", f"no whole {what} ({said})", mend) from None
+        raise InputError.at(FaultCode.FILE_DAMAGED, shown, "", f"no whole {what} ({said})", mend) from None
 
 
 def common_length(lengths: Mapping[str, int], wanted: Wanted, shown: str) -> int:
@@ -341,10 +358,18 @@ def common_length(lengths: Mapping[str, int], wanted: Wanted, shown: str) -> int
     if len(set(chosen.values())) > 1:
         short, long = min(chosen, key=chosen.__getitem__), max(chosen, key=chosen.__getitem__)
         reason = f"{chosen[short]} rows, column {long} has {chosen[long]}: writing was interrupted"
-        raise InputError.at(shown, f"column {short}", reason, "log again, or cut all columns to one length in a copy")
+        raise InputError.at(
+            FaultCode.FILE_INCOMPLETE,
+            shown,
+            f"column {short}",
+            reason,
+            "log again, or cut all columns to one length in a copy",
+        )
     n_rows = next(iter(chosen.values()), 0)
     if n_rows == 0:
-        raise InputError.at(shown, "", "the columns have no rows", "log again, or leave the file out")
+        raise InputError.at(
+            FaultCode.FILE_EMPTY, shown, "", "the columns have no rows", "log again, or leave the file out"
+        )
     return n_rows
 
 
@@ -367,7 +392,7 @@ def batch_of_columns(
         if name in wanted.numbers:
             if kind not in "iuf":
                 reason = f"it holds {values.dtype}, not numbers"
-                raise InputError.at(shown, f"column {name}", reason, "name a column of numbers")
+                raise InputError.at(FaultCode.COLUMN_TYPE, shown, f"column {name}", reason, "name a column of numbers")
             numbers[name] = values.astype(np.float64, copy=False)
             continue
         if kind == "M" and name in wanted.times:
@@ -375,11 +400,13 @@ def batch_of_columns(
             continue
         if kind not in "SUOiu":
             reason = f"it holds {values.dtype}, not words"
-            raise InputError.at(shown, f"column {name}", reason, "name a column of words")
+            raise InputError.at(FaultCode.COLUMN_TYPE, shown, f"column {name}", reason, "name a column of words")
         words = [text_of(value).strip("\0 ") for value in values.tolist()]
         if "" in words:
             place = f"row {first_row + words.index('')}, column {name}"
-            raise InputError.at(shown, place, "the cell is empty", "fill it in in a copy of the file")
+            raise InputError.at(
+                FaultCode.CELL_EMPTY, shown, place, "the cell is empty", "fill it in in a copy of the file"
+            )
         if name in wanted.times:
             numbers[name] = seconds_of_times(words, shown, name, first_row)
         else:
@@ -388,7 +415,7 @@ def batch_of_columns(
     if bad is not None:
         mend = "give the reading, or delete the row in a copy of the file"
         place = f"row {bad[0]}, column {bad[1]}"
-        raise InputError.at(shown, place, f"{bad[2]} is not a finite number", mend)
+        raise InputError.at(FaultCode.NUMBER_INVALID, shown, place, f"{bad[2]} is not a finite number", mend)
     return Batch(first_row, numbers, texts)
 
 

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import COLUMNS
 from stiffcal.measurements.hdf5_heaps import attribute_of, bounded_memory, check_words
 from stiffcal.measurements.hdf5_links import LeadsOutsideError, groups_inside, item_inside, members_inside
@@ -148,7 +149,9 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, s
             group = _inside(file, group_name, shown)
         except KeyError:
             near = nearest_name(group_name, groups_inside(file))
-            raise InputError.at(shown, "hdf5.group", f"no group {group_name!r}", near) from None
+            raise InputError.at(
+                FaultCode.LOG_PART_MISSING, shown, "hdf5.group", f"no group {group_name!r}", near
+            ) from None
         dataset = options.get("dataset")
         if isinstance(group, h5py.Dataset):
             yield _columns_of_dataset(group, shown), group_name
@@ -158,7 +161,9 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, s
                 item = _inside(group, str(dataset), shown)
             if not isinstance(item, h5py.Dataset):
                 near = nearest_name(str(dataset), list(group))
-                raise InputError.at(shown, "hdf5.dataset", f"no dataset {dataset!r} in {group_name!r}", near)
+                raise InputError.at(
+                    FaultCode.LOG_PART_MISSING, shown, "hdf5.dataset", f"no dataset {dataset!r} in {group_name!r}", near
+                )
             yield _columns_of_dataset(item, shown), f"dataset {dataset}"
         else:
             yield _columns_of_group(group, shown), f"group {group_name}"
@@ -183,7 +188,7 @@ def _check_columns(wanted: Wanted, columns: Columns, shown: str, place: str) -> 
 
 def _lies_elsewhere(name: str, shown: str) -> InputError:
     reason = f"{name!r} lies in another file, to which this one only links"
-    return InputError.at(shown, name, reason, "copy it into this file, e.g. with h5copy")
+    return InputError.at(FaultCode.FILE_OUTSIDE, shown, name, reason, "copy it into this file, e.g. with h5copy")
 
 
 def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
@@ -234,7 +239,9 @@ def _columns_of_dataset(dataset: Any, shown: str) -> Columns:
             return lambda start, end: np.asarray(dataset[start:end, column])
     else:
         reason = f"its shape {dataset.shape} is no table"
-        raise InputError.at(shown, place, reason, "name a group with one dataset per column, or a table")
+        raise InputError.at(
+            FaultCode.CONTENT_UNSUPPORTED, shown, place, reason, "name a group with one dataset per column, or a table"
+        )
     COLUMNS.check(len(names), shown, place)
     readers = {name: by_chunk(some(name), dataset, 0, dataset.shape[0]) for name in names}
     units = _text_list(dataset, UNIT_ATTRIBUTES)
@@ -252,7 +259,7 @@ def _named_columns(dataset: Any, shown: str, place: str) -> tuple[str, ...]:
     if len(names) != dataset.shape[1]:
         found = f"{len(names)} names for {dataset.shape[1]} columns" if names else "its columns have no names"
         mend = f"write an attribute {NAME_ATTRIBUTES[0]!r} with one name per column"
-        raise InputError.at(shown, place, found, mend)
+        raise InputError.at(FaultCode.SHAPE_MISMATCH, shown, place, found, mend)
     return names
 
 
@@ -280,10 +287,18 @@ def _checked_length(columns: Columns, wanted: Wanted, shown: str) -> int:
         scaled = [attribute for attribute in SCALING_ATTRIBUTES if attribute in dataset.attrs]
         if scaled and name in wanted.numbers:
             reason = f"its attribute {scaled[0]!r} says that the numbers are scaled"
-            raise InputError.at(shown, f"column {name}", reason, "write the physical values, without that attribute")
+            raise InputError.at(
+                FaultCode.CONTENT_UNSUPPORTED,
+                shown,
+                f"column {name}",
+                reason,
+                "write the physical values, without that attribute",
+            )
         if _unwritten(dataset):
             reason = "parts of it were never written: writing was interrupted"
-            raise InputError.at(shown, f"column {name}", reason, "log again, or cut the rows off in a copy")
+            raise InputError.at(
+                FaultCode.FILE_INCOMPLETE, shown, f"column {name}", reason, "log again, or cut the rows off in a copy"
+            )
     return n_rows
 
 

@@ -29,6 +29,7 @@ from pydantic import Field
 
 from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS, ROWS
 from stiffcal.measurements.hdf5_heaps import attribute_of
@@ -188,7 +189,9 @@ def _columns(tree: _Tree73 | _Tree5, options: Options, shown: str) -> dict[str, 
         if members is None or part not in members:
             inside = f" in {there!r}" if there else ""
             mend = nearest_name(part, list(members or ()))
-            raise InputError.at(shown, "mat.variable", f"no variable {part!r}{inside}", mend)
+            raise InputError.at(
+                FaultCode.LOG_PART_MISSING, shown, "mat.variable", f"no variable {part!r}{inside}", mend
+            )
         item, there = members[part], f"{there}.{part}".strip(".")
     found = tree.members(item)
     if found is not None and not variable and len(found) == 1 and not names:
@@ -198,7 +201,13 @@ def _columns(tree: _Tree73 | _Tree5, options: Options, shown: str) -> dict[str, 
     if found is None:
         return _matrix_columns(tree, item, names, there, shown)
     if names:
-        raise InputError.at(shown, "mat.columns", "names are for a matrix's columns", "name the matrix: mat.variable")
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT,
+            shown,
+            "mat.columns",
+            "names are for a matrix's columns",
+            "name the matrix: mat.variable",
+        )
     columns = {}
     for name, member in found.items():
         for column, vector in tree.vectors(member).items():
@@ -207,21 +216,27 @@ def _columns(tree: _Tree73 | _Tree5, options: Options, shown: str) -> dict[str, 
         opaque = [name for name, member in found.items() if tree.kind(member) not in PLAIN_CLASSES]
         if opaque:
             reason = f"{opaque[0]!r} is a MATLAB {tree.kind(found[opaque[0]])}, which only MATLAB can read"
-            raise InputError.at(shown, f"variable {opaque[0]}", reason, IN_MATLAB)
+            raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, shown, f"variable {opaque[0]}", reason, IN_MATLAB)
         told = ", ".join(repr(name) for name in list(found)[:12]) or "nothing"
-        raise InputError.at(shown, "", "no vectors here", f"name a struct or matrix: mat.variable; the file has {told}")
+        raise InputError.at(
+            FaultCode.FILE_EMPTY,
+            shown,
+            "",
+            "no vectors here",
+            f"name a struct or matrix: mat.variable; the file has {told}",
+        )
     return columns
 
 
 def _matrix_columns(tree: _Tree73 | _Tree5, item: Any, names: object, there: str, shown: str) -> dict[str, Vector]:
     if tree.kind(item) not in PLAIN_CLASSES:
         reason = f"it is a MATLAB {tree.kind(item)}, which only MATLAB can read"
-        raise InputError.at(shown, f"variable {there}", reason, IN_MATLAB)
+        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, shown, f"variable {there}", reason, IN_MATLAB)
     vectors = tree.vectors(item)
     if not isinstance(names, list) or len(names) != len(vectors):
         said = f"{len(names)} names for " if isinstance(names, list) else "its columns have no names: "
         mend = 'write mat.columns = ["Fx", "Fy", …], one name per column'
-        raise InputError.at(shown, f"variable {there}", f"{said}{len(vectors)} columns", mend)
+        raise InputError.at(FaultCode.SHAPE_MISMATCH, shown, f"variable {there}", f"{said}{len(vectors)} columns", mend)
     return {str(name): vector for name, vector in zip(names, vectors.values(), strict=True)}
 
 

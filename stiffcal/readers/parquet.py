@@ -16,6 +16,7 @@ import pyarrow.parquet as parquet
 from stiffcal.arrays import Floats
 from stiffcal.campaign.typed import Table
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS, ROWS, check_unpacked
 from stiffcal.measurements.columns import values_of
@@ -91,7 +92,9 @@ class ParquetReader(Reader):
         with _open(path, options, shown, (*wanted.texts, *wanted.times)) as file:
             check_columns(wanted, _leaves(file), shown, "schema")
             if file.metadata.num_rows == 0:
-                raise InputError.at(shown, "", "the table has no rows", "log again, or leave the file out")
+                raise InputError.at(
+                    FaultCode.FILE_EMPTY, shown, "", "the table has no rows", "log again, or leave the file out"
+                )
             row = 1
             _check_sizes(file, wanted, path.stat().st_size, shown)
             for records in file.iter_batches(BATCH_ROWS, columns=list(wanted.names), use_threads=False):
@@ -101,7 +104,9 @@ class ParquetReader(Reader):
                 yield batch
             if row - 1 != file.metadata.num_rows:
                 reason = f"no whole Parquet file ({row - 1} rows where its footer says {file.metadata.num_rows})"
-                raise InputError.at(shown, "", reason, "copy it again from its origin, or log again")
+                raise InputError.at(
+                    FaultCode.FILE_DAMAGED, shown, "", reason, "copy it again from its origin, or log again"
+                )
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``row n``."""
@@ -127,10 +132,12 @@ def _open(path: Path, options: Options, shown: str, words: Sequence[str] = ()) -
             ) as file:
                 yield file
     except FileNotFoundError:
-        raise InputError.at(shown, "", "no such file", "correct the file's name") from None
+        raise InputError.at(FaultCode.FILE_MISSING, shown, "", "no such file", "correct the file's name") from None
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = f"no whole Parquet file ({str(error).splitlines()[0]})"
-        raise InputError.at(shown, "", reason, "copy it again from its origin, or log again") from None
+        raise InputError.at(
+            FaultCode.FILE_DAMAGED, shown, "", reason, "copy it again from its origin, or log again"
+        ) from None
 
 
 def _check_sizes(file: parquet.ParquetFile, wanted: Wanted, size: int, shown: str) -> None:
@@ -152,7 +159,9 @@ def _check_kind(file: parquet.ParquetFile, index: int, wanted: Wanted, shown: st
     if column.max_repetition_level > 0 or (words and column.path in wanted.numbers):
         top = file.schema_arrow.field(file.schema_arrow.names.index(column.path.split(".")[0])).type
         reason = f"it holds {top}, not {'words' if column.path in wanted.texts else 'numbers'}"
-        raise InputError.at(shown, f"column {column.path}", reason, "name a column of single values")
+        raise InputError.at(
+            FaultCode.COLUMN_TYPE, shown, f"column {column.path}", reason, "name a column of single values"
+        )
 
 
 def _leaves(file: parquet.ParquetFile | parquet.FileMetaData) -> tuple[str, ...]:
@@ -167,7 +176,7 @@ def _batch(records: pa.RecordBatch, wanted: Wanted, first_row: int, shown: str) 
         if column.null_count and name not in wanted.gaps:
             row = first_row + next(index for index, value in enumerate(column) if not value.is_valid)
             mend = "give the value, or delete the row in a copy of the file"
-            raise InputError.at(shown, f"row {row}, column {name}", "the cell is empty", mend)
+            raise InputError.at(FaultCode.CELL_EMPTY, shown, f"row {row}, column {name}", "the cell is empty", mend)
         if name in wanted.numbers:
             numbers[name] = _numbers(column, name, shown)
         elif name in wanted.times:
@@ -177,7 +186,9 @@ def _batch(records: pa.RecordBatch, wanted: Wanted, first_row: int, shown: str) 
     bad = first_not_finite(numbers, wanted, first_row)
     if bad is not None:
         mend = "give the reading, or delete the row in a copy of the file"
-        raise InputError.at(shown, f"row {bad[0]}, column {bad[1]}", f"{bad[2]} is not a finite number", mend)
+        raise InputError.at(
+            FaultCode.NUMBER_INVALID, shown, f"row {bad[0]}, column {bad[1]}", f"{bad[2]} is not a finite number", mend
+        )
     return Batch(first_row, numbers, texts)
 
 
@@ -198,7 +209,9 @@ def _numbers(column: pa.Array, name: str, shown: str) -> Floats:
         column = column.dictionary_decode()
         kind = column.type
     if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
-        raise InputError.at(shown, f"column {name}", f"it holds {kind}, not numbers", "name a column of numbers")
+        raise InputError.at(
+            FaultCode.COLUMN_TYPE, shown, f"column {name}", f"it holds {kind}, not numbers", "name a column of numbers"
+        )
     return values_of(column.cast(pa.float64(), safe=False))
 
 
@@ -216,6 +229,12 @@ def _words(column: pa.Array, name: str, shown: str) -> list[str]:
     if not (pa.types.is_string(column.type) or pa.types.is_large_string(column.type)):
         # Run numbers are words as well.
         if not pa.types.is_integer(column.type):
-            raise InputError.at(shown, f"column {name}", f"it holds {column.type}, not words", "name a column of words")
+            raise InputError.at(
+                FaultCode.COLUMN_TYPE,
+                shown,
+                f"column {name}",
+                f"it holds {column.type}, not words",
+                "name a column of words",
+            )
         column = column.cast(pa.string())
     return [str(word.as_py()).strip() for word in column]

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS, ROWS
 from stiffcal.readers import (
@@ -178,7 +179,9 @@ def _check_scalings(items: Iterable[Any], shown: str) -> None:
             counts = name == "NI_Number_Of_Scales" or (name.startswith("NI_Scale[") and name.endswith("_Size"))
             if counts and not (isinstance(value, int | np.integer) and 0 <= value <= most):
                 reason = f"the property {name} is {value!r}, and no such scalings are there"
-                raise InputError.at(shown, str(getattr(item, "path", "/")), reason, "write the scaled values")
+                raise InputError.at(
+                    FaultCode.FILE_DAMAGED, shown, str(getattr(item, "path", "/")), reason, "write the scaled values"
+                )
 
 
 def _check_finished(file: Any, shown: str) -> None:
@@ -191,7 +194,7 @@ def _check_finished(file: Any, shown: str) -> None:
             reason += f" (channel {path}: {channel.read_length} of {channel.expected_length} values of it)"
             break
     mend = "copy it again from its origin, or open and save it in DIAdem or LabVIEW and see what is left"
-    raise InputError.at(shown, "last segment", reason, mend)
+    raise InputError.at(FaultCode.FILE_INCOMPLETE, shown, "last segment", reason, mend)
 
 
 def _group(file: Any, options: Options, shown: str) -> Any:
@@ -199,15 +202,25 @@ def _group(file: Any, options: Options, shown: str) -> Any:
     asked = options.get("group")
     if asked is not None:
         if asked not in groups:
-            raise InputError.at(shown, "tdms.group", f"no group {asked!r}", nearest_name(str(asked), list(groups)))
+            raise InputError.at(
+                FaultCode.LOG_PART_MISSING,
+                shown,
+                "tdms.group",
+                f"no group {asked!r}",
+                nearest_name(str(asked), list(groups)),
+            )
         return groups[str(asked)]
     held = [name for name, group in groups.items() if group.channels()]
     if len(held) == 1:
         return groups[held[0]]
     if not held:
-        raise InputError.at(shown, "", "the file holds no channels", "log again, or leave the file out")
+        raise InputError.at(
+            FaultCode.FILE_EMPTY, shown, "", "the file holds no channels", "log again, or leave the file out"
+        )
     told = ", ".join(repr(name) for name in held[:12])
-    raise InputError.at(shown, "tdms.group", f"{len(held)} groups hold channels", f"say which: {told}")
+    raise InputError.at(
+        FaultCode.LOG_PART_AMBIGUOUS, shown, "tdms.group", f"{len(held)} groups hold channels", f"say which: {told}"
+    )
 
 
 def _length(channel: Any) -> int:

@@ -15,6 +15,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.errors import Fault
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
@@ -134,7 +135,7 @@ def check_work(
         return []
     swapped = _swapped_columns(chosen, chain, sign.explained, columns)
     if swapped:
-        return [Fault(file, f"{place}.columns", *swapped)]
+        return [Fault(FaultCode.WRENCH_MISMATCH, file, f"{place}.columns", *swapped)]
     if 2 * negative <= present.size and sign.explained > FOLLOWS_NOT:
         return []
     turns = {axis: np.diag([1.0 if k == axis else -1.0 for k in range(3)]) for axis in range(3)}
@@ -150,10 +151,18 @@ def check_work(
         else:
             mend = f"the sensor is upside down, half a turn {name.split(' ', 1)[1]} of its axes: correct its frame"
         reason = f"force and deflection run against each other ({negative} of {present.size} runs do negative work)"
-        return [Fault(file, place, reason, mend)]
+        return [Fault(FaultCode.WRENCH_MISMATCH, file, place, reason, mend)]
     if 2 * negative > present.size:
         reason = f"{negative} of {present.size} runs do negative work: force and deflection run against each other"
-        return [Fault(file, place, reason, "check acts_on, the sensor's frame and the displacement's axes")]
+        return [
+            Fault(
+                FaultCode.WRENCH_MISMATCH,
+                file,
+                place,
+                reason,
+                "check acts_on, the sensor's frame and the displacement's axes",
+            )
+        ]
     return []
 
 
@@ -259,10 +268,22 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
     best = min(found, key=lambda entry: entry[0])
     reason = f"kinematics misses the measured target by {1e3 * match.median_m:.0f} mm in the reference states"
     if best[0] <= MEETS_M and best[0] < 0.3 * match.median_m:
-        return [Fault(file, "kinematics", f"{reason}; with {best[1]} it meets within {1e3 * best[0]:.1f} mm", best[2])]
+        return [
+            Fault(
+                FaultCode.KINEMATICS_MISMATCH,
+                file,
+                "kinematics",
+                f"{reason}; with {best[1]} it meets within {1e3 * best[0]:.1f} mm",
+                best[2],
+            )
+        ]
     return [
         Fault(
-            file, "kinematics", reason, "check the robot file, the frames of tracker and target, and the joint columns"
+            FaultCode.KINEMATICS_MISMATCH,
+            file,
+            "kinematics",
+            reason,
+            "check the robot file, the frames of tracker and target, and the joint columns",
         )
     ]
 
@@ -339,8 +360,24 @@ def _check_orientation(
         turned = rotation_vector(there @ rotation_from_quaternion(values) @ np.swapaxes(rotation, -1, -2))
         if np.median(np.linalg.norm(turned, axis=1)) <= TURNED_RAD:
             mend = "write the quaternion's columns with w first" if "w" in words else "invert the orientation"
-            return [Fault(file, "quaternion_wxyz", f"{reason}; with the quaternion {words} they meet", mend)]
-    return [Fault(file, "quaternion_wxyz", reason, "check the quaternion's columns and the tracker's frame")]
+            return [
+                Fault(
+                    FaultCode.KINEMATICS_MISMATCH,
+                    file,
+                    "quaternion_wxyz",
+                    f"{reason}; with the quaternion {words} they meet",
+                    mend,
+                )
+            ]
+    return [
+        Fault(
+            FaultCode.KINEMATICS_MISMATCH,
+            file,
+            "quaternion_wxyz",
+            reason,
+            "check the quaternion's columns and the tracker's frame",
+        )
+    ]
 
 
 def _mounting_spread(computed: Floats, measured: Floats) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, stacked_motion
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
@@ -83,7 +84,7 @@ def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
     speed = _source_of(logs, "joints.velocity")
     if position is None and speed is None:
         raise InputError.at(
-            "campaign.toml", place, "a friction run needs the motion of the joints",
+            FaultCode.SIGNAL_MISSING, "campaign.toml", place, "a friction run needs the motion of the joints",
             'add position = [...] or velocity = [...] to the joints of a source',
         )  # fmt: skip
     torque = _source_of(logs, "joints.torque")
@@ -113,7 +114,7 @@ def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
     even = np.arange(first, last, float(np.median(np.diff(time)))) if time.size > 2 else time
     if even.size < LEAST_READINGS:
         raise InputError.at(
-            "campaign.toml", place, "angles and torques were logged at different times",
+            FaultCode.CLOCK_UNKNOWN, "campaign.toml", place, "angles and torques were logged at different times",
             "check which files belong together, and clock_ahead_s",
         )  # fmt: skip
     angle, needed = _evenly(even, time, angle), _evenly(even, time, needed)
@@ -155,7 +156,7 @@ def _find_clock(
     if found.value is None:
         reason = f"torques and angles come from devices with clocks of their own: {found.reason}"
         raise InputError.at(
-            "campaign.toml", f"run {run.id}", reason,
+            FaultCode.CLOCK_UNKNOWN, "campaign.toml", f"run {run.id}", reason,
             f"give clock_ahead_s = {{ {torque if lead in clocks else lead} = … }} for this run",
         )  # fmt: skip
     if lead in clocks:
@@ -172,12 +173,12 @@ def _no_torque(place: str, logs: Mapping[str, Blocks]) -> InputError:
     current = _source_of(logs, "joints.current")
     if current is not None:
         return InputError.at(
-            "campaign.toml", f"sources.{current}.joints.torque_constant",
+            FaultCode.KEY_MISSING, "campaign.toml", f"sources.{current}.joints.torque_constant",
             f"{place} logs currents, and nothing says what torque an ampere makes",
             "add torque_constant = [...], N·m per ampere, one per joint",
         )  # fmt: skip
     return InputError.at(
-        "campaign.toml", place, "a friction run needs the torques of the drives",
+        FaultCode.SIGNAL_MISSING, "campaign.toml", place, "a friction run needs the torques of the drives",
         "add torque = [...], or current = [...] with torque_constant, to the joints of a source",
     )  # fmt: skip
 
@@ -192,6 +193,7 @@ def _on_clock(
     unknown = [name for name in (source, lead) if name not in clocks]
     if unknown:
         raise InputError.at(
+            FaultCode.CLOCK_UNKNOWN,
             "campaign.toml", f"run {run.id}", f"{signal} and the angles come from devices with clocks of their own",
             f"give clock_ahead_s = {{ {unknown[0]} = … }} for this run",
         )  # fmt: skip
@@ -208,7 +210,7 @@ def _check_velocity(place: str, time: Floats, angle: Floats, velocity: Floats) -
     if seen > LEAST_TRAVEL_RAD and (abs(logged - seen) > VELOCITY_AGREES * seen or way < 0.0):
         factor = (logged / seen) * (1.0 if way > 0.0 else -1.0)
         raise InputError.at(
-            "campaign.toml", f"{place}, joints.velocity",
+            FaultCode.UNIT_IMPLAUSIBLE, "campaign.toml", f"{place}, joints.velocity",
             f"the logged velocity of joint {joint + 1} is {factor:.3g} times that of its angles",
             "check units.velocity, motor = true and the gear ratios",
         )  # fmt: skip
@@ -264,9 +266,21 @@ def _moved(run: FrictionRun, chain: Chain) -> list[int]:
         name = chain.joint_names[run.moved_joint - 1]
         others = ", ".join(chain.joint_names[k - 1] for k in moved)
         mend = f"joint {others} moved: correct moved_joint" if moved else "check the log"
-        raise InputError.at("campaign.toml", f"{place}.moved_joint", f"joint {name} never moved in this run", mend)
+        raise InputError.at(
+            FaultCode.MOTION_WRONG,
+            "campaign.toml",
+            f"{place}.moved_joint",
+            f"joint {name} never moved in this run",
+            mend,
+        )
     if not moved:
-        raise InputError.at("campaign.toml", place, "no joint moved in this run", "check the log, or leave the run out")
+        raise InputError.at(
+            FaultCode.MOTION_WRONG,
+            "campaign.toml",
+            place,
+            "no joint moved in this run",
+            "check the log, or leave the run out",
+        )
     return [run.moved_joint] if run.moved_joint is not None and len(moved) == 1 else moved
 
 

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Batch, Wanted
 
 
@@ -84,7 +85,7 @@ def with_run_names_checked(batches: Iterator[Batch], column: str | None, file: s
             wrong = odd_character(name)
             if wrong is not None:
                 row = batch.first_row + batch.texts[column].index(name)
-                raise InputError.at(file, f"data row {row}, column {column}", *wrong)
+                raise InputError.at(FaultCode.NAME_INVALID, file, f"data row {row}, column {column}", *wrong)
             known.add(name)
         yield batch
 

@@ -16,6 +16,7 @@ from stiffcal.campaign.row_filter import RowCondition
 from stiffcal.campaign.signals import Deflection, Displacement, Joints, Pose, Wrench
 from stiffcal.campaign.toml_reading import LARGEST, SMALLEST
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_rpy, rotation_from_vector
 from stiffcal.quantities import unit
 from stiffcal.readers import Batch, NotAFile, Wanted, find_reader
@@ -79,7 +80,9 @@ def read_rows(
         A file is missing or faulty, with file, line and column.
     """
     if not files:
-        raise InputError.at("campaign.toml", f"[sources.{name}]", "no file is named", 'add file = "raw/….csv"')
+        raise InputError.at(
+            FaultCode.KEY_MISSING, "campaign.toml", f"[sources.{name}]", "no file is named", 'add file = "raw/….csv"'
+        )
     for batch in _batches(folder, source, files):
         _check_sizes(batch, files)
         rows = rows_of(source, batch, name)
@@ -103,7 +106,7 @@ def _check_sizes(batch: Batch, files: Mapping[str, str]) -> None:
         else:
             reason = f"{values[row]:g}, the column's largest number here, is smaller than anything that is measured"
             mend = "correct its unit in the log, or write 0"
-        raise InputError.at(shown, place, reason, mend)
+        raise InputError.at(FaultCode.NUMBER_INVALID, shown, place, reason, mend)
 
 
 def rows_of(source: Source, batch: Batch, name: str = "") -> Rows:
@@ -289,7 +292,9 @@ def read_batches(folder: Path, source: Source, file: str, wanted: Wanted) -> Ite
     """Yield the batches of one file of a source, as they stand there."""
     path = folder / file
     if not is_there(folder, source, file):
-        raise InputError.at(file, "", "no such file", "correct its name in campaign.toml, or put the log there")
+        raise InputError.at(
+            FaultCode.FILE_MISSING, file, "", "no such file", "correct its name in campaign.toml, or put the log there"
+        )
     reader = find_reader(path, source.format_for(file), file)
     options = reader_options(source, reader.name, file)
     names = names_in_file(wanted, lambda: reader.read_header(path, options, file).columns)
@@ -357,7 +362,13 @@ def _side_by_side(folder: Path, source: Source, files: Mapping[str, str]) -> Bat
             column = str(extra[signal])
             wanted = Wanted((), (column,)) if signal == "run" else Wanted((column,))
         if not wanted.names:
-            raise InputError.at("campaign.toml", f"files.{signal}", "no such signal", "name a signal of this source")
+            raise InputError.at(
+                FaultCode.SOURCE_UNKNOWN,
+                "campaign.toml",
+                f"files.{signal}",
+                "no such signal",
+                "name a signal of this source",
+            )
         batches = list(read_batches(folder, source, file, wanted))
         for column in wanted.names:
             if batches and column in batches[0].texts:
@@ -368,6 +379,10 @@ def _side_by_side(folder: Path, source: Source, files: Mapping[str, str]) -> Bat
     if len(set(lengths.values())) > 1:
         told = ", ".join(f"{file} {count}" for file, count in lengths.items())
         raise InputError.at(
-            next(iter(lengths)), "", f"the files of one source differ in length (rows: {told})", "make them equal"
+            FaultCode.SHAPE_MISMATCH,
+            next(iter(lengths)),
+            "",
+            f"the files of one source differ in length (rows: {told})",
+            "make them equal",
         )
     return Batch(1, numbers, texts)

@@ -15,6 +15,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Source
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.logs import Rows
 
@@ -45,7 +46,7 @@ class MotorSide:
         if source.joints is not None and source.joints.motor:
             if bool(np.all(chain.gear_ratio == 1.0)):
                 raise InputError.at(
-                    "robot.toml", "joints.gear_ratio",
+                    FaultCode.KEY_MISSING, "robot.toml", "joints.gear_ratio",
                     f"sources.{name}.joints is motor-side, and no gear ratio is given",
                     "add gear_ratio (motor turns per joint turn) to each joint, or write motor = false",
                 )  # fmt: skip

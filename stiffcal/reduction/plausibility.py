@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import members_of
 from stiffcal.reduction.frozen import FrozenChannels
 
@@ -101,11 +102,13 @@ class LogQuality:
             if self._is_hour(step[k]):
                 words, mend = "runs backwards by an hour", _WALL
             reason = f"time {words}: {time[k]:.10g} s after {before[k]:.10g} s"
-            raise InputError.at(self.file, self.place_of_row(int(number[k])), reason, mend)
+            raise InputError.at(FaultCode.TIME_ORDER, self.file, self.place_of_row(int(number[k])), reason, mend)
         ahead = np.flatnonzero(self._is_hour(step))
         if ahead.size:
             reason = "time jumps by an hour from one reading to the next"
-            raise InputError.at(self.file, self.place_of_row(int(number[ahead[0]])), reason, _WALL)
+            raise InputError.at(
+                FaultCode.TIME_ORDER, self.file, self.place_of_row(int(number[ahead[0]])), reason, _WALL
+            )
         if np.isnan(self.first_s):
             self.first_s, step, time = float(time[0]), step[1:], time[1:]
         if step.size:
@@ -181,7 +184,7 @@ class LogQuality:
 
     def _fail(self, signal: str, number: int, reason: str, mend: str) -> None:
         file, place_of_row = self.elsewhere.get(signal, (self.file, self.place_of_row))
-        raise InputError.at(file, place_of_row(int(number)), reason, mend)
+        raise InputError.at(FaultCode.READING_IMPLAUSIBLE, file, place_of_row(int(number)), reason, mend)
 
     @property
     def interval(self) -> float:
@@ -326,6 +329,7 @@ def check_displacements(run_names: list[str], run: NDArray[np.int64], position: 
         if moved > LARGEST_DEFLECTION_M:
             faults.append(
                 Fault(
+                    FaultCode.READING_IMPLAUSIBLE,
                     file,
                     f"run {name}",
                     f"the target moved by {moved:.3g} m under load",

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clock_course import clock_courses
 from stiffcal.reduction.clocks import ClockOffset, SharedSignal, align_clocks, moves
@@ -81,7 +82,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     holds, passes = (tabled, 0) if tabled is not None else _found_holds(run, shared, clocks, devices)
     if len(holds) == 0:
         raise InputError.at(
-            f"run {run.id}", "", "no load state is found: the load was never held",
+            FaultCode.STATES_MISSING, f"run {run.id}", "", "no load state is found: the load was never held",
             'hold each load for a second or more, or write states = "….csv" with columns start, end',
         )  # fmt: skip
     clocks, warnings = clock_courses(run.id, shared, clocks)
@@ -106,6 +107,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         holds = replace(holds, start=np.where(seen, start, holds.start), end=np.where(seen, end, holds.end))
     if not (keep & ~brief).any():
         raise InputError.at(
+            FaultCode.STATES_MISSING,
             f"run {run.id}",
             "",
             "the logs of this run have no load state in common",
@@ -183,7 +185,7 @@ def _ahead(run: Run, source: str, logs: Mapping[str, Blocks], clock: ClockOffset
     if length > JUMP_S:
         reason += f"; the times of {name} leap by {length:.3g} s before {before:.1f} s"
         mend = f"was it set anew there? correct the times in a copy of the log, or split the run; else {mend}"
-    raise InputError.at(f"run {run.id}", f"clock of {source}", reason, mend)
+    raise InputError.at(FaultCode.CLOCK_UNKNOWN, f"run {run.id}", f"clock of {source}", reason, mend)
 
 
 def _missed(run: str, source: str, missed: int, count: int) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Integers
 from stiffcal.errors import Fault, raise_faults
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import members_of
 
 
@@ -43,10 +44,10 @@ def reference_states(
         place = f"run {name}: reference"
         if wanted > members.size:
             reason = f"reference = {wanted}, but the run has {members.size} states"
-            faults.append(Fault(manifest, place, reason, "name one of them, from 1"))
+            faults.append(Fault(FaultCode.REFERENCE_INVALID, manifest, place, reason, "name one of them, from 1"))
         elif wanted > 1 and not usable[members[wanted - 1]]:
             reason = f"state {wanted} is set aside and cannot be the reference"
-            faults.append(Fault(manifest, place, reason, "name another"))
+            faults.append(Fault(FaultCode.REFERENCE_INVALID, manifest, place, reason, "name another"))
         else:
             candidates = members[wanted - 1 :] if wanted == 1 else members[wanted - 1 : wanted]
             good = candidates[usable[candidates]]

@@ -18,6 +18,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.documents import Matrix, Number, Vector
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
@@ -102,6 +103,7 @@ def register_frames(
     for name in names:
         if name != tracker and name not in _carriers(manifest, setup.target_names):
             raise InputError.at(
+                FaultCode.REGISTRATION_IMPOSSIBLE,
                 "campaign.toml", f"frames.{name}.estimate", "unloaded poses tell nothing of this frame",
                 "only the instrument's frame and the target's can be estimated; give this one",
             )  # fmt: skip
@@ -112,6 +114,7 @@ def register_frames(
     least = 3 if problem.full_pose or len(names) == 1 else 4
     if n_poses < least:
         raise InputError.at(
+            FaultCode.REGISTRATION_IMPOSSIBLE,
             "campaign.toml", f"frames.{names[0]}.estimate", f"{n_poses} different unloaded poses are too few",
             f"measure {least} or more poses that differ in position and orientation, or give the frame",
         )  # fmt: skip
@@ -244,6 +247,7 @@ class _Problem:
 
     def _refuse(self, reason: str) -> None:
         raise InputError.at(
+            FaultCode.REGISTRATION_IMPOSSIBLE,
             "campaign.toml", f"frames.{self.names[0]}.estimate", f"the unloaded poses {reason}",
             "measure more poses that differ in position and orientation, or give the frame",
         )  # fmt: skip

@@ -11,6 +11,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import Fault
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.motion import motion_of
@@ -93,5 +94,5 @@ def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml")
             f"{what}: unloaded it reads ({numbers}) N more than before, and forces are used as they stand"
         )
         mend = "split the run there (two [[runs]], each with its own reference), or take the step out in a copy"
-        (told if sure else doubts).append(Fault(file, f"run {run}", reason, mend))
+        (told if sure else doubts).append(Fault(FaultCode.WRENCH_REZEROED, file, f"run {run}", reason, mend))
     return told, doubts

@@ -14,6 +14,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.manifest import Manifest, Run, Source
 from stiffcal.campaign.signals import Pose
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_quaternion
@@ -115,7 +116,7 @@ def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown:
         labels = [manifest.runs[0].id] * n
     else:
         raise InputError.at(
-            "campaign.toml", f"[sources.{name}]", "which run each row belongs to is not said",
+            FaultCode.KEY_MISSING, "campaign.toml", f"[sources.{name}]", "which run each row belongs to is not said",
             'add run = { column = "run" } or run = { each = "row" }',
         )  # fmt: skip
     reasons = [""] * n
@@ -126,7 +127,9 @@ def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown:
         beyond = rows_out - set(rows.number.tolist())
         if beyond and exclusion.run is None:
             reason = f"there is no data row {min(beyond)} in {shown}"
-            raise InputError.at("campaign.toml", "exclude", reason, "count data rows from 1, the header left out")
+            raise InputError.at(
+                FaultCode.ROW_UNKNOWN, "campaign.toml", "exclude", reason, "count data rows from 1, the header left out"
+            )
         for k in range(n):
             if int(rows.number[k]) in rows_out and exclusion.run in (None, labels[k]):
                 reasons[k] = f"excluded in the manifest: {exclusion.why}"
@@ -156,7 +159,7 @@ def _check_order(states: RawStates, shown: str, place: Callable[[int], str]) -> 
     if back.size:
         k = int(back[0]) + 1
         raise InputError.at(
-            shown, place(int(states.number[k])),
+            FaultCode.TIME_ORDER, shown, place(int(states.number[k])),
             f"time runs backwards in run {states.run[k]}: {states.time[k]:g} s after {states.time[k - 1]:g} s",
             "put the rows in the order in which the states were reached, or leave time out",
         )  # fmt: skip
@@ -222,7 +225,9 @@ def _beside(one: RawStates, other: RawStates, source: str) -> RawStates:
         return _stacked([one, other])
     if one.run != other.run:
         reason = f"has {len(other.run)} states in other runs than the first table's {len(one.run)}"
-        raise InputError.at("campaign.toml", f"[sources.{source}]", reason, "tables of states go row by row")
+        raise InputError.at(
+            FaultCode.SHAPE_MISMATCH, "campaign.toml", f"[sources.{source}]", reason, "tables of states go row by row"
+        )
     return replace(
         one,
         signals=one.signals | other.signals,
@@ -246,6 +251,7 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
     unknown = [name for name in names if written and name not in written]
     if unknown:
         raise InputError.at(
+            FaultCode.RUN_UNKNOWN,
             "campaign.toml", "[[runs]]", f"the data holds run {unknown[0]!r}, which is not listed",
             "add it to [[runs]], or leave [[runs]] out where a table names the runs",
         )  # fmt: skip
@@ -297,7 +303,7 @@ def _joints(gathered: RawStates, chain: Chain, written: Mapping[str, Run]) -> Fl
     missing = np.flatnonzero(~np.isfinite(joints).all(axis=1))
     if missing.size:
         raise InputError.at(
-            "campaign.toml", f"run {gathered.run[int(missing[0])]}", "no joint angles",
+            FaultCode.SIGNAL_MISSING, "campaign.toml", f"run {gathered.run[int(missing[0])]}", "no joint angles",
             "log them, or write joints_deg = […] for the run",
         )  # fmt: skip
     return joints

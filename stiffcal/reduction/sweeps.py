@@ -16,6 +16,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.reduction.blocks import Blocks, noise_of
@@ -52,7 +53,11 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
     sources = {name: [key for key, blocks in logs.items() if name in blocks.mean] for name in ("joints", "wrench")}
     if not sources["joints"]:
         raise InputError.at(
-            f"run {run.id}", "", "a clamped run needs the motors' angles", "add a source with joints = { position = … }"
+            FaultCode.SIGNAL_MISSING,
+            f"run {run.id}",
+            "",
+            "a clamped run needs the motors' angles",
+            "add a source with joints = { position = … }",
         )
     angles = logs[sources["joints"][0]]
     n, width = len(angles), angles.mean["joints"].shape[1]
@@ -68,7 +73,7 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
     elif "joints.torque" not in angles.mean:
         unscaled = "joints.current" in angles.mean
         raise InputError.at(
-            f"run {run.id}", "",
+            FaultCode.SIGNAL_MISSING, f"run {run.id}", "",
             "no force sensor, and motor currents without a torque constant: nothing tells the torque"
             if unscaled else "neither a force sensor nor motor torques are logged: nothing tells the torque",
             "add torque_constant = [N*m per ampere, one per joint] to the joints signal"
@@ -87,6 +92,7 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
     )
     if len(readings) < 2:
         raise InputError.at(
+            FaultCode.CLOCK_UNKNOWN,
             f"run {run.id}",
             "",
             "force and motor angles were not logged at the same time",
@@ -113,6 +119,7 @@ def _clock(run: Run, name: str, angles: Blocks, other: Blocks) -> ClockOffset:
     offset = lag_of(angles.time, moved, other.time, other.mean["wrench"])
     if offset is None:
         raise InputError.at(
+            FaultCode.CLOCK_UNKNOWN,
             f"run {run.id}", f"clock of {name}", "the force does not follow the motor's motion",
             f"give clock_ahead_s = {{ {name} = … }} for this run, or check that the joint was driven",
         )  # fmt: skip
@@ -233,13 +240,14 @@ def moved_joint(run: str, joints: Floats, given: int | None, names: tuple[str, .
     largest = int(np.argmax(span))
     if span[largest] <= floor[largest]:
         raise InputError.at(
+            FaultCode.MOTION_WRONG,
             f"run {run}", "", f"no joint moved: the motors' angles stay within {np.rad2deg(span[largest]):.2g}°",
             "check the columns and the unit of the motors' angles, or take this run out",
         )  # fmt: skip
     joint = largest if given is None else given - 1
     if span[joint] <= floor[joint]:
         raise InputError.at(
-            f"run {run}", "moved_joint",
+            FaultCode.MOTION_WRONG, f"run {run}", "moved_joint",
             f"joint {joint + 1} ({names[joint]}) never moved: its angle stays within {np.rad2deg(span[joint]):.2g}°",
             f"joint {largest + 1} ({names[largest]}) moved by {np.rad2deg(span[largest]):.3g}°: "
             f"write moved_joint = {largest + 1}, or measure again",
@@ -247,7 +255,7 @@ def moved_joint(run: str, joints: Floats, given: int | None, names: tuple[str, .
     others = [k for k in range(span.size) if k != joint and span[k] > max(ALONE * span[joint], floor[k])]
     if others:
         raise InputError.at(
-            f"run {run}", "moved_joint",
+            FaultCode.MOTION_WRONG, f"run {run}", "moved_joint",
             f"joint {others[0] + 1} ({names[others[0]]}) moved too, by {np.rad2deg(span[others[0]]):.3g}° against "
             f"{np.rad2deg(span[joint]):.3g}° of joint {joint + 1}",
             "drive one joint at a time, each in a run of its own, and name it with moved_joint",

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.errors import Fault
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quantities import unit
@@ -53,8 +54,24 @@ def check_displacement_unit(states: LoadStates, declared: str, place: str, file:
     low, high = USUAL_N_PER_M
     fitting = [name for name in ("m", "mm", "um") if low <= stiffness * here / unit(name, "translation").factor <= high]
     if not fitting:
-        return [Fault(file, place, reason, "correct units.translation, or units.force of the wrench")]
-    return [Fault(file, place, reason, f'write units = {{ translation = "{fitting[0]}" }} if that is what was logged')]
+        return [
+            Fault(
+                FaultCode.UNIT_IMPLAUSIBLE,
+                file,
+                place,
+                reason,
+                "correct units.translation, or units.force of the wrench",
+            )
+        ]
+    return [
+        Fault(
+            FaultCode.UNIT_IMPLAUSIBLE,
+            file,
+            place,
+            reason,
+            f'write units = {{ translation = "{fitting[0]}" }} if that is what was logged',
+        )
+    ]
 
 
 def check_angle_unit(
@@ -79,5 +96,5 @@ def check_angle_unit(
     gain = explained_by_joints(replace(states, joints=degrees), chain) - explained_by_joints(states, chain)
     if gain > EXPLAINS_MORE:
         told = f"{reason}, and joint springs explain {100 * gain:.0f} % more of the deflection with them so"
-        return [Fault(file, place, told, 'write units = { position = "rad" }')], []
+        return [Fault(FaultCode.UNIT_IMPLAUSIBLE, file, place, told, 'write units = { position = "rad" }')], []
     return [], [f'{file}: {place}: {reason}; if they are, write units = {{ position = "rad" }}']

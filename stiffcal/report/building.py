@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, Picture, Section, Subheading, Table
 from stiffcal.report.content import ReportContent
@@ -49,7 +50,9 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
         _write_whole(output, pdf)
     except OSError as error:
         place = "choose a place that can be written, with -o"
-        raise InputError.at(str(output), "", f"cannot be written ({error.strerror or error})", place) from error
+        raise InputError.at(
+            FaultCode.FILE_UNWRITABLE, str(output), "", f"cannot be written ({error.strerror or error})", place
+        ) from error
     progress("report written", 1.0)
 
 

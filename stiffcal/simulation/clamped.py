@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.mechanics.rotations import vector_from_rotation
@@ -227,6 +228,7 @@ class _Held:
                 slopes[:, :, k] = (at(moved)[2] - left) / _SLOPE_STEP
             angle = angle - np.linalg.solve(slopes, left[:, :, None])[:, :, 0]
         raise InputError.at(
+            FaultCode.NO_CONVERGENCE,
             FILE_NAME, f'runs "{name}"', "no wrench is found that holds the flange while the motor turns",
             "lower clamped.amplitude_deg, or use more points",
         )  # fmt: skip
@@ -239,6 +241,7 @@ class _Held:
         scaled = scale[:, None] * jacobian
         if np.linalg.matrix_rank(scaled, tol=1e-4) < jacobian.shape[1]:
             raise InputError.at(
+                FaultCode.SIMULATION_UNSUPPORTED,
                 FILE_NAME, f'runs "{name}": joints_deg', "in this pose joints turn the held flange alike",
                 "choose another pose: what each of them takes up is not determined here",
             )  # fmt: skip

@@ -18,6 +18,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.mechanics.low_pass import LowPass
@@ -47,13 +48,23 @@ def controllers_model(robot: CompliantRobot, controller: Controller) -> Complian
     if missing:
         held = ", ".join(sorted({one.effect.name for one in robot.placed}))
         raise InputError.at(
-            FILE_NAME, "controller.effects", f"the model file holds no {missing[0]}", f"it holds: {held}"
+            FaultCode.EFFECT_ABSENT,
+            FILE_NAME,
+            "controller.effects",
+            f"the model file holds no {missing[0]}",
+            f"it holds: {held}",
         )
     model = replace(robot, placed=placed)
     unknown = [name for name in controller.parameters if name not in model.values()]
     if unknown:
         reason = f"the controller's model has no {unknown[0]}"
-        raise InputError.at(FILE_NAME, "controller.parameters", reason, f"it has: {', '.join(model.values())}")
+        raise InputError.at(
+            FaultCode.PARAMETER_UNKNOWN,
+            FILE_NAME,
+            "controller.parameters",
+            reason,
+            f"it has: {', '.join(model.values())}",
+        )
     return model.with_values(controller.parameters)
 
 
@@ -95,7 +106,7 @@ def compensated(
         offsets = steps.step(offsets, left)
     else:
         raise InputError.at(
-            FILE_NAME, "loads.guide_N_per_m",
+            FaultCode.NO_CONVERGENCE, FILE_NAME, "loads.guide_N_per_m",
             f"correction and side force of the guide do not settle: {np.abs(left).max():.2g} rad are left after "
             f"{_MOST_ROUNDS} rounds",
             "lower guide_N_per_m, or simulate these runs without a correcting controller",
@@ -161,7 +172,7 @@ def _in_time(off: TrueRun, on: TrueRun, offset: Floats, names: Sequence[str], co
             seen = LowPass(controller.filter_hz, 1.0 / controller.cycle_s, seen.shape[1]).run(seen)
         except ValueError as error:
             raise InputError.at(
-                FILE_NAME, "controller.filter_hz", str(error), "lower it, or shorten cycle_s"
+                FaultCode.VALUE_INVALID, FILE_NAME, "controller.filter_hz", str(error), "lower it, or shorten cycle_s"
             ) from error
     n_logged = offset.shape[1]
     shift = {name: seen[:, n_logged + 6 * k : n_logged + 6 * k + 6] for k, name in enumerate(names)}

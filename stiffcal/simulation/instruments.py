@@ -25,6 +25,7 @@ from stiffcal.campaign.signals import (
     Wrench,
 )
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import (
     quaternion_from_rotation,
@@ -186,7 +187,11 @@ def true_reading(signal: Signal, samples: Samples, place: str) -> SignalSamples:
         start = program.start[program.hold_at(samples.time)]
         return SignalSamples(Channels(("none",)), np.maximum(samples.time - start, 0.0)[:, None])
     raise InputError.at(
-        "campaign.toml", place, "this kind of signal cannot be simulated", "take it out of the folder given to --from"
+        FaultCode.SIMULATION_UNSUPPORTED,
+        "campaign.toml",
+        place,
+        "this kind of signal cannot be simulated",
+        "take it out of the folder given to --from",
     )
 
 
@@ -198,6 +203,7 @@ def _lengths(signal: Lengths, samples: Samples, place: str) -> SignalSamples:
         moved = samples.true_run.node_at(node, samples.path)
         if moved is None:
             raise InputError.at(
+                FaultCode.SIMULATION_UNSUPPORTED,
                 "campaign.toml", place, "the robot that answers does not say how its links bend",
                 "take the rods out, or let stiffcal's own balance answer",
             )  # fmt: skip
@@ -259,7 +265,11 @@ def _joints(signal: Joints, samples: Samples, place: str) -> SignalSamples:
     if not driven and set(signal.groups()) - {"position", "command"}:
         reason = "velocities, torques and currents are simulated where a motor is driven (clamped, friction)"
         raise InputError.at(
-            "campaign.toml", place, reason, "take these columns out, or give such runs a source of their own"
+            FaultCode.SIMULATION_UNSUPPORTED,
+            "campaign.toml",
+            place,
+            reason,
+            "take these columns out, or give such runs a source of their own",
         )
     ratio = samples.gear_ratio if signal.motor else np.ones_like(samples.gear_ratio)
     parts, kinds = [], []
@@ -286,6 +296,7 @@ def _torque_constants(signal: Joints, place: str, count: int) -> Floats:
     """Return (L,) N·m per ampere."""
     if signal.torque_constant is None:
         raise InputError.at(
+            FaultCode.KEY_MISSING,
             "campaign.toml", f"{place}.torque_constant", "a simulated motor current needs the motors' torque constant",
             "add torque_constant = [N*m per ampere, one per joint]",
         )  # fmt: skip

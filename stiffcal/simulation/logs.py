@@ -12,6 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Source
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing
 
 Column = Floats | Sequence[str]
@@ -78,6 +79,7 @@ def dialect_of(
 
 def _wrong_preamble(place: str, found: int, skipped: int) -> InputError:
     return InputError.at(
+        FaultCode.KEY_CONFLICT,
         "simulate.toml",
         place,
         f"{found} lines of preamble, where campaign.toml skips {skipped}",
@@ -111,7 +113,9 @@ def write_log(path: Path, log_format: str, columns: Mapping[str, Column], dialec
             _write_parquet(temporary, columns)
         else:
             reason = f"logs of format {log_format} cannot be simulated"
-            raise InputError.at("campaign.toml", path.name, reason, "use csv, hdf5 or parquet")
+            raise InputError.at(
+                FaultCode.SIMULATION_UNSUPPORTED, "campaign.toml", path.name, reason, "use csv, hdf5 or parquet"
+            )
 
 
 def _write_text(path: Path, columns: Mapping[str, Column], dialect: Dialect) -> None:
@@ -140,7 +144,9 @@ def _write_text(path: Path, columns: Mapping[str, Column], dialect: Dialect) -> 
         path.write_bytes(text.encode(dialect.encoding))
     except UnicodeEncodeError as error:
         reason = f"a name holds {error.object[error.start]!r}, which {dialect.encoding} does not have"
-        raise InputError.at("campaign.toml", "csv.encoding", reason, 'set encoding = "utf-8"') from None
+        raise InputError.at(
+            FaultCode.ENCODING_WRONG, "campaign.toml", "csv.encoding", reason, 'set encoding = "utf-8"'
+        ) from None
 
 
 def _text_cell(text: str, dialect: Dialect) -> str:

@@ -14,6 +14,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Source, TimeAxis
 from stiffcal.campaign.signals import Pose
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.quantities import unit
 from stiffcal.simulation.instruments import Samples, SignalSamples, as_columns, decimals_of, true_reading
@@ -155,7 +156,9 @@ def devices_of(
             sensor = sensor.model_copy(update={"rate_hz": axis_rate})
         elif sensor.rate_hz is None:
             place = f"sensors.{name}.rate_hz"
-            raise InputError.at(FILE_NAME, place, "a log over time needs a rate", "add it, e.g. rate_hz = 50.0")
+            raise InputError.at(
+                FaultCode.KEY_MISSING, FILE_NAME, place, "a log over time needs a rate", "add it, e.g. rate_hz = 50.0"
+            )
         rng = stream(stage.seed, Stream.CLOCK, run, number)
         clock = clock_of(sensor, true_run.planned.begins, rng)
         stops = true_run.planned.program.duration + float(rng.uniform(*STOPS_AFTER))

@@ -13,6 +13,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Frame, Manifest
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import Fault, InputError, raise_faults
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rods import rod_matrix
@@ -41,6 +42,7 @@ def robot_with_values(campaign: Campaign) -> CompliantRobot:
     raise_faults(
         [
             Fault(
+                FaultCode.KEY_MISSING,
                 MODEL_FILE,
                 f"parameters.{one.parameter_name(spec.symbol)}",
                 "a robot that is to be simulated needs a value here",
@@ -64,12 +66,19 @@ def true_frames(campaign: Campaign, settings: SimulationSettings) -> dict[str, A
     """
     manifest = campaign.manifest
     faults = [
-        Fault(FILE_NAME, f"frames.{name}", "campaign.toml has no such frame", "correct the name, or take it out")
+        Fault(
+            FaultCode.FRAME_UNKNOWN,
+            FILE_NAME,
+            f"frames.{name}",
+            "campaign.toml has no such frame",
+            "correct the name, or take it out",
+        )
         for name in settings.frames
         if name not in manifest.frames
     ]
     faults += [
         Fault(
+            FaultCode.FRAME_UNSUITABLE,
             FILE_NAME,
             f"frames.{name}",
             "campaign.toml leaves this frame to be estimated: the simulation must know where it really is",
@@ -102,7 +111,15 @@ def _needed(manifest: Manifest, settings: SimulationSettings, known: Mapping[str
         for key, name in places:
             if name not in known:
                 place = f'runs "{run.id}": {key}'
-                faults.append(Fault(FILE_NAME, place, f'there is no frame "{name}"', "use one of " + ", ".join(known)))
+                faults.append(
+                    Fault(
+                        FaultCode.FRAME_UNKNOWN,
+                        FILE_NAME,
+                        place,
+                        f'there is no frame "{name}"',
+                        "use one of " + ", ".join(known),
+                    )
+                )
             names.append(name)
     raise_faults(faults)
     for _, _, signal in manifest.signals():
@@ -179,7 +196,11 @@ def _driven(run: SimulatedRun, moved: int | None) -> int:
     """Return which joint is driven."""
     if moved is None:
         raise InputError.at(
-            "campaign.toml", f'runs "{run.id}"', "which joint is driven is not said", "add moved_joint = 1, say"
+            FaultCode.KEY_MISSING,
+            "campaign.toml",
+            f'runs "{run.id}"',
+            "which joint is driven is not said",
+            "add moved_joint = 1, say",
         )
     return moved
 
@@ -191,20 +212,34 @@ def _check_runs(campaign: Campaign, settings: SimulationSettings) -> None:
     for run in campaign.manifest.runs:
         if run.id not in given:
             mend = f'add [[runs]] id = "{run.id}" with joints_deg'
-            faults.append(Fault(FILE_NAME, "runs", f'the run "{run.id}" of campaign.toml is not here', mend))
+            faults.append(
+                Fault(
+                    FaultCode.RUN_UNKNOWN, FILE_NAME, "runs", f'the run "{run.id}" of campaign.toml is not here', mend
+                )
+            )
     known = {run.id for run in campaign.manifest.runs}
     limits = np.rad2deg(campaign.chain.limits)
     for pose in settings.runs:
         place = f'runs "{pose.id}"'
         if known and pose.id not in known:
-            faults.append(Fault(FILE_NAME, place, "campaign.toml has no such run", "correct the id, or add it there"))
+            faults.append(
+                Fault(
+                    FaultCode.RUN_UNKNOWN,
+                    FILE_NAME,
+                    place,
+                    "campaign.toml has no such run",
+                    "correct the id, or add it there",
+                )
+            )
         if len(pose.joints_deg) != campaign.chain.coupling.shape[1]:
             count = campaign.chain.coupling.shape[1]
             reason = f"{len(pose.joints_deg)} joint angles for a robot of {count}"
-            faults.append(Fault(FILE_NAME, f"{place}: joints_deg", reason, f"write {count}"))
+            faults.append(Fault(FaultCode.JOINT_COUNT, FILE_NAME, f"{place}: joints_deg", reason, f"write {count}"))
             continue
         for joint, angle, (low, high) in zip(campaign.chain.joint_names, pose.joints_deg, limits, strict=True):
             if not low <= angle <= high:
                 reason = f"{joint} = {angle:g}° is out of its reach, {low:g}° … {high:g}°"
-                faults.append(Fault(FILE_NAME, f"{place}: joints_deg", reason, "correct the angle"))
+                faults.append(
+                    Fault(FaultCode.POSE_UNREACHABLE, FILE_NAME, f"{place}: joints_deg", reason, "correct the angle")
+                )
     raise_faults(faults)

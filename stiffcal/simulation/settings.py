@@ -16,6 +16,7 @@ from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.campaign.typed import Interval, NotNegative, Placement, Positive, Table, WrongValueError
 from stiffcal.errors import Fault, InputError, raise_faults
+from stiffcal.fault_codes import FaultCode
 
 SCHEMA = "stiffcal/simulate/1"
 FILE_NAME = "simulate.toml"
@@ -267,7 +268,9 @@ def parse_settings(document: dict[str, Any]) -> SimulationSettings:
     for run in settings.runs:
         place = f'runs "{run.id}"'
         if run.id in seen:
-            faults.append(Fault(FILE_NAME, place, "there are two runs of this name", "rename one"))
+            faults.append(
+                Fault(FaultCode.NAME_DUPLICATE, FILE_NAME, place, "there are two runs of this name", "rename one")
+            )
         seen.add(run.id)
         kinds: tuple[tuple[str, dict[str, Any], type[Table]], ...] = (
             ("loads", run.loads, Loads),
@@ -279,7 +282,7 @@ def parse_settings(document: dict[str, Any]) -> SimulationSettings:
                 validate({**document.get(key, {}), **own}, FILE_NAME, table)
             except InputError as error:
                 faults += [
-                    Fault(FILE_NAME, f"{place}: {key}.{fault.place}", fault.reason, fault.mend)
+                    Fault(fault.code, FILE_NAME, f"{place}: {key}.{fault.place}", fault.reason, fault.mend)
                     for fault in error.faults
                 ]
     raise_faults(faults)

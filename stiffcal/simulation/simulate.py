@@ -24,6 +24,7 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import check_inside
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular, read_regular, replacing, write_whole
 from stiffcal.limits import TOML
 from stiffcal.model.composite import CompliantRobot
@@ -73,7 +74,9 @@ def simulate_campaign(
     out = Path(out)
     drawn = settings.seed if seed is None else seed
     if drawn < 0:
-        raise InputError.at("command line", "--seed", f"{drawn} is negative", "give a whole number from 0")
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", "--seed", f"{drawn} is negative", "give a whole number from 0"
+        )
     _check_out(out, campaign.folder)
     progress("setting loads", 0.0)
     robot, stage = simulate_runs(campaign, settings, drawn, settle)
@@ -115,7 +118,13 @@ def simulate_runs(
     for name in settings.sensors:
         if name not in campaign.manifest.sources:
             known = ", ".join(campaign.manifest.sources)
-            raise InputError.at(FILE_NAME, f"sensors.{name}", "campaign.toml has no such source", f"use one of {known}")
+            raise InputError.at(
+                FaultCode.SOURCE_UNKNOWN,
+                FILE_NAME,
+                f"sensors.{name}",
+                "campaign.toml has no such source",
+                f"use one of {known}",
+            )
     planned_runs = draw_acts(campaign, settings, frames, seed)
     tool = tool_weight(campaign.manifest)
     held = [planned for planned in planned_runs if not isinstance(planned.program, MotionProgram)]
@@ -145,9 +154,13 @@ def _check_out(out: Path, source: Path) -> None:
     if out.resolve() == source.resolve() or not out.exists():
         return
     if not out.is_dir():
-        raise InputError.at(str(out), "", "this is a file", "name a folder that does not exist yet")
+        raise InputError.at(
+            FaultCode.FILE_KIND, str(out), "", "this is a file", "name a folder that does not exist yet"
+        )
     if any(out.iterdir()) and not (out / TRUTH_FILE).exists():
-        raise InputError.at(str(out), "", "the folder is not empty", "name a folder that does not exist yet")
+        raise InputError.at(
+            FaultCode.FILE_EXISTS, str(out), "", "the folder is not empty", "name a folder that does not exist yet"
+        )
 
 
 @contextmanager
@@ -192,7 +205,11 @@ def _write_logs(
             named = manifest.files_of(name, runs.get(device.run_name))
             if list(named) != [""]:
                 raise InputError.at(
-                    MANIFEST_FILE, f"sources.{name}", "a simulated source writes one file", "name one file for it"
+                    FaultCode.SIMULATION_UNSUPPORTED,
+                    MANIFEST_FILE,
+                    f"sources.{name}",
+                    "a simulated source writes one file",
+                    "name one file for it",
                 )
             by_file.setdefault(named[""], []).append(log)
         for file, parts in by_file.items():

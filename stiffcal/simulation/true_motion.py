@@ -18,6 +18,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
@@ -175,7 +176,7 @@ def play(
             )
         except SideConstraintError as error:
             raise InputError.at(
-                FILE_NAME, f'runs "{group[error.run].name}": loads.guide_N_per_m', str(error),
+                FaultCode.NO_CONVERGENCE, FILE_NAME, f'runs "{group[error.run].name}": loads.guide_N_per_m', str(error),
                 "lower guide_N_per_m, or take effects with play or friction out of model.toml",
             ) from None  # fmt: skip
         start = 0
@@ -333,6 +334,7 @@ def _refuse_setup_effects(robot: CompliantRobot) -> None:
         if one.specs(ParameterRole.SETUP):
             name = one.effect.name
             raise InputError.at(
+                FaultCode.SIMULATION_UNSUPPORTED,
                 "model.toml",
                 f'effects "{name}"',
                 "a wrong frame is nothing that the robot does, and cannot be simulated from here",

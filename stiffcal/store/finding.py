@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.store.generations import CURRENT, all_generations, current_folder, place_of
 from stiffcal.store.index import INDEX, DamagedError, error_of_reading, file_of, read_index
 from stiffcal.store.inside import is_refused, is_there, open_inside
@@ -79,4 +80,4 @@ def is_whole(store: Path, folder: Path, shown: str) -> bool:
 
 def nothing_stored(shown: str) -> InputError:
     """Return the error of a store without anything in it."""
-    return InputError.at(shown, "", "nothing is stored here yet", "run ingest first")
+    return InputError.at(FaultCode.STORE_MISSING, shown, "", "nothing is stored here yet", "run ingest first")

@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import try_lock
 from stiffcal.store.index import INDEX, error_of_reading
 from stiffcal.store.inside import is_junction, is_plain_folder, is_refused, is_there, kind_of, open_inside
@@ -111,7 +112,9 @@ def check_plain(store: Path, shown: str) -> None:
         return
     if not is_plain_folder(store / GENERATIONS):
         mend = f"remove it; stiffcal makes a folder {GENERATIONS} there"
-        raise InputError.at(shown, GENERATIONS, f"this is {kind_of(found)}, not a plain folder", mend)
+        raise InputError.at(
+            FaultCode.STORE_DAMAGED, shown, GENERATIONS, f"this is {kind_of(found)}, not a plain folder", mend
+        )
 
 
 def switch(store: Path, generation: str) -> None:

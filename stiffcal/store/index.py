@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 
 from stiffcal.errors import InputError
 from stiffcal.escapes import file_name
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import MENDS
 from stiffcal.store.inside import is_refused, open_inside
 
@@ -69,17 +70,20 @@ def error_of_reading(error: OSError, shown: str, place: str) -> InputError:
     Examples
     --------
     >>> print(error_of_reading(PermissionError(13, "Permission denied"), "store", "identify"))
-    store: identify: cannot be read (Permission denied); get the right to read it, then do this again
+    store: identify: cannot be read (Permission denied); get the right to read it, then do this again \
+[store-inaccessible]
     >>> print(error_of_reading(FileNotFoundError(2, "No such file or directory"), "store", "identify"))
     store: identify: damaged (No such file or directory); run stiffcal ingest again; \
-the history is kept as far as it can be read
+the history is kept as far as it can be read [store-damaged]
     """
     words = error.strerror or str(error)
     if not is_refused(error):
-        return DamagedError.at(shown, place, f"damaged ({words})", REBUILD)
+        return DamagedError.at(FaultCode.STORE_DAMAGED, shown, place, f"damaged ({words})", REBUILD)
     no_right = error.errno in (errno.EACCES, errno.EPERM)
     mend = "get the right to read it" if no_right else MENDS.get(error.errno or 0, "look whether the disk is in order")
-    return UnreadableError.at(shown, place, f"cannot be read ({words})", f"{mend}, then do this again")
+    return UnreadableError.at(
+        FaultCode.STORE_INACCESSIBLE, shown, place, f"cannot be read ({words})", f"{mend}, then do this again"
+    )
 
 
 @dataclass(frozen=True)
@@ -165,7 +169,7 @@ def read_index(store: Path, place: str, shown: str) -> Index:
     except OSError as error:
         raise error_of_reading(error, shown, INDEX) from None
     if len(content) > MOST_BYTES:
-        raise DamagedError.at(shown, INDEX, f"damaged (more than {MOST_BYTES} bytes)", REBUILD)
+        raise DamagedError.at(FaultCode.STORE_DAMAGED, shown, INDEX, f"damaged (more than {MOST_BYTES} bytes)", REBUILD)
     return parse_index(content, shown)
 
 
@@ -187,7 +191,7 @@ def parse_index(content: bytes, shown: str) -> Index:
             raise ValueError(f"schema {str(schema)[:80]!r}")
         tables, documents = (_entries(document[kind], kind, hashed=schema == SCHEMA) for kind in _KINDS)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise DamagedError.at(shown, INDEX, f"damaged ({error})", REBUILD) from None
+        raise DamagedError.at(FaultCode.STORE_DAMAGED, shown, INDEX, f"damaged ({error})", REBUILD) from None
     return Index(tables, documents, hashlib.sha256(content).hexdigest())
 
 
@@ -221,12 +225,12 @@ def check_version(schema: object, known: str, shown: str, place: str) -> None:
     >>> check_version("stiffcal/store/9", "stiffcal/store/2", "store", "generation.json")
     Traceback (most recent call last):
     stiffcal.store.index.NewerError: store: generation.json: written by a newer stiffcal (stiffcal/store/9); \
-update stiffcal
+update stiffcal [store-newer]
     """
     found = _NUMBERED.fullmatch(schema) if isinstance(schema, str) else None
     ours = _NUMBERED.fullmatch(known)
     if found is not None and ours is not None and found[1] == ours[1] and int(found[2]) > int(ours[2]):
-        raise NewerError.at(shown, place, f"written by a newer stiffcal ({schema})", UPDATE)
+        raise NewerError.at(FaultCode.STORE_NEWER, shown, place, f"written by a newer stiffcal ({schema})", UPDATE)
 
 
 def parse_json(content: bytes) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from stiffcal.errors import InputError, one_line
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import try_lock
 from stiffcal.store.inside import kind_of, open_inside
 
@@ -33,7 +34,9 @@ def writer_lock(path: Path, command: str, wait_s: float, shown: str) -> Iterator
         while not try_lock(descriptor):
             if time.monotonic() >= end:
                 reason = f"{_holder(path)} is writing to it"
-                raise InputError.at(shown, "", reason, "wait until it has ended, then do this again")
+                raise InputError.at(
+                    FaultCode.STORE_LOCKED, shown, "", reason, "wait until it has ended, then do this again"
+                )
             time.sleep(POLL_S)
         who = json.dumps({"pid": os.getpid(), "command": command}).encode()
         os.ftruncate(descriptor, 0)
@@ -54,7 +57,9 @@ def _opened(path: Path, shown: str) -> int:
     with suppress(FileNotFoundError):
         found = path.lstat()
         if not stat.S_ISREG(found.st_mode):
-            raise InputError.at(shown, path.name, f"this is {kind_of(found)}, not a plain file", "remove it")
+            raise InputError.at(
+                FaultCode.STORE_DAMAGED, shown, path.name, f"this is {kind_of(found)}, not a plain file", "remove it"
+            )
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
     return os.open(path, os.O_RDWR | os.O_CREAT | flags, 0o666)
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.store.index import FOREIGN, ORIGINS, OWN, REBUILD, TRUSTED_PLACE, DamagedError, Entry, Index
 from stiffcal.trust.record import CommittedGeneration, open_record
 
@@ -135,4 +136,4 @@ def hash_of(file: IO[bytes]) -> str:
 
 def damaged(shown: str, name: str, why: str) -> InputError:
     """Return the error of a file that is not what was written."""
-    return DamagedError.at(shown, name, f"damaged ({why})", REBUILD)
+    return DamagedError.at(FaultCode.STORE_DAMAGED, shown, name, f"damaged ({why})", REBUILD)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.store.generations import GENERATIONS, SET_ASIDE, all_generations, place_of
 from stiffcal.store.index import (
     ENDINGS,
@@ -174,7 +175,9 @@ class Previous:
         found = place.lstat()
         if not is_plain_folder(place):
             mend = "remove it; stiffcal makes a folder of this name for a history that cannot be read"
-            raise InputError.at(shown, SET_ASIDE, f"this is {kind_of(found)}, not a plain folder", mend)
+            raise InputError.at(
+                FaultCode.STORE_DAMAGED, shown, SET_ASIDE, f"this is {kind_of(found)}, not a plain folder", mend
+            )
         return place
 
     def _move(self, folder: Path) -> None:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 
 SCHEMA = "stiffcal/provenance/1"
@@ -314,8 +315,20 @@ def _parts(path: Path) -> list[Path]:
 
 
 def _unreadable(file: str, error: OSError) -> InputError:
-    return InputError.at(file, "", f"cannot be read: {error.strerror}", "correct the file's name or its rights")
+    return InputError.at(
+        FaultCode.FILE_UNREADABLE,
+        file,
+        "",
+        f"cannot be read: {error.strerror}",
+        "correct the file's name or its rights",
+    )
 
 
 def _changed_meanwhile(file: str) -> InputError:
-    return InputError.at(file, "", "the file changed while it was read", "wait until the log is closed, then ingest")
+    return InputError.at(
+        FaultCode.FILE_CHANGED,
+        file,
+        "",
+        "the file changed while it was read",
+        "wait until the log is closed, then ingest",
+    )

@@ -11,6 +11,7 @@ from urllib.parse import unquote, urlsplit
 import pyarrow as pa
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import Columns
 from stiffcal.store.finding import ATTEMPTS, find_generation, nothing_stored
 from stiffcal.store.generations import LOCK, current_folder, has_others, held, place_of, remove_others
@@ -83,7 +84,9 @@ class Store:
                     index = read_index(self.folder, place_of(self.folder, folder), self.shown)
                     yield Snapshot(self.folder, folder, index, self.shown, self.address, self.remote)
                     return
-        raise DamagedError.at(self.shown, "current", "the generation it names cannot be read", REBUILD)
+        raise DamagedError.at(
+            FaultCode.STORE_DAMAGED, self.shown, "current", "the generation it names cannot be read", REBUILD
+        )
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -194,7 +197,7 @@ def _folder_of(location: str | Path, shown: str) -> Path:
     if address.scheme == "file" and address.netloc in ("", "localhost"):
         return Path(unquote(address.path))
     reason = f"{address.scheme}: addresses are not known"
-    raise InputError.at(shown, "--store", reason, "give a folder, or s3://BUCKET/PREFIX")
+    raise InputError.at(FaultCode.STORE_ADDRESS, shown, "--store", reason, "give a folder, or s3://BUCKET/PREFIX")
 
 
 def _remote_of(location: str | Path, shown: str) -> Remote | None:

@@ -35,6 +35,7 @@ from typing import Any, NoReturn
 from urllib.parse import unquote, urlsplit
 
 from stiffcal.errors import InputError, one_line
+from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import mask
 from stiffcal.store.generations import CURRENT, GENERATIONS, current_folder, is_generation_name, switch
 from stiffcal.store.index import INDEX, MOST_BYTES, REBUILD, DamagedError
@@ -67,7 +68,9 @@ class Remote:
         # As it is used, so that two dots behind a percent sign lead out of no place that the user allows.
         self.address = f"s3://{self._root}"
         if not parts.netloc:
-            raise InputError.at(shown, "--store", "the address names no bucket", "write s3://BUCKET/PREFIX")
+            raise InputError.at(
+                FaultCode.STORE_ADDRESS, shown, "--store", "the address names no bucket", "write s3://BUCKET/PREFIX"
+            )
         self._files = _file_system()
         self.mirror = _mirror(address)
 
@@ -112,7 +115,13 @@ class Remote:
                 while chunk := source.read(CHUNK):
                     left -= len(chunk)
                     if left < 0:
-                        raise DamagedError.at(self.shown, name, f"damaged (more than {most_bytes} bytes)", REBUILD)
+                        raise DamagedError.at(
+                            FaultCode.STORE_DAMAGED,
+                            self.shown,
+                            name,
+                            f"damaged (more than {most_bytes} bytes)",
+                            REBUILD,
+                        )
                     target.write(chunk)
         except DamagedError:
             fresh.unlink(missing_ok=True)
@@ -120,7 +129,7 @@ class Remote:
         except FileNotFoundError:
             fresh.unlink(missing_ok=True)
             reason, mend = "it was replaced while it was read, or is damaged", "do this again"
-            raise InputError.at(self.shown, name, reason, mend) from None
+            raise InputError.at(FaultCode.STORE_DAMAGED, self.shown, name, reason, mend) from None
         fresh.replace(path)
 
     def publish(self, folder: Path, kept: dict[str, str], began_from: str | None, ticket: Ticket) -> None:
@@ -138,7 +147,7 @@ class Remote:
             except FileNotFoundError:
                 reason = "damaged (the object is gone)"
                 mend = "delete the store and run ingest again (its history goes too)"
-                raise InputError.at(self.shown, file, reason, mend) from None
+                raise InputError.at(FaultCode.STORE_DAMAGED, self.shown, file, reason, mend) from None
         sent = sorted((path for path in folder.rglob("*") if path.is_file()), key=lambda path: path.name == INDEX)
         for path in sent:
             self._send(path, f"{place}/{path.relative_to(folder).as_posix()}")
@@ -159,7 +168,7 @@ class Remote:
     def _give_up(self, place: str) -> NoReturn:
         self._remove(place)
         reason = "another stiffcal took this one for dead and wrote meanwhile; nothing of this one is stored"
-        raise InputError.at(self.shown, "", reason, "do this again")
+        raise InputError.at(FaultCode.STORE_LOCKED, self.shown, "", reason, "do this again")
 
     def withdraw(self, folder: Path) -> None:
         """Remove what was sent of a generation that was given up."""
@@ -204,7 +213,9 @@ class Remote:
             yield
         except OSError as error:
             told = mask(" ".join(str(error).split()))[:300]
-            raise InputError.at(self.shown, "", f"cannot be used: {told}", CHECK) from None
+            raise InputError.at(
+                FaultCode.STORE_INACCESSIBLE, self.shown, "", f"cannot be used: {told}", CHECK
+            ) from None
 
     def _at(self, name: str) -> str:
         return f"{self._root}/{name}"
@@ -307,7 +318,9 @@ def _wait(remote: Remote, ticket: Ticket, wait_s: float) -> None:
             words = [one_line(str(holder.get(key, "")), 60) for key in ("command", "pid", "host")]
             told = f" ({words[0]}, process {words[1]} on {words[2]})" if holder else ""
             mend = f"wait until it has ended, then do this again; if it was killed, its lock ends {LEASE_S:g} s later"
-            raise InputError.at(remote.shown, "", f"another stiffcal{told} is writing to it", mend)
+            raise InputError.at(
+                FaultCode.STORE_LOCKED, remote.shown, "", f"another stiffcal{told} is writing to it", mend
+            )
         time.sleep(POLL_S)
 
 

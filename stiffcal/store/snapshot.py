@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import DOCUMENT, PIECE
 from stiffcal.store.generations import place_of
 from stiffcal.store.index import OWN, DamagedError, Entry, Index, error_of_reading, file_of, parse_json
@@ -108,7 +109,9 @@ class Snapshot:
         Of one that grows entry by entry each entry has its ``origin``, where that is not the user.
         """
         if name not in self.documents:
-            raise InputError.at(self.shown, name, "no such document", "run the command that makes it first")
+            raise InputError.at(
+                FaultCode.STORE_MISSING, self.shown, name, "no such document", "run the command that makes it first"
+            )
         entry = self.index.documents[name]
         DOCUMENT.check(entry.bytes, self.shown, name)
         try:
@@ -167,13 +170,15 @@ class Snapshot:
                     raise
                 # No command compares recordings but the one that reads them: without the file, ingest makes it anew.
                 mend = f"remove {path} and run stiffcal ingest again"
-                raise DamagedError.at(self.shown, name, error.faults[0].reason, mend) from None
+                raise DamagedError.at(FaultCode.STORE_DAMAGED, self.shown, name, error.faults[0].reason, mend) from None
             yield file
 
     @contextmanager
     def _opened(self, name: str) -> Iterator[parquet.ParquetFile]:
         if name not in self.tables:
-            raise InputError.at(self.shown, name, "no such table", "run the command that makes it first")
+            raise InputError.at(
+                FaultCode.STORE_MISSING, self.shown, name, "no such table", "run the command that makes it first"
+            )
         entry = self.index.tables[name]
         try:
             with (

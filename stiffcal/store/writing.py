@@ -19,6 +19,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import Columns, column_of, table_of
 from stiffcal.store.finding import find_generation
 from stiffcal.store.generations import (
@@ -61,7 +62,9 @@ def store_faults(shown: str) -> Iterator[None]:
         }
         reason = f"cannot be written: {error.strerror or str(error).splitlines()[0]}"
         mend = mends.get(error.errno or 0, "put the store elsewhere with --store")
-        raise InputError.at(shown, "", reason, mend + "; what was stored before is unchanged") from error
+        raise InputError.at(
+            FaultCode.STORE_INACCESSIBLE, shown, "", reason, mend + "; what was stored before is unchanged"
+        ) from error
 
 
 def _encoding_of(schema: pa.Schema) -> dict[str, Any]:

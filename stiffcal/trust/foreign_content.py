@@ -7,6 +7,7 @@ meets such a mismatch ends with one line like that of any other wrong input.
 from __future__ import annotations
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 _in_use: list[str] = []
 
@@ -32,11 +33,13 @@ def fault_of_foreign_content(error: Exception) -> InputError | None:
     >>> use_foreign_results("store")
     >>> print(fault_of_foreign_content(KeyError("x")))
     store: not computed by you, and of another shape than stiffcal writes (KeyError: 'x'); ask for the logs, or remove \
-the store
+the store [content-untrusted]
     >>> use_own_results()
     """
     if not _in_use:
         return None
     words = " ".join(str(error).split())
     reason = f"not computed by you, and of another shape than stiffcal writes ({type(error).__name__}: {words[:200]})"
-    return InputError.at(", ".join(_in_use), "", reason, "ask for the logs, or remove the store")
+    return InputError.at(
+        FaultCode.CONTENT_UNTRUSTED, ", ".join(_in_use), "", reason, "ask for the logs, or remove the store"
+    )

@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular, try_lock
 from stiffcal.trust.content import (
     SHA256,
@@ -171,7 +172,9 @@ class TrustRecord:
             fault = "" if add_pending(self.file.parent, (row.index_sha256 for row in generations)) else fault
         if fault and required and _writable_at_first.get(self.folder, False):
             mend = "free some space or mend its rights, or name another folder by STIFFCAL_STATE"
-            raise InputError.at(str(self.folder), "", fault, f"{mend}; what was stored before is unchanged")
+            raise InputError.at(
+                FaultCode.TRUST_RECORD, str(self.folder), "", fault, f"{mend}; what was stored before is unchanged"
+            )
         self._written_here().update({generation.index_sha256: generation for generation in generations})
         if fault:
             notice(f"{fault}: {_NOT_REMEMBERED}", RECORD)
@@ -189,7 +192,13 @@ class TrustRecord:
         fault = self._change(change)
         if fault:
             mend = "name a folder of your own by STIFFCAL_STATE"
-            raise InputError.at(str(self.folder or "the state folder"), "", f"cannot remember this: {fault}", mend)
+            raise InputError.at(
+                FaultCode.TRUST_RECORD,
+                str(self.folder or "the state folder"),
+                "",
+                f"cannot remember this: {fault}",
+                mend,
+            )
 
     def _change(self, change: Callable[[RecordContent], None]) -> str:
         """Read the record as it is now, change it and replace it; return why that cannot be, "" where it was done."""
@@ -270,7 +279,13 @@ def hashes_of_environment() -> frozenset[str]:
     words = [word.lower() for word in re.split(r"[\s,]+|" + re.escape(os.pathsep), text) if word]
     for word in words:
         if SHA256.fullmatch(word) is None:
-            raise InputError.at("", VARIABLE, f"{word!r} is no SHA-256", "give what stiffcal trust --hash DIR prints")
+            raise InputError.at(
+                FaultCode.OPTION_INVALID,
+                "",
+                VARIABLE,
+                f"{word!r} is no SHA-256",
+                "give what stiffcal trust --hash DIR prints",
+            )
     return frozenset(words)
 
 
@@ -343,7 +358,13 @@ def _locked(folder: Path) -> Iterator[None]:
         end = time.monotonic() + WAIT_S
         while not try_lock(descriptor):
             if time.monotonic() >= end:
-                raise InputError.at(str(folder / LOCK), "", "another process holds it", "wait until it has ended")
+                raise InputError.at(
+                    FaultCode.TRUST_RECORD,
+                    str(folder / LOCK),
+                    "",
+                    "another process holds it",
+                    "wait until it has ended",
+                )
             time.sleep(_POLL_S)
         yield
     finally:

@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
+from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.proposals import propose_sources
 from stiffcal.planning.rod_views import rod_views
 from stiffcal.reduction.clocks import ClockOffset
@@ -161,11 +162,17 @@ def _without_friction(campaign: Campaign, non_load: NonLoadRuns) -> list[str]:
 def _check_run(campaign: Campaign, run: str | None) -> None:
     names = [entry.id for entry in campaign.manifest.runs]
     if run is not None and names and run not in names:
-        raise InputError.at("campaign.toml", "[[runs]]", f"there is no run {run!r}", f"runs: {', '.join(names[:20])}")
+        raise InputError.at(
+            FaultCode.RUN_UNKNOWN,
+            "campaign.toml",
+            "[[runs]]",
+            f"there is no run {run!r}",
+            f"runs: {', '.join(names[:20])}",
+        )
 
 
 def _is_missing(fault: Fault) -> bool:
-    return fault.reason == "no such file"
+    return fault.code is FaultCode.FILE_MISSING
 
 
 def _missing_files(campaign: Campaign, only: str | None) -> list[str]:

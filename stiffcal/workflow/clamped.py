@@ -15,6 +15,7 @@ from stiffcal.experiments.clamped_chain import ClampedChain, clamped_chain
 from stiffcal.experiments.clamped_faults import loaded_words, why_no_sweep
 from stiffcal.experiments.clamped_joints import ClampedJoint, joints_of
 from stiffcal.experiments.saturation import find_saturation
+from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.document import model_document
 from stiffcal.ingest.parts import CLAMPED
 from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
@@ -255,7 +256,7 @@ def chain_of_run(campaign: Campaign, readings: ClampedReadings, run: Run | None)
         if beyond.size and setup.moments_measured:
             k = int(beyond[0])
             raise InputError.at(
-                "campaign.toml", f"run {info.name}: joints_deg",
+                FaultCode.POSE_UNREACHABLE, "campaign.toml", f"run {info.name}: joints_deg",
                 f"the log puts {chain.joint_names[k]} at {np.rad2deg(pose[k]):.0f}°, out of its reach: the motors' "
                 "angles do not tell where the robot stood",
                 "write the pose into the run: joints_deg = […]",

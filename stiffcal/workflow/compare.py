@@ -8,6 +8,7 @@ from typing import Any, cast
 
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.store.origin import worst_of
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import CompareResult
@@ -41,12 +42,14 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         origins.append(data.store.origin_of(IDENTIFY))
     if len(joints[0]) != len(joints[1]):
         reason = f"its robot has {len(joints[1])} joints, that of {before} has {len(joints[0])}"
-        raise InputError.at(str(after), "robot", reason, "name two campaigns of one robot")
+        raise InputError.at(FaultCode.ROBOT_MISMATCH, str(after), "robot", reason, "name two campaigns of one robot")
     first, second = ({one["name"]: one for one in document["parameters"]} for document in documents)
     shared = [name for name in first if name in second]
     if not shared:
         reason = f"its model shares no parameter with that of {before}"
-        raise InputError.at(str(after), "model.toml", reason, "fit both campaigns with one model")
+        raise InputError.at(
+            FaultCode.MODEL_MISMATCH, str(after), "model.toml", reason, "fit both campaigns with one model"
+        )
     changes = [change_of(first[name], second[name]) for name in shared]
     chances = {change.name: change.p_value for change in changes if change.p_value is not None}
     return CompareResult(

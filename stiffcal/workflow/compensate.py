@@ -12,6 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.compensation.load_table import AXES
 from stiffcal.errors import Fault, InputError, raise_faults
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path, shortened
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.plot import PICTURES
@@ -88,7 +89,7 @@ def compensate_campaign(
     path = read_path(fitted, setup, options.path, options.forces, options.start)
     if picture is not None and len(path.table) < 2:
         mend = "give a path of two poses or more, or leave --picture out"
-        raise InputError.at(str(options.path), "", "one pose is no path to draw", mend)
+        raise InputError.at(FaultCode.PATH_INVALID, str(options.path), "", "one pose is no path to draw", mend)
     context.progress("correcting", None)
     goal = _goal(fitted, path, options)
     solve = CorrectionOptions(goal, options.orientation, fitted.robot.has_memory, path.time)
@@ -126,10 +127,18 @@ def compensate_campaign(
 
 def _check_outputs(output: Path | None, picture: Path | None) -> None:
     if picture is not None and picture.suffix.lower() not in PICTURES:
-        raise InputError.at(str(picture), "", "no picture format", f"end the name in one of {', '.join(PICTURES)}")
+        raise InputError.at(
+            FaultCode.FORMAT_UNKNOWN,
+            str(picture),
+            "",
+            "no picture format",
+            f"end the name in one of {', '.join(PICTURES)}",
+        )
     for file in (output, picture):
         if file is not None and not file.parent.is_dir():
-            raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
+            raise InputError.at(
+                FaultCode.FILE_MISSING, str(file), "", "its folder does not exist", "make the folder first"
+            )
 
 
 def _goal(fitted: FittedRobot, path: CompensationPath, options: CompensateRequest) -> Any:
@@ -158,7 +167,7 @@ def _check_reached(path: CompensationPath, found: Corrected) -> None:
         else:
             reason = f"the corrected pose is out of reach: {left:.3g} mm remain"
         mend = "take another pose, or a path farther from the limits"
-        faults.append(Fault(path.table.file, f"line {path.table.lines[row]}", reason, mend))
+        faults.append(Fault(FaultCode.POSE_UNREACHABLE, path.table.file, f"line {path.table.lines[row]}", reason, mend))
     raise_faults(shortened(faults))
 
 
@@ -174,7 +183,9 @@ def _judgement(
         load_campaign(options.judge, check_files=False), RunContext(progress=context.progress, say=context.say)
     )
     if other.campaign.chain.joint_names != fitted.campaign.chain.joint_names:
-        raise InputError.at(str(options.judge), "", "another robot", "name a campaign of the same robot")
+        raise InputError.at(
+            FaultCode.ROBOT_MISMATCH, str(options.judge), "", "another robot", "name a campaign of the same robot"
+        )
     goal = _goal(other, path, options)
     solve = CorrectionOptions(goal, options.orientation, other.robot.has_memory, path.time)
     before, after = (
@@ -290,7 +301,7 @@ def _direction(normal: str | None, place: Floats) -> tuple[Floats | None, str]:
     numbers = np.array(numbers_of_words(normal, "--normal"))
     if numbers.shape != (3,) or not numbers.any():
         mend = 'write "x,y,z" in base axes, or "radial"'
-        raise InputError.at("command line", "--normal", f"{normal!r} is no direction", mend)
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--normal", f"{normal!r} is no direction", mend)
     unit = numbers / np.linalg.norm(numbers)
     return np.repeat(unit[None], len(place), axis=0), f"error along ({', '.join(f'{u:.3g}' for u in unit)})"
 
@@ -300,7 +311,13 @@ def _centre_of_circle(place: Floats) -> Floats:
     middle = place.mean(axis=0)
     _, size, axes = np.linalg.svd(place - middle, full_matrices=False)
     if len(place) < 4 or size[1] < 1e-3 * size[0]:
-        raise InputError.at("command line", "--normal", "the path is no circle", 'write "x,y,z" instead of radial')
+        raise InputError.at(
+            FaultCode.PATH_INVALID,
+            "command line",
+            "--normal",
+            "the path is no circle",
+            'write "x,y,z" instead of radial',
+        )
     flat = (place - middle) @ axes[:2].T
     known = np.concatenate([2.0 * flat, np.ones((len(flat), 1))], axis=1)
     solved = np.linalg.lstsq(known, np.sum(flat**2, axis=1), rcond=None)[0]

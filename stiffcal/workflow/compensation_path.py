@@ -16,6 +16,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.compensation.load_table import ANGLES, AXES, POSITION, QUATERNION, WrittenTable, read_table
 from stiffcal.errors import Fault, InputError, raise_faults
+from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
     from stiffcal.compensation.targets import PoseGoal
@@ -114,11 +115,17 @@ def read_path(
     else:
         lacking = next(name for name in names if name not in table.numbers)
         mend = f"give a column for each of {', '.join(names)} (degrees), or {', '.join(POSITION)} (mm)"
-        raise InputError.at(table.file, "line 1", f"no column {lacking}", mend)
+        raise InputError.at(FaultCode.COLUMN_MISSING, table.file, "line 1", f"no column {lacking}", mend)
     time = table.numbers.get("t")
     if time is not None and np.any(np.diff(time) < 0.0):
         row = int(np.argmax(np.diff(time) < 0.0)) + 1
-        raise InputError.at(table.file, f"line {table.lines[row]}, column t", "time runs back", "sort the rows by time")
+        raise InputError.at(
+            FaultCode.TIME_ORDER,
+            table.file,
+            f"line {table.lines[row]}, column t",
+            "time runs back",
+            "sort the rows by time",
+        )
     setup = _in_frame(fitted, setup, forces)
     wrench = _wrench(fitted, setup, table, joints, forces)
     if forces.acts_on == "environment":
@@ -133,7 +140,15 @@ def _check_limits(fitted: FittedRobot, table: WrittenTable, joints: Floats) -> N
     for row, joint in zip(*np.nonzero(beyond), strict=True):
         low, high = np.degrees(chain.limits[joint])
         reason = f"{chain.joint_names[joint]} = {np.degrees(joints[row, joint]):.4g}° lies beyond its limits"
-        faults.append(Fault(table.file, f"line {table.lines[row]}", reason, f"keep it within {low:g}° … {high:g}°"))
+        faults.append(
+            Fault(
+                FaultCode.POSE_UNREACHABLE,
+                table.file,
+                f"line {table.lines[row]}",
+                reason,
+                f"keep it within {low:g}° … {high:g}°",
+            )
+        )
     raise_faults(shortened(faults))
 
 
@@ -143,7 +158,7 @@ def shortened(faults: list[Fault]) -> list[Fault]:
         return faults
     last = faults[_MOST_FAULTS - 1]
     more = f"{last.reason} (and {len(faults) - _MOST_FAULTS} more lines)"
-    return [*faults[: _MOST_FAULTS - 1], Fault(last.file, last.place, more, last.mend)]
+    return [*faults[: _MOST_FAULTS - 1], Fault(last.code, last.file, last.place, more, last.mend)]
 
 
 def _from_poses(
@@ -161,7 +176,13 @@ def _from_poses(
         wrong = np.abs(np.linalg.norm(quaternion, axis=1) - 1.0) > 0.01
         if wrong.any():
             line = table.lines[int(np.argmax(wrong))]
-            raise InputError.at(table.file, f"line {line}", "qw, qx, qy, qz is no unit quaternion", "correct the row")
+            raise InputError.at(
+                FaultCode.NUMBER_INVALID,
+                table.file,
+                f"line {line}",
+                "qw, qx, qy, qz is no unit quaternion",
+                "correct the row",
+            )
         rotation = rotation_from_quaternion(quaternion)
     elif table.has(ANGLES):
         rotation = rotation_from_rpy(table.block(ANGLES))
@@ -176,7 +197,14 @@ def _from_poses(
         mend = "move the path, or say with --start from which joint angles it is reached"
         if np.abs(goal.position).max() < _MOST_METRES:
             mend += '; X, Y, Z were read as mm: where they are metres, write "X [m]"'
-        raise_faults(shortened([Fault(table.file, f"line {k}", reason, mend) for k in table.lines[~reached]]))
+        raise_faults(
+            shortened(
+                [
+                    Fault(FaultCode.POSE_UNREACHABLE, table.file, f"line {k}", reason, mend)
+                    for k in table.lines[~reached]
+                ]
+            )
+        )
     return joints, goal
 
 
@@ -185,7 +213,9 @@ def pose_of_words(text: str, names: Sequence[str], option: str) -> Floats:
     angles = numbers_of_words(text, option)
     if len(angles) != len(names):
         reason = f"{len(angles)} angles, the robot has {len(names)} joints"
-        raise InputError.at("command line", option, reason, f"give {', '.join(names)} in degrees")
+        raise InputError.at(
+            FaultCode.JOINT_COUNT, "command line", option, reason, f"give {', '.join(names)} in degrees"
+        )
     return np.radians(angles)
 
 
@@ -197,11 +227,13 @@ def numbers_of_words(text: str, option: str) -> list[float]:
         found = [float("nan")]
     if not np.isfinite(found).all():
         mend = "write numbers with a point, separated by commas"
-        raise InputError.at("command line", option, f"{text!r} holds something that is no number", mend)
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", option, f"{text!r} holds something that is no number", mend
+        )
     too_large = [value for value in found if abs(value) > LARGEST]
     if too_large:
         reason = f"{too_large[0]:g} is larger than anything that is measured"
-        raise InputError.at("command line", option, reason, "correct the number")
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", option, reason, "correct the number")
     return found
 
 
@@ -224,15 +256,25 @@ def _wrench(
     if len(said) + own != 1:
         mend = "give the forces once: columns Fx … Tz of the path, --force, --segments or --log"
         reason = "no forces are given" if not said and not own else "forces are given more than once"
-        raise InputError.at(table.file if own or not said else "command line", "", reason, mend)
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT, table.file if own or not said else "command line", "", reason, mend
+        )
     if forces.log is None and (forces.filter_hz is not None or forces.tool is not None):
         option = "--filter" if forces.filter_hz is not None else "--tool"
-        raise InputError.at("command line", option, "only logged forces are filtered and weighed", "give --log FILE")
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT,
+            "command line",
+            option,
+            "only logged forces are filtered and weighed",
+            "give --log FILE",
+        )
     if forces.everywhere is not None:
         given = numbers_of_words(forces.everywhere, "--force")
         if len(given) not in (3, 6):
             mend = "write Fx,Fy,Fz or Fx,Fy,Fz,Tx,Ty,Tz"
-            raise InputError.at("command line", "--force", f"{forces.everywhere!r} is no wrench", mend)
+            raise InputError.at(
+                FaultCode.OPTION_INVALID, "command line", "--force", f"{forces.everywhere!r} is no wrench", mend
+            )
         return np.repeat(np.array([given + [0.0] * (6 - len(given))]), len(table), axis=0)
     if forces.segments is not None:
         return _by_segment(table, forces.segments)
@@ -243,19 +285,39 @@ def _wrench(
 
 def _by_segment(table: WrittenTable, file: Path) -> Floats:
     if "segment" not in table.words:
-        raise InputError.at(table.file, "line 1", "no column segment", "say for each row which segment it belongs to")
+        raise InputError.at(
+            FaultCode.COLUMN_MISSING,
+            table.file,
+            "line 1",
+            "no column segment",
+            "say for each row which segment it belongs to",
+        )
     listed = read_table(file, (), AXES, ("segment",))
     if "segment" not in listed.words or not any(name in listed.numbers for name in AXES):
-        raise InputError.at(listed.file, "line 1", "no columns segment and Fx … Tz", "one row for each segment")
+        raise InputError.at(
+            FaultCode.COLUMN_MISSING,
+            listed.file,
+            "line 1",
+            "no columns segment and Fx … Tz",
+            "one row for each segment",
+        )
     names = listed.words["segment"]
     faults = [
-        Fault(table.file, f"line {line}", f"no force for the segment {word}", f"add it to {listed.file}")
+        Fault(
+            FaultCode.DATA_MISSING,
+            table.file,
+            f"line {line}",
+            f"no force for the segment {word}",
+            f"add it to {listed.file}",
+        )
         for line, word in zip(table.lines, table.words["segment"], strict=True)
         if word not in names
     ]
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
-        faults.append(Fault(listed.file, "segment", f"{doubled[0]} stands there twice", "leave one out"))
+        faults.append(
+            Fault(FaultCode.NAME_DUPLICATE, listed.file, "segment", f"{doubled[0]} stands there twice", "leave one out")
+        )
     raise_faults(shortened(faults))
     which = [names.index(word) for word in table.words["segment"]]
     return listed.block(AXES)[which]
@@ -272,23 +334,35 @@ def _logged(
     log = read_table(forces.log, (), (*AXES, "t"))
     if "t" not in table.numbers or "t" not in log.numbers:
         short = table if "t" not in table.numbers else log
-        raise InputError.at(short.file, "line 1", "no column t", "path and log need their times, s, on one clock")
+        raise InputError.at(
+            FaultCode.COLUMN_MISSING,
+            short.file,
+            "line 1",
+            "no column t",
+            "path and log need their times, s, on one clock",
+        )
     moments, at = log.numbers["t"], table.numbers["t"]
     steps = np.diff(moments)
     if len(moments) < 2 or np.any(steps <= 0.0):
         row = int(np.argmax(steps <= 0.0)) + 1 if len(moments) > 1 else 0
         place = f"line {log.lines[row]}, column t"
-        raise InputError.at(log.file, place, "time does not run on", "sort the rows by time")
+        raise InputError.at(FaultCode.TIME_ORDER, log.file, place, "time does not run on", "sort the rows by time")
     period = float(np.median(steps))
     if at[0] < moments[0] - period or at[-1] > moments[-1] + period:
         reason = f"the path runs from {at[0]:g} s to {at[-1]:g} s, the log from {moments[0]:g} s to {moments[-1]:g} s"
-        raise InputError.at(log.file, "t", reason, "log the whole path, on the path's clock")
+        raise InputError.at(FaultCode.PATH_INVALID, log.file, "t", reason, "log the whole path, on the path's clock")
     readings = log.block(AXES)
     if forces.tool is not None:
         mass, com = _tool(forces.tool)
         if setup.wrench_axes.body < fitted.campaign.chain.n_joints:
             mend = "name the sensor's frame with --frame"
-            raise InputError.at("command line", "--tool", "the log is not in axes of a sensor on the flange", mend)
+            raise InputError.at(
+                FaultCode.OPTION_CONFLICT,
+                "command line",
+                "--tool",
+                "the log is not in axes of a sensor on the flange",
+                mend,
+            )
         logged = np.stack([np.interp(moments, at, joints[:, k]) for k in range(joints.shape[1])], axis=1)
         chain = fitted.campaign.chain
         sign = -1.0 if forces.acts_on == "environment" else 1.0
@@ -298,7 +372,9 @@ def _logged(
         try:
             readings = LowPass(forces.filter_hz, 1.0 / period).without_delay(readings)
         except ValueError as error:
-            raise InputError.at("command line", "--filter", str(error), "choose a lower cut-off") from error
+            raise InputError.at(
+                FaultCode.OPTION_INVALID, "command line", "--filter", str(error), "choose a lower cut-off"
+            ) from error
     return np.stack([np.interp(at, moments, readings[:, k]) for k in range(6)], axis=1)
 
 
@@ -306,5 +382,7 @@ def _tool(text: str) -> tuple[float, Floats]:
     numbers = numbers_of_words(text, "--tool")
     if len(numbers) != 4 or numbers[0] <= 0.0:
         mend = "write kg,x,y,z: mass, and centre in the flange frame in m"
-        raise InputError.at("command line", "--tool", f"{text!r} is no mass with a centre", mend)
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", "--tool", f"{text!r} is no mass with a centre", mend
+        )
     return numbers[0], np.array(numbers[1:])

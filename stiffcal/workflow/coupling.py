@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.steps import IDENTIFY, Document, Ingested, RunContext, placed_robot
 
 
@@ -21,10 +22,18 @@ def with_coupling(data: Ingested, document: Document, loss: str, context: RunCon
     robot = placed_robot(data.campaign)
     if not rodded:
         reason = "no rods are on any link: there is nothing to compare with"
-        raise InputError.at("command line", "--coupling", reason, "leave it out, or add [ids] and lengths")
+        raise InputError.at(
+            FaultCode.DATA_MISSING, "command line", "--coupling", reason, "leave it out, or add [ids] and lengths"
+        )
     if not any(one.place.link in rodded for one in robot.placed):
         reason = f"the model lets no link with rods give ({', '.join(rodded)})"
-        raise InputError.at("command line", "--coupling", reason, f"stiffcal add link-beam --links {rodded[0]}")
+        raise InputError.at(
+            FaultCode.MODEL_UNSUITABLE,
+            "command line",
+            "--coupling",
+            reason,
+            f"stiffcal add link-beam --links {rodded[0]}",
+        )
     settings = Settings(loss=loss, fixed=fixed_parameters(data.campaign.model))
     coupling = identify_both_ways(data.states, robot, settings, context.progress)
     document = {**document, "coupling": coupling_document(coupling)}

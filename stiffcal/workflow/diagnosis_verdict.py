@@ -11,6 +11,7 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import escapes, leads_outside
 from stiffcal.campaign.thresholds import ThresholdsFile, strange_joints
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested
@@ -52,10 +53,12 @@ def judgement(
         limits = file.limits_for(campaign.name, campaign.folder.resolve().name, limits)
         for key, name in strange_joints(limits, data.joint_names):
             mend = "use " + ", ".join(data.joint_names)
-            raise InputError.at("thresholds", f"{key}.{name}", f"{campaign.name} has no such joint", mend)
+            raise InputError.at(
+                FaultCode.JOINT_UNKNOWN, "thresholds", f"{key}.{name}", f"{campaign.name} has no such joint", mend
+            )
     if limits.max_drift and limits.baseline is None:
         mend = "name the campaign or model it is against: baseline = …"
-        raise InputError.at(MANIFEST_FILE, "thresholds.max_drift", "there is no baseline", mend)
+        raise InputError.at(FaultCode.KEY_MISSING, MANIFEST_FILE, "thresholds.max_drift", "there is no baseline", mend)
     if data.uncounted:
         # Not even looked at: a baseline would be computed for nothing.
         checks = judge(limits, identified, validation, data.joint_names, None)
@@ -76,10 +79,10 @@ def _baseline(data: Ingested, limits: Thresholds, context: RunContext) -> Baseli
     if outside and not any(path.is_relative_to(folder.resolve()) for folder in context.reach):
         reason = f'"{name}" lies outside the campaign folder'
         mend = "name it in a file of thresholds of your own (--thresholds FILE), or name one inside the campaign folder"
-        raise InputError.at(MANIFEST_FILE, place, reason, mend)
+        raise InputError.at(FaultCode.FILE_OUTSIDE, MANIFEST_FILE, place, reason, mend)
     if not path.exists():
         mend = "name a campaign folder, or a model written by stiffcal export DIR -o baseline.json"
-        raise InputError.at(MANIFEST_FILE, place, f"no such file or folder: {name}", mend)
+        raise InputError.at(FaultCode.FILE_MISSING, MANIFEST_FILE, place, f"no such file or folder: {name}", mend)
     document = _fit_of(path, name, context) if path.is_dir() else _read_model(path, name)
     known = {one["name"]: one for one in document["parameters"]}
     return Baseline(path.name if path.is_dir() else name, known)
@@ -90,7 +93,9 @@ def _fit_of(path: Path, shown: str, context: RunContext) -> Document:
     data = ingested(path, replace(context, store=None))
     if data.uncounted:
         mend = "put its logs in place, or name a baseline of your own"
-        raise InputError.at(MANIFEST_FILE, "thresholds.baseline", f"{shown}: {data.uncounted}", mend)
+        raise InputError.at(
+            FaultCode.CONTENT_UNTRUSTED, MANIFEST_FILE, "thresholds.baseline", f"{shown}: {data.uncounted}", mend
+        )
     return fitted(data, context)
 
 
@@ -99,12 +104,12 @@ def _read_model(path: Path, shown: str) -> Document:
     try:
         document = json.loads(read_regular(path, shown))
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError.at(shown, "", f"cannot be read as a model ({error})", mend) from None
+        raise InputError.at(FaultCode.SYNTAX_INVALID, shown, "", f"cannot be read as a model ({error})", mend) from None
     if not isinstance(document, dict) or document.get("schema") not in MODEL_SCHEMAS:
-        raise InputError.at(shown, "schema", "this is not a fitted model", mend)
+        raise InputError.at(FaultCode.FORMAT_UNKNOWN, shown, "schema", "this is not a fitted model", mend)
     parameters = document.get("parameters")
     if not isinstance(parameters, list) or not all(map(_is_parameter, parameters)):
-        raise InputError.at(shown, "parameters", "a parameter is not complete", mend)
+        raise InputError.at(FaultCode.KEY_MISSING, shown, "parameters", "a parameter is not complete", mend)
     return document
 
 

@@ -9,6 +9,7 @@ from typing_extensions import TypedDict
 from stiffcal.documents import Origin
 
 __all__ = ["Origin"]
+from stiffcal.fault_codes import FaultCode
 
 Number = float | None
 Matrix = list[list[float]]
@@ -63,6 +64,7 @@ class Threshold(TypedDict):
 class Fault(TypedDict):
     """What is wrong with the input."""
 
+    code: FaultCode
     file: str
     place: str
     reason: str

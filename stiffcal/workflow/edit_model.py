@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.command_results import EditResult
 from stiffcal.workflow.history import model_of
 
@@ -53,7 +54,7 @@ def edit_model(
     if effect not in catalogue:
         near = difflib.get_close_matches(effect, catalogue, n=1)
         mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
-        raise InputError.at("command line", "EFFECT", f"no effect is called {effect}", mend)
+        raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "EFFECT", f"no effect is called {effect}", mend)
     if curved and not catalogue[effect].curve:
         _no_curve(effect, catalogue)
     kind = catalogue[effect].place_kind
@@ -64,7 +65,9 @@ def edit_model(
     if kind != "setup" and not any(given.values()) and not everywhere:
         option = f"--{kind}"
         mend = f"say {option}, or --all; possible: {', '.join(possible) or 'none on this robot'}"
-        raise InputError.at("command line", option, f"{effect} sits at {kind}, and none is given", mend)
+        raise InputError.at(
+            FaultCode.PLACE_INVALID, "command line", option, f"{effect} sits at {kind}, and none is given", mend
+        )
     _check_possible(effect, given, possible)
     n_joints = campaign.chain.n_joints
     changes = []
@@ -99,7 +102,7 @@ def _bend(campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]
 def _no_curve(effect: str, catalogue: Mapping[str, Effect]) -> NoReturn:
     curves = ", ".join(name for name, one in sorted(catalogue.items()) if one.curve)
     mend = f"those that have: {curves}; a drive's curve is cubic-stiffness"
-    raise InputError.at("command line", "--curved", f"{effect} has no curved form", mend)
+    raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--curved", f"{effect} has no curved form", mend)
 
 
 def _places(where: Mapping[str, str | None], kind: str, campaign: Campaign) -> dict[str, Sequence[Any]]:
@@ -108,7 +111,13 @@ def _places(where: Mapping[str, str | None], kind: str, campaign: Campaign) -> d
         if text is None:
             continue
         if name != kind:
-            raise InputError.at("command line", f"--{name}", f"this effect sits at {kind}", f"say --{kind} instead")
+            raise InputError.at(
+                FaultCode.PLACE_INVALID,
+                "command line",
+                f"--{name}",
+                f"this effect sits at {kind}",
+                f"say --{kind} instead",
+            )
         words = [word.strip() for word in text.split(",") if word.strip()]
         if name == "joints":
             found[name] = [_joint(word, campaign, name) for word in words]
@@ -126,13 +135,15 @@ def _joint(word: str, campaign: Campaign, option: str) -> int:
     if len(word) < 10 and word.isdecimal() and 1 <= int(word) <= len(names):
         return int(word)
     mend = f"number 1 to {len(names)}, or one of {', '.join(names)}"
-    raise InputError.at("command line", f"--{option}", f"no joint is called {word}", mend)
+    raise InputError.at(FaultCode.JOINT_UNKNOWN, "command line", f"--{option}", f"no joint is called {word}", mend)
 
 
 def _pair(word: str, campaign: Campaign) -> tuple[int, int]:
     ends = word.split("-")
     if len(ends) != 2:
-        raise InputError.at("command line", "--pairs", f"{word} is not a pair", "write it like 5-6")
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", "--pairs", f"{word} is not a pair", "write it like 5-6"
+        )
     a, b = sorted(_joint(end.strip(), campaign, "pairs") for end in ends)
     return a, b
 
@@ -156,7 +167,9 @@ def _check_possible(effect: str, given: Mapping[str, Sequence[Any]], possible: S
     for label in place_names(given["joints"], given["links"], given["pairs"]):
         if label not in possible:
             mend = f"possible: {', '.join(possible) or 'none on this robot'}"
-            raise InputError.at("command line", "EFFECT", f"{effect} cannot sit at {label}", mend)
+            raise InputError.at(
+                FaultCode.PLACE_INVALID, "command line", "EFFECT", f"{effect} cannot sit at {label}", mend
+            )
 
 
 def _replaced(campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]) -> list[str]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain, LinkBeam
 from stiffcal.model.catalogue import find_effects
@@ -130,16 +131,28 @@ def draw_effect(name: str, file: Path, plugins: PluginCode | None = None) -> str
     from stiffcal.report.figures.effect_picture import draw_effect_picture
 
     if file.suffix.lower() not in PICTURES:
-        raise InputError.at(str(file), "", "no picture format", f"end the name in one of {', '.join(PICTURES)}")
+        raise InputError.at(
+            FaultCode.FORMAT_UNKNOWN,
+            str(file),
+            "",
+            "no picture format",
+            f"end the name in one of {', '.join(PICTURES)}",
+        )
     picture = effect_picture(find_effects(plugins)[name])
     if picture is None:
         mend = f"leave -o out: stiffcal effects {name} says where it shows"
-        raise InputError.at("command line", "-o", f"{name} does not change a load-deformation curve", mend)
+        raise InputError.at(
+            FaultCode.DATA_MISSING, "command line", "-o", f"{name} does not change a load-deformation curve", mend
+        )
     try:
         save_figure(draw_effect_picture(picture), file)
     except OSError as error:
         raise InputError.at(
-            str(file), "", f"cannot be written ({error.strerror or error})", "choose another place"
+            FaultCode.FILE_UNWRITABLE,
+            str(file),
+            "",
+            f"cannot be written ({error.strerror or error})",
+            "choose another place",
         ) from error
     return picture.caption
 

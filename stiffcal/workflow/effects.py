@@ -6,6 +6,7 @@ import difflib
 import math
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.effect import Effect
 from stiffcal.model.plugin_code import PluginCode
@@ -37,7 +38,7 @@ def describe_effects(name: str | None = None, plugins: PluginCode | None = None)
     else:
         near = difflib.get_close_matches(name, catalogue, n=1)
         mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
-        raise InputError.at("command line", "NAME", f"no effect is called {name}", mend)
+        raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "NAME", f"no effect is called {name}", mend)
     return EffectsResult(warnings=[], effects=[_describe(effect) for effect in chosen])
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing, write_whole
 from stiffcal.workflow.command_results import ExportResult
 from stiffcal.workflow.identify import fitted
@@ -46,7 +47,13 @@ def export_campaign(
     ending = output.suffix.lower()
     if ending not in (*TABLES, *MODELS):
         mend = f"end the name in one of {', '.join((*TABLES, *MODELS))}"
-        raise InputError.at(str(output), "", f"no export is known for {ending or 'a name without an ending'}", mend)
+        raise InputError.at(
+            FaultCode.FORMAT_UNKNOWN,
+            str(output),
+            "",
+            f"no export is known for {ending or 'a name without an ending'}",
+            mend,
+        )
     data = ingested(folder, context)
     identified = fitted(data, context)
     if ending in TABLES:
@@ -96,7 +103,9 @@ def _readings(data: Ingested) -> pa.Table:
         if name in data.store.tables:
             return data.store.read_table(name)
     reason = "the campaign holds no load states, and no readings of friction or of clamped joints"
-    raise InputError.at(str(data.campaign.folder), "runs", reason, "export the model instead: -o model.json")
+    raise InputError.at(
+        FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "export the model instead: -o model.json"
+    )
 
 
 def write_table(table: pa.Table | Mapping[str, Any], output: Path, *, raw_text: bool = False) -> None:

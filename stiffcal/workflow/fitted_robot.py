@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import Document, RunContext, free_names, ingested, placed_robot
 
@@ -68,7 +69,13 @@ class FittedRobot:
             return self.setup.targets[self.setup.target_names.index(name)]
         frames = resolve_frames(self.campaign.manifest, self.campaign.chain)
         if name not in frames:
-            raise InputError.at("command line", option, f"no frame is called {name}", f"frames: {', '.join(frames)}")
+            raise InputError.at(
+                FaultCode.FRAME_UNKNOWN,
+                "command line",
+                option,
+                f"no frame is called {name}",
+                f"frames: {', '.join(frames)}",
+            )
         return frames[name]
 
     def aimed_at(self, name: str | None, option: str = "--target") -> tuple[MeasurementSetup, str]:
@@ -83,7 +90,13 @@ class FittedRobot:
             return replace(setup, targets=setup.targets[:1], target_names=setup.target_names[:1]), setup.target_names[0]
         target = self.frame(name, option)
         if target.body == 0:
-            raise InputError.at("command line", option, f"{name} stands on the ground", "name a frame on the robot")
+            raise InputError.at(
+                FaultCode.FRAME_UNSUITABLE,
+                "command line",
+                option,
+                f"{name} stands on the ground",
+                "name a frame on the robot",
+            )
         return replace(self.setup, targets=(target,), target_names=(name,)), name
 
 
@@ -101,13 +114,21 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     robot = placed_robot(campaign)
     if not robot.placed:
         reason = "the model holds nothing that gives under a load, so no deflection can be told"
-        raise InputError.at("model.toml", "effects", reason, f"stiffcal add {campaign.folder} joint-compliance --all")
+        raise InputError.at(
+            FaultCode.MODEL_UNSUITABLE,
+            "model.toml",
+            "effects",
+            reason,
+            f"stiffcal add {campaign.folder} joint-compliance --all",
+        )
     missing, _ = free_names(campaign, robot)
     measured = all((campaign.folder / file).exists() for file in source_files(campaign))
     if not measured:
         if missing:
             reason = f"nothing is measured here, and {missing[0]} has no value"
-            raise InputError.at("model.toml", "parameters", reason, "give it a value, or put the logs in place")
+            raise InputError.at(
+                FaultCode.KEY_MISSING, "model.toml", "parameters", reason, "give it a value, or put the logs in place"
+            )
         chain = campaign.chain
         setup = measurement_setup(campaign.manifest, chain, resolve_frames(campaign.manifest, chain))
         return FittedRobot(campaign, robot, _aimed(setup, chain.n_joints), {}, "model.toml")

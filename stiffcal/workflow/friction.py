@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.parts import FREE_MOTION, FRICTION
 from stiffcal.workflow.experiments import ExperimentFit, ExperimentValidation
 from stiffcal.workflow.friction_documents import (
@@ -160,7 +161,11 @@ def _without_effect(data: Ingested) -> ExperimentFit | None:
     mend = f"stiffcal add {data.campaign.folder} {names[0] if names else 'EFFECT'} --all"
     if len(data.states) == 0:
         raise InputError.at(
-            "model.toml", "effects", "the campaign holds friction runs, and the model no friction", mend
+            FaultCode.MODEL_UNSUITABLE,
+            "model.toml",
+            "effects",
+            "the campaign holds friction runs, and the model no friction",
+            mend,
         )
     return ExperimentFit(
         "friction", {"joints": []}, warnings=[f"friction runs are not used: the model holds no friction ({mend})"]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
 from stiffcal.model.summary import EffectInModel, ModelSummary
 from stiffcal.store.document_shape import result_from
@@ -82,7 +83,9 @@ def restore_model(
     fits = {fit.id: fit for fit in reversed(_stored_fits(open_store(campaign.folder, context)))}
     if identifier not in fits:
         known = ", ".join(reversed(fits)) or "none"
-        raise InputError.at("command line", "--restore", f"no fit has the id {identifier}", f"known: {known}")
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", "--restore", f"no fit has the id {identifier}", f"known: {known}"
+        )
     fit = fits[identifier]
     if fit.origin == FOREIGN:
         _check_foreign(campaign, fit, agree)
@@ -108,7 +111,13 @@ def _check_foreign(campaign: Campaign, fit: StoredFit, agree: Callable[[StoredFi
     place = f"fit {fit.id}"
     if agree is None or not agree(fit):
         reason = "this fit was not made by you, and its model has not been looked at"
-        raise InputError.at("history", place, reason, "look at the model that is shown, and say --yes to restore it")
+        raise InputError.at(
+            FaultCode.CONTENT_UNTRUSTED,
+            "history",
+            place,
+            reason,
+            "look at the model that is shown, and say --yes to restore it",
+        )
     if fit.model_text:
         with tempfile.TemporaryDirectory(prefix="stiffcal-model-") as folder:
             (Path(folder) / MODEL_FILE).write_text(fit.model_text, encoding="utf-8")

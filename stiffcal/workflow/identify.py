@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.store.index import FOREIGN, OWN
 from stiffcal.workflow.steps import (
     FIT_STATES,
@@ -63,7 +64,13 @@ def identify_campaign(
     """
     context = context or RunContext()
     if loss not in LOSSES:
-        raise InputError.at("command line", "--loss", f"no loss is called {loss}", f"choose {' or '.join(LOSSES)}")
+        raise InputError.at(
+            FaultCode.OPTION_INVALID,
+            "command line",
+            "--loss",
+            f"no loss is called {loss}",
+            f"choose {' or '.join(LOSSES)}",
+        )
     data = ingested(folder, context)
     current = current_fit(data, loss)
     if current is not None:
@@ -91,7 +98,7 @@ def _with_dual_quaternions(data: Ingested, fit: Fit | None, document: Document) 
 
     if fit is None:
         reason = "the campaign holds no load states to identify springs from"
-        raise InputError.at("command line", "--dual-quaternions", reason, "leave it out")
+        raise InputError.at(FaultCode.DATA_MISSING, "command line", "--dual-quaternions", reason, "leave it out")
     document = {**document, "dual_quaternions": two_forms_document(identify_in_two_forms(fit))}
     data.commit({}, {IDENTIFY: document}, command="identify")
     return document
@@ -136,11 +143,19 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
     robot = placed_robot(campaign)
     if not robot.placed:
         raise InputError.at(
-            "model.toml", "effects", "the model holds no effect", "add one: stiffcal add DIR EFFECT --all"
+            FaultCode.MODEL_UNSUITABLE,
+            "model.toml",
+            "effects",
+            "the model holds no effect",
+            "add one: stiffcal add DIR EFFECT --all",
         )
     if not data.states.used.any():
         raise InputError.at(
-            "campaign.toml", "runs", "no load state can be used", "stiffcal check says why each was set aside"
+            FaultCode.STATES_MISSING,
+            "campaign.toml",
+            "runs",
+            "no load state can be used",
+            "stiffcal check says why each was set aside",
         )
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
     return identify_parameters(data.states, robot, settings, context.progress)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import LoadStates
@@ -85,7 +86,13 @@ def stored_states(
     reason = is_stale(folder, store)
     if reason:
         if not update:
-            raise InputError.at(str(store or folder / "store"), "", f"out of date ({reason})", "run ingest first")
+            raise InputError.at(
+                FaultCode.STORE_OUTDATED,
+                str(store or folder / "store"),
+                "",
+                f"out of date ({reason})",
+                "run ingest first",
+            )
         ingest_campaign(folder, store, progress)
     target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
     return stored_table(target)[1]

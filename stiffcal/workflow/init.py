@@ -10,6 +10,7 @@ from pathlib import Path
 
 from stiffcal.campaign.reach import check_given
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.workflow.command_results import InitResult
 
@@ -43,11 +44,17 @@ def init_campaign(
     folder = Path(folder)
     if tables and kind is not None:
         raise InputError.at(
-            "command line", "--kind", "a table proposes a load campaign", "give either --kind or --from"
+            FaultCode.OPTION_CONFLICT,
+            "command line",
+            "--kind",
+            "a table proposes a load campaign",
+            "give either --kind or --from",
         )
     if not tables and (urdf is not None or robot is not None):
         option = "--urdf" if urdf is not None else "--robot"
-        raise InputError.at("command line", option, "it goes with --from only", "give --from TABLE.csv too")
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT, "command line", option, "it goes with --from only", "give --from TABLE.csv too"
+        )
     if not tables:
         from stiffcal.campaign.templates import write_template
 

@@ -14,6 +14,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.sizes import HEAVIEST_KG, LONGEST_M
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.plot import PICTURES
@@ -94,7 +95,9 @@ def map_campaign(
     wrench = _wrench(fitted, request)
     direction = _direction(request.stiffness)
     if direction is None and not wrench.any():
-        raise InputError.at("command line", "--load", "nothing to map", "give --load, --mass or --stiffness")
+        raise InputError.at(
+            FaultCode.OPTION_MISSING, "command line", "--load", "nothing to map", "give --load, --mass or --stiffness"
+        )
     task, grid = _grid(fitted, setup, request, wrench, direction)
     context.progress(f"looking for {len(task.points)} poses", None)
     try:
@@ -137,24 +140,42 @@ def map_campaign(
 def _check_outputs(picture: Path | None, table: Path | None) -> None:
     for file, kinds, words in ((picture, PICTURES, "picture"), (table, TABLES, "table")):
         if file is not None and file.suffix.lower() not in kinds:
-            raise InputError.at(str(file), "", f"no {words} format", f"end the name in one of {', '.join(kinds)}")
+            raise InputError.at(
+                FaultCode.FORMAT_UNKNOWN,
+                str(file),
+                "",
+                f"no {words} format",
+                f"end the name in one of {', '.join(kinds)}",
+            )
         if file is not None and not file.parent.is_dir():
-            raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
+            raise InputError.at(
+                FaultCode.FILE_MISSING, str(file), "", "its folder does not exist", "make the folder first"
+            )
 
 
 def _wrench(fitted: FittedRobot, request: MapRequest) -> Floats:
     if request.load is not None and request.mass is not None:
-        raise InputError.at("command line", "--mass", "there is a --load already", "give one of the two")
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT, "command line", "--mass", "there is a --load already", "give one of the two"
+        )
     wrench = np.zeros(6)
     if request.mass is not None:
         if not 0.0 < request.mass < np.inf:
-            raise InputError.at("command line", "--mass", f"{request.mass:g} kg hang nowhere", "give a mass in kg")
+            raise InputError.at(
+                FaultCode.OPTION_MISSING,
+                "command line",
+                "--mass",
+                f"{request.mass:g} kg hang nowhere",
+                "give a mass in kg",
+            )
         wrench[:3] = request.mass * fitted.campaign.chain.gravity
     elif request.load is not None:
         given = numbers_of_words(request.load, "--load")
         if len(given) not in (3, 6):
             mend = "write Fx,Fy,Fz or Fx,Fy,Fz,Tx,Ty,Tz"
-            raise InputError.at("command line", "--load", f"{request.load!r} is no wrench", mend)
+            raise InputError.at(
+                FaultCode.OPTION_INVALID, "command line", "--load", f"{request.load!r} is no wrench", mend
+            )
         wrench[: len(given)] = given
     return wrench
 
@@ -166,7 +187,13 @@ def _direction(words: str | None) -> Floats | None:
         return np.asarray(np.eye(3)["xyz".index(words)])
     vector = np.array(numbers_of_words(words, "--stiffness"))
     if vector.shape != (3,) or not vector.any():
-        raise InputError.at("command line", "--stiffness", f"{words!r} is no direction", "write x, y, z or dx,dy,dz")
+        raise InputError.at(
+            FaultCode.OPTION_INVALID,
+            "command line",
+            "--stiffness",
+            f"{words!r} is no direction",
+            "write x, y, z or dx,dy,dz",
+        )
     return np.asarray(vector / np.linalg.norm(vector))
 
 
@@ -174,7 +201,9 @@ def _plane(words: str) -> Plane:
     for plane in PLANES:
         if plane == words:
             return plane
-    raise InputError.at("command line", "--plane", f"no plane {words}", f"one of {', '.join(PLANES)}")
+    raise InputError.at(
+        FaultCode.OPTION_INVALID, "command line", "--plane", f"no plane {words}", f"one of {', '.join(PLANES)}"
+    )
 
 
 def _grid(
@@ -189,12 +218,26 @@ def _grid(
     plane = _plane(request.plane)
     if not (2 <= request.points <= 400 and 1 <= request.slices <= 30):
         mend = "2 to 400 points along a side, 1 to 30 slices"
-        raise InputError.at("command line", "--points", f"{request.points} points, {request.slices} slices", mend)
+        raise InputError.at(
+            FaultCode.OPTION_INVALID,
+            "command line",
+            "--points",
+            f"{request.points} points, {request.slices} slices",
+            mend,
+        )
     if request.at is not None and not abs(request.at) <= LONGEST_M:
         reason = f"no robot reaches {request.at:g} m"
-        raise InputError.at("command line", "--at", reason, "give the height of the plane in m")
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", "--at", reason, "give the height of the plane in m"
+        )
     if request.mass is not None and request.mass > HEAVIEST_KG:
-        raise InputError.at("command line", "--mass", f"no robot holds {request.mass:g} kg", "give the mass in kg")
+        raise InputError.at(
+            FaultCode.OPTION_INVALID,
+            "command line",
+            "--mass",
+            f"no robot holds {request.mass:g} kg",
+            "give the mass in kg",
+        )
     chain = fitted.campaign.chain
     across, up, third = PLANES[plane]
     box = reached_box(chain, setup.targets[0])

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.command_results import PlotResult
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested
@@ -54,15 +55,23 @@ def plot_campaign(
     context = context or RunContext()
     file = output or Path("plot.svg")
     if file.suffix.lower() not in PICTURES:
-        raise InputError.at(str(file), "", "no picture format", f"end the name in one of {', '.join(PICTURES)}")
+        raise InputError.at(
+            FaultCode.FORMAT_UNKNOWN,
+            str(file),
+            "",
+            "no picture format",
+            f"end the name in one of {', '.join(PICTURES)}",
+        )
     if not file.parent.is_dir():
-        raise InputError.at(str(file), "", "its folder does not exist", "make the folder first")
+        raise InputError.at(FaultCode.FILE_MISSING, str(file), "", "its folder does not exist", "make the folder first")
     data = ingested(folder, context)
     names = [info.name for info in data.states.runs]
     if len(data.states) == 0 and against is None:
         names += clamped_runs(data)
     if run is not None and run not in names:
-        raise InputError.at("command line", "--run", f"no run is called {run}", f"runs: {', '.join(names)}")
+        raise InputError.at(
+            FaultCode.RUN_UNKNOWN, "command line", "--run", f"no run is called {run}", f"runs: {', '.join(names)}"
+        )
     identified = fitted(data, context)
     from stiffcal.report.figures.canvas import save_figure
 
@@ -76,7 +85,9 @@ def plot_campaign(
         return PlotResult(warnings=[], file=str(file), drawn=drawn)
     if len(data.states) == 0:
         mend = "choose velocity, or velocity:2 for one joint"
-        raise InputError.at("command line", "--against", "the campaign holds no load states", mend)
+        raise InputError.at(
+            FaultCode.DATA_MISSING, "command line", "--against", "the campaign holds no load states", mend
+        )
     validation = validated(data, identified, context)
     from stiffcal.workflow.report_content import report_states_of
 
@@ -112,7 +123,9 @@ def _clamped(data: Ingested, identified: Document, run: str | None) -> tuple[Fig
     drawn = tuple(one for one in curves if one.shown.angle.size)
     if not drawn:
         reason = "no whole sweep is left to draw" if run is None else f"no whole sweep is left of run {run}"
-        raise InputError.at(str(data.campaign.folder), "runs", reason, "stiffcal identify says why")
+        raise InputError.at(
+            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "stiffcal identify says why"
+        )
     return draw_branches(drawn), "torque over angle of " + ", ".join(f"{one.joint} ({one.shown.run})" for one in drawn)
 
 
@@ -123,13 +136,21 @@ def _friction(data: Ingested, identified: Document, against: str) -> tuple[Figur
     curves = friction_curves(data, identified)
     if not curves:
         mend = "measure friction runs, or draw something else"
-        raise InputError.at(str(data.campaign.folder), "runs", "no friction was measured in this campaign", mend)
+        raise InputError.at(
+            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", "no friction was measured in this campaign", mend
+        )
     _, _, which = against.partition(":")
     if which:
         name = data.joint_names[_joint(which, data.joint_names)]
         curves = tuple(curve for curve in curves if curve.joint == name)
         if not curves:
-            raise InputError.at("command line", "--against", f"joint {name} has no friction runs", f"choose {AGAINST}")
+            raise InputError.at(
+                FaultCode.DATA_MISSING,
+                "command line",
+                "--against",
+                f"joint {name} has no friction runs",
+                f"choose {AGAINST}",
+            )
     return draw_friction(curves), "friction over speed of " + ", ".join(curve.joint for curve in curves)
 
 
@@ -168,7 +189,9 @@ def _driver(against: str, data: Ingested, identified: Document, shown: ReportSta
         name, unit, values = simple[what]
         if not np.isfinite(values).any():
             mend = f"choose {AGAINST}"
-            raise InputError.at("command line", "--against", f"{what} is not logged in this campaign", mend)
+            raise InputError.at(
+                FaultCode.DATA_MISSING, "command line", "--against", f"{what} is not logged in this campaign", mend
+            )
         return ResidualCovariate(name, unit, np.asarray(values, dtype=np.float64))
     if what == "force" and which in ("x", "y", "z"):
         return ResidualCovariate(f"force along {which}", "N", shown.force[:, "xyz".index(which)])
@@ -177,7 +200,9 @@ def _driver(against: str, data: Ingested, identified: Document, shown: ReportSta
         if what == "angle":
             return ResidualCovariate(f"angle of joint {joint + 1}", "°", np.degrees(states.joints[:, joint]))
         return ResidualCovariate(f"torque on joint {joint + 1}", "N·m", joint_torques(data, identified)[:, joint])
-    raise InputError.at("command line", "--against", f"nothing is known of {against}", f"choose {AGAINST}")
+    raise InputError.at(
+        FaultCode.OPTION_INVALID, "command line", "--against", f"nothing is known of {against}", f"choose {AGAINST}"
+    )
 
 
 def _joint(which: str, names: tuple[str, ...]) -> int:
@@ -186,7 +211,9 @@ def _joint(which: str, names: tuple[str, ...]) -> int:
     if len(which) < 10 and which.isdecimal() and 1 <= int(which) <= len(names):
         return int(which) - 1
     mend = f"number 1 to {len(names)}, or one of {', '.join(names)}"
-    raise InputError.at("command line", "--against", f"no joint is called {which or '(nothing)'}", mend)
+    raise InputError.at(
+        FaultCode.JOINT_UNKNOWN, "command line", "--against", f"no joint is called {which or '(nothing)'}", mend
+    )
 
 
 def _only(shown: ReportStates, driver: ResidualCovariate, number: int) -> tuple[ReportStates, ResidualCovariate]:

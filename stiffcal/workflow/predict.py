@@ -14,6 +14,7 @@ from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.compensation.load_table import AXES, LoadTable, read_load_table
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.workflow.compensation_path import numbers_of_words, pose_of_words
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
@@ -79,7 +80,11 @@ def predict_campaign(
     context = context or RunContext()
     if (poses is None) == (load_path is None):
         raise InputError.at(
-            "command line", "--poses", "say what to predict", "give either --poses FILE or --load-path F;F"
+            FaultCode.OPTION_MISSING,
+            "command line",
+            "--poses",
+            "say what to predict",
+            "give either --poses FILE or --load-path F;F",
         )
     campaign = load_campaign(Path(folder), check_files=False)
     loads, corners = _wanted(campaign, poses, load_path)
@@ -130,17 +135,27 @@ def _wanted(
         corner_loads, pose = table.wrench, table.joints[0]
         if request.pose is None and np.ptp(table.joints, axis=0).max() > 0.0:
             raise InputError.at(
-                request.corners, "", "the joints move along the path", "a load path has one pose; see --poses"
+                FaultCode.PATH_INVALID,
+                request.corners,
+                "",
+                "the joints move along the path",
+                "a load path has one pose; see --poses",
             )
     else:
         corner_loads, pose = _corners(request.corners), np.zeros(len(names))
     if request.pose is not None:
         pose = pose_of_words(request.pose, names, "--at")
     elif not is_given(Path(request.corners)):
-        raise InputError.at("command line", "--at", "no pose given", f"give {len(names)} joint angles in degrees")
+        raise InputError.at(
+            FaultCode.OPTION_MISSING,
+            "command line",
+            "--at",
+            "no pose given",
+            f"give {len(names)} joint angles in degrees",
+        )
     if request.points < 1 or len(corner_loads) < 2:
         mend = "give two loads or more, and at least one point on each leg"
-        raise InputError.at("command line", "--load-path", "this is no path", mend)
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--load-path", "this is no path", mend)
     wrench, corners = load_path(corner_loads, request.points)
     return LoadTable(np.repeat(pose[None], len(wrench), axis=0), wrench), corners
 
@@ -149,7 +164,9 @@ def _corners(text: str) -> Floats:
     rows = [numbers_of_words(part, "--load-path") for part in text.split(";") if part.strip()]
     if not rows or any(len(row) != len(rows[0]) for row in rows) or len(rows[0]) not in (3, 6):
         mend = 'write forces like "-100,200,-300;0,0,0;100,-200,100", or name a CSV file'
-        raise InputError.at("command line", "--load-path", f"{text!r} is no list of loads", mend)
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", "--load-path", f"{text!r} is no list of loads", mend
+        )
     return np.array(rows)
 
 

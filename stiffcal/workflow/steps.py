@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.limits import TOML
 from stiffcal.revision import REVISION
@@ -201,7 +202,7 @@ def announce(step: str, reason: str, folder: Path, context: RunContext) -> None:
     """
     if not context.update:
         mend = f"run stiffcal {step} {folder}, or leave --no-update out"
-        raise InputError.at(str(folder), step, reason, mend)
+        raise InputError.at(FaultCode.STORE_OUTDATED, str(folder), step, reason, mend)
     context.say(f"{step} first: {reason}")
 
 

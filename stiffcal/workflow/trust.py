@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 from stiffcal.campaign.loading import load_manifest
 from stiffcal.campaign.queries import queries_of
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.model.plugin_code import PluginCode, read_plugins
 from stiffcal.trust.content import SHA256, TrustEntry
 from stiffcal.trust.places import normal_place
@@ -124,7 +125,13 @@ def allow_place(uri: str) -> Document:
     _check_named("--store", uri)
     place = normal_place(uri)
     if place == os.path.dirname(place) or re.fullmatch(r"[a-z0-9+.-]+://", place):  # noqa: PTH120 - no path, a place
-        raise InputError.at("command line", "--store", f"{uri} holds everything", "name the folder of the stores")
+        raise InputError.at(
+            FaultCode.OPTION_INVALID,
+            "command line",
+            "--store",
+            f"{uri} holds everything",
+            "name the folder of the stores",
+        )
     record = open_record()
     record.allow_place(place)
     return _document("allowed", [entry for entry in record.entries() if (entry.kind, entry.key) == ("place", place)])
@@ -151,7 +158,9 @@ def list_trust() -> Document:
 def _check_named(option: str, name: str) -> None:
     """Refuse an empty name, as of a variable that is not set: it would be the current folder, whatever that is."""
     if not name.strip():
-        raise InputError.at("command line", option, "is empty", 'name it in full, the current folder as "."')
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", option, "is empty", 'name it in full, the current folder as "."'
+        )
 
 
 def revoke_trust(name: str) -> Document:
@@ -171,7 +180,9 @@ def revoke_trust(name: str) -> Document:
     gone = open_record().revoke(*names)
     still = sorted(names & hashes_of_environment())
     if not gone and not still:
-        raise InputError.at("command line", "--revoke", f"{name} is not trusted", "see stiffcal trust --list")
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, "command line", "--revoke", f"{name} is not trusted", "see stiffcal trust --list"
+        )
     warnings = [f"STIFFCAL_TRUST still holds {digest}" for digest in still]
     return _document("revoked", gone) | {"warnings": warnings}
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.diagnosis_verdict import judgement
 from stiffcal.workflow.identify import fit_now, fitted
 from stiffcal.workflow.steps import (
@@ -160,21 +161,33 @@ def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds
     store = open_store(other, RunContext())
     stored, origin = stored_document(store, IDENTIFY), store.origin_of(IDENTIFY)
     if stored is None:
-        raise InputError.at(str(other), "store", "no model is fitted there", f"run stiffcal identify {other}")
+        raise InputError.at(
+            FaultCode.STORE_MISSING, str(other), "store", "no model is fitted there", f"run stiffcal identify {other}"
+        )
     if origin == FOREIGN and all((other / file).exists() for file in source_files(campaign)):
         reason = "its store was not written by you"
-        raise InputError.at(str(other), "store", reason, f"run stiffcal identify {other}, which computes it again")
+        raise InputError.at(
+            FaultCode.CONTENT_UNTRUSTED,
+            str(other),
+            "store",
+            reason,
+            f"run stiffcal identify {other}, which computes it again",
+        )
     if campaign.chain.n_joints != data.campaign.chain.n_joints:
         reason = f"its robot has {campaign.chain.n_joints} joints, this one {data.campaign.chain.n_joints}"
-        raise InputError.at(str(other), "robot", reason, "name a campaign of the same robot")
+        raise InputError.at(FaultCode.ROBOT_MISMATCH, str(other), "robot", reason, "name a campaign of the same robot")
     robot = replace(placed_robot(campaign), chain=data.campaign.chain).with_values(values_of(stored))
     if model_document(robot) != stored["model"]:
         reason = "its model.toml has changed since the last fit"
-        raise InputError.at(str(other), "model.toml", reason, f"run stiffcal identify {other}")
+        raise InputError.at(
+            FaultCode.MODEL_MISMATCH, str(other), "model.toml", reason, f"run stiffcal identify {other}"
+        )
     own = fit_now(data, "linear", context)
     if own is None:
         reason = "this campaign holds no load states that a model could be held against"
-        raise InputError.at(str(data.campaign.folder), "runs", reason, "name a campaign with load runs")
+        raise InputError.at(
+            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "name a campaign with load runs"
+        )
     fit = replace(own, robot=robot)
     validation = validate_fit(data.states, fit, residuals_of_model(data.states, fit))
     document = validation_document(data.states, validation)

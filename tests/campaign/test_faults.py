@@ -291,7 +291,8 @@ def test_a_log_named_by_two_runs(tmp_path: Path) -> None:
     doubled = changed(LOGS, ("raw/b_ft.csv", "raw/a_ft.csv"))
     fault = one_fault(with_logs(tmp_path / "c", doubled, "a_ft.csv", "c_ft.csv"))
     assert str(fault) == (
-        "campaign.toml: runs[2] (b).files.ft: raw/a_ft.csv is named by run a too; name this run's own log"
+        "campaign.toml: runs[2] (b).files.ft: raw/a_ft.csv is named by run a too; name this run's own log "
+        "[key-conflict]"
     )
 
 
@@ -321,7 +322,7 @@ def test_a_missing_folder_is_one_line(tmp_path: Path) -> None:
     fault = one_fault(write_campaign(tmp_path / "c", LOGS.replace("raw/", "logs/")))
     assert str(fault) == (
         "campaign.toml: runs[1] (a).files.ft: no such folder: logs; 3 files are named in it, logs/a_ft.csv first; "
-        "put the files there"
+        "put the files there [file-missing]"
     )
     missing = document_of(check_campaign(tmp_path / "c"))["missing"]
     assert [line for line in missing if "logs" in line] == ["folder logs: not there yet, 3 files are named in it"]

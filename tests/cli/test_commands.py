@@ -122,7 +122,7 @@ def test_validate_with_a_broken_threshold_ends_with_1(campaign: Path, capsys: py
 def test_add_without_a_place_lists_the_places(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
     document, code = document_of(capsys, "add", campaign, "joint-compliance")
     assert code == 2
-    assert set(document["error"]) == {"file", "place", "reason", "mend"}
+    assert set(document["error"]) == {"code", "file", "place", "reason", "mend"}
     assert "possible: j1, j2, j3, j4, j5, j6" in document["error"]["mend"]
 
 
@@ -167,7 +167,7 @@ def test_mistakes_get_one_line_and_exit_code_2(capsys: pytest.CaptureFixture[str
     assert re.search(line, told.err)
     document, code = document_of(capsys, *words)
     assert code == 2
-    assert set(document["error"]) == {"file", "place", "reason", "mend"}
+    assert set(document["error"]) == {"code", "file", "place", "reason", "mend"}
 
 
 def test_every_fault_of_the_input_gets_its_line(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -105,9 +105,9 @@ def test_faults_of_the_manifest_know_a_new_format(tmp_path: Path, capsys: pytest
     wrong = "campaign.toml: sources.table"
     signals = "joints, wrench, dead_weight, pose, poses, deflection, displacement, lengths, temperature, hold"
     assert refusal(capsys, "check", folder).splitlines() == [
-        f'{wrong}.format: "json" is not one of the choices; write one of {names}',
-        f'{wrong}.jsonrows.kee: unknown key "kee"; did you mean "key"? The keys here are key',
-        f'{wrong}.xml: unknown key "xml"; remove it; the keys here are {keys}, {signals}',
+        f'{wrong}.format: "json" is not one of the choices; write one of {names} [value-invalid]',
+        f'{wrong}.jsonrows.kee: unknown key "kee"; did you mean "key"? The keys here are key [key-unknown]',
+        f'{wrong}.xml: unknown key "xml"; remove it; the keys here are {keys}, {signals} [key-unknown]',
     ]
 
 
@@ -115,7 +115,7 @@ def test_without_its_file_the_format_is_refused(tmp_path: Path, capsys: pytest.C
     folder = in_json(tmp_path / "c")
     assert refusal(capsys, "check", folder) == (
         'campaign.toml: sources.table: the ending of "raw/states.jrows" does not tell the format; '
-        'add format = "csv", say\n'
+        'add format = "csv", say [format-unknown]\n'
     )
 
 
@@ -194,8 +194,8 @@ def test_faults_of_the_manifest_know_a_new_kind(tmp_path: Path, capsys: pytest.C
     folder = with_run(tmp_path / "c", 'experiment = "probe"', 'probing = { plato = "granite" }')
     place, names = "campaign.toml: runs[1] (pose1)", '"clamped", "free", "friction", "load" or "probing"'
     assert refusal(capsys, "check", folder).splitlines() == [
-        f'{place}.experiment: "probe" is not one of the choices; write one of {names}',
-        f'{place}.probing.plato: unknown key "plato"; did you mean "plate"? The keys here are plate',
+        f'{place}.experiment: "probe" is not one of the choices; write one of {names} [value-invalid]',
+        f'{place}.probing.plato: unknown key "plato"; did you mean "plate"? The keys here are plate [key-unknown]',
     ]
 
 
@@ -220,7 +220,7 @@ def test_the_template_of_a_new_kind_is_written(tmp_path: Path, command: Command)
 def test_without_its_folder_the_kind_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = with_run(tmp_path / "c", 'experiment = "probing"', 'probing = { plate = "granite" }')
     lines = refusal(capsys, "check", folder).splitlines()
-    assert lines[0].endswith('write one of "clamped", "free", "friction" or "load"')
+    assert lines[0].endswith('write one of "clamped", "free", "friction" or "load" [value-invalid]')
     assert lines[1].startswith('campaign.toml: runs[1] (pose1).probing: unknown key "probing"')
 
 

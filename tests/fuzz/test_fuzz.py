@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.cli.app import main
+from stiffcal.fault_codes import FaultCode
 from tests.fuzz.feeding import PATIENCE_S, feed, feed_one
 from tests.fuzz.fence import FENCE, BrokenFenceError
 from tests.fuzz.targets import formats_not_fed, targets
@@ -74,7 +75,7 @@ def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> Non
     from tests.fuzz import feeding
 
     def refuse(*_: object) -> None:
-        raise InputError.at("a", "", "", "")
+        raise InputError.at(FaultCode.VALUE_INVALID, "a", "", "", "")
 
     tries = itertools.count(1)
     deeds = {

@@ -22,6 +22,7 @@ from unittest import mock
 
 from stiffcal.cli.app import main
 from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 from tests.fuzz.mutations import places_of, toml_text
 
 FACTORS = (1e-6, 1e-3, 1e-2, 1e2, 1e3, 1e6, 1e9, math.pi / 180.0, 180.0 / math.pi, 9.81)
@@ -306,9 +307,9 @@ def refusal_of(out: str, err: str, as_json: bool) -> InputError:
     if as_json:
         document = json.loads(out, parse_constant=_no_constant)
         faults = [document["error"], *document.get("others", [])]
-        return InputError(*(Fault(**fault) for fault in faults))
+        return InputError(*(Fault(**{**fault, "code": FaultCode(fault["code"])}) for fault in faults))
     lines = [line for line in err.splitlines() if line.strip()]
     faulty = [line for line in lines if "; " in line]
     if not faulty or "; " not in lines[-1]:
         raise AssertionError(f"a refusal without a mend: {err}")
-    return InputError(*(Fault("", "", *line.rsplit("; ", 1)) for line in faulty))
+    return InputError(*(Fault(FaultCode.VALUE_INVALID, "", "", *line.rsplit("; ", 1)) for line in faulty))

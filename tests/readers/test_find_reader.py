@@ -89,7 +89,7 @@ def test_a_format_that_cannot_be_imported_is_one_line() -> None:
         find_reader(Path("x"), "broken")
     assert str(caught.value) == (
         "installed packages: no_such_package.reader:READER: the reader 'broken' cannot be imported "
-        "(ModuleNotFoundError); install its package again, or remove it"
+        "(ModuleNotFoundError); install its package again, or remove it [library-missing]"
     )
 
 

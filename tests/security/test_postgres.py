@@ -34,7 +34,7 @@ def fault(options: dict[str, Any], wanted: str = "t") -> str:
         list(READER.read_batches(Path("none"), {"from": "ft", "order_by": "t"} | options, Wanted((wanted,))))
     assert "\n" not in str(caught.value)
     assert "heim" not in str(caught.value)
-    return str(caught.value)
+    return str(caught.value).removesuffix(f" [{caught.value.code}]")
 
 
 @pytest.fixture(autouse=True)

@@ -15,6 +15,7 @@ import pytest
 import stiffcal.workflow.history
 from stiffcal.cli.app import main
 from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import is_secret_name, mask, masked
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -31,14 +32,14 @@ def secret(monkeypatch: pytest.MonkeyPatch) -> str:
 
 @pytest.mark.parametrize("spelling", [SECRET, ESCAPED, PERCENT, SECRET.replace(" ", "\n"), f"x{SECRET}x"])
 def test_a_secret_is_masked_however_it_is_spelled(secret: str, spelling: str) -> None:
-    fault = Fault(spelling, f"place {spelling}", f"reason {spelling}", f"mend {spelling}")
+    fault = Fault(FaultCode.DATABASE_ADDRESS, spelling, f"place {spelling}", f"reason {spelling}", f"mend {spelling}")
     assert "geheim" not in str(fault) + json.dumps(fault.as_document()) + mask(f"a {spelling} b")
     assert "geheim" not in str(InputError(fault))
 
 
 def test_a_secret_that_would_be_cut_leaves_no_half(secret: str) -> None:
     for start in range(290, 302):
-        assert "geh" not in str(Fault("", "", "x" * start + SECRET + "y" * 400, ""))
+        assert "geh" not in str(Fault(FaultCode.DATABASE_ADDRESS, "", "", "x" * start + SECRET + "y" * 400, ""))
 
 
 @pytest.mark.parametrize(
@@ -173,7 +174,7 @@ def test_a_batch_shows_no_secret_in_any_of_its_outputs(
 )
 def test_a_very_long_text_of_a_stranger_costs_no_time(piece: str) -> None:
     begun = time.process_time()
-    fault = Fault(piece * 200_000, "", piece * 200_000, "")
+    fault = Fault(FaultCode.DATABASE_ADDRESS, piece * 200_000, "", piece * 200_000, "")
     mask(piece * 2_000)
     assert len(fault.reason) < 700
     assert time.process_time() - begun < 2.0

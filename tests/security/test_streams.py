@@ -122,7 +122,7 @@ def test_with_json_the_fault_goes_to_standard_error_where_standard_output_takes_
     full = Failing(OSError(28, "No space left on device"))
     assert ends(monkeypatch, "check", str(tmp_path / "nowhere"), "--json", out=full, err=err) == 2
     assert err.getvalue().splitlines() == [
-        f"{tmp_path / 'nowhere'}: no such folder; name a campaign folder, or make one: stiffcal init DIR"
+        f"{tmp_path / 'nowhere'}: no such folder; name a campaign folder, or make one: stiffcal init DIR [file-missing]"
     ]
 
 
@@ -191,7 +191,7 @@ def test_warnings_of_libraries_are_kept_from_standard_error() -> None:
 
 def test_a_warning_of_a_library_ends_no_task_of_a_batch(tmp_path: Path) -> None:
     code = (
-        "import warnings; from stiffcal.workflow import batch_task, batch_worker\n"
+        "import warnings; from stiffcal.batch import task as batch_task, worker as batch_worker\n"
         "def run_task(task): warnings.warn('overflow', RuntimeWarning); return {'done': True}\n"
         "batch_task.run_task = run_task; batch_worker.main()"
     )

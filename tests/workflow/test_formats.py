@@ -92,4 +92,4 @@ def test_a_missing_library_is_one_line(
     options: dict[str, Any] = {"uri_env": VARIABLE, "from": "ft"} if log_format == "postgres" else {}
     with pytest.raises(InputError) as caught:
         find_reader(path, log_format).read_header(path, options, "raw/log", Wanted(("t",)))
-    assert str(caught.value).endswith(f'is not installed; pip install "stiffcal[{extra}]"')
+    assert str(caught.value).endswith(f'is not installed; pip install "stiffcal[{extra}]" [library-missing]')

@@ -22,6 +22,7 @@ from stiffcal.experiments.clamped_chain import ClampedChain, give_of
 from stiffcal.experiments.clamped_faults import why_no_sweep
 from stiffcal.experiments.saturation import Saturation, find_saturation
 from stiffcal.experiments.torque_angle import PlaySegment, SeriesFit, TorqueAngleLaw, fit_series, play_segment
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.reduction.sweeps import Sweeps, cut_sweeps
 
@@ -119,6 +120,7 @@ def analyse_runs(
         if not coupled or (number >= PASSES and _agree(before, laws)):
             return runs
     raise InputError.at(
+        FaultCode.NO_CONVERGENCE,
         "campaign.toml", "runs", f"clamped joints that look alike do not settle in {MOST_PASSES} passes",
         "clamp the robot in a pose in which no other joint turns the flange like the moved one",
     )  # fmt: skip

@@ -25,6 +25,7 @@ import pyarrow.csv as arrow_csv
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
+from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import ROWS
 from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.moments import seconds_of_times
@@ -100,7 +101,9 @@ class CsvReader(Reader):
                 raise _placed(path, layout, wanted, 0, shown, "a quotation mark runs over several lines")
             if row == 0:
                 place = f"line {layout.first_data_line}"
-                raise InputError.at(shown, place, "no data after the header", "log again, or leave the file out")
+                raise InputError.at(
+                    FaultCode.FILE_EMPTY, shown, place, "no data after the header", "log again, or leave the file out"
+                )
             if text.suspect and (fault := find_fault(path, layout, wanted, 0, shown)) is not None:
                 raise fault
             check_last_line(text, layout, wanted, shown)
@@ -180,5 +183,5 @@ def _placed(path: Path, layout: Layout, wanted: Wanted, rows_read: int, shown: s
     """Return the fault with its line; where the slow pass finds none, with the row up to which all was well."""
     fault = find_fault(path, layout, wanted, rows_read, shown)
     return fault or InputError.at(
-        shown, f"after data row {rows_read}", reason, "correct the line in a copy of the file"
+        FaultCode.SYNTAX_INVALID, shown, f"after data row {rows_read}", reason, "correct the line in a copy of the file"
     )

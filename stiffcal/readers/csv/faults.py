@@ -12,6 +12,7 @@ import re
 from pathlib import Path
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Wanted
 from stiffcal.readers.csv.layout import Layout
 from stiffcal.readers.csv.lines import TAIL, LogText
@@ -39,7 +40,9 @@ def find_fault(path: Path, layout: Layout, wanted: Wanted, rows_read: int, shown
             if empty_line and len(layout.columns) == 1:
                 # With one column an empty line is an empty cell; at the end of the file it is nothing.
                 place = f"line {empty_line}, column {layout.columns[0]}"
-                return InputError.at(shown, place, "the cell is empty", "delete the line in a copy of the file")
+                return InputError.at(
+                    FaultCode.CELL_EMPTY, shown, place, "the cell is empty", "delete the line in a copy of the file"
+                )
             row += 1
             if row > rows_read:
                 fault = _line_fault(line, text, layout, wanted, shown, row)
@@ -53,12 +56,14 @@ def _line_fault(line: bytes, text: LogText, layout: Layout, wanted: Wanted, show
     cut_off = text.unfinished
     if b"\0" in line:
         reason = "the line holds NUL bytes: writing the log was interrupted"
-        return InputError.at(shown, place, reason, "log again, or delete the line in a copy of the file")
+        return InputError.at(
+            FaultCode.FILE_INCOMPLETE, shown, place, reason, "log again, or delete the line in a copy of the file"
+        )
     try:
         cells = layout.split(line.decode("utf-8", "replace"), strict=True)
     except csv.Error:
         reason = "a quotation mark is opened and not closed, or followed by more than the cell's end"
-        return InputError.at(shown, place, reason, "correct the line in a copy of the file")
+        return InputError.at(FaultCode.SYNTAX_INVALID, shown, place, reason, "correct the line in a copy of the file")
     if len(cells) != len(layout.columns):
         return _count_fault(cells, line, layout, shown, place, cut_off, row)
     for name in wanted.names:
@@ -66,17 +71,19 @@ def _line_fault(line: bytes, text: LogText, layout: Layout, wanted: Wanted, show
         at = f"{place}, column {name}"
         if name not in wanted.numbers:
             if not cell:
-                return InputError.at(shown, at, "the cell is empty", "fill it in")
+                return InputError.at(FaultCode.CELL_EMPTY, shown, at, "the cell is empty", "fill it in")
             if "\ufffd" in cell:
                 reason = f"{cell!r} is not {layout.encoding}"
-                return InputError.at(shown, at, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"')
+                return InputError.at(
+                    FaultCode.ENCODING_WRONG, shown, at, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"'
+                )
         elif not (name in wanted.gaps and cell in GAP_WORDS):
             fault = _number_fault(cell, name, layout)
             if fault is not None:
                 reason, mend = fault
                 if cut_off and name == layout.columns[-1]:
                     reason, mend = f"the file is cut off in the middle of a line ({cell!r})", CUT_OFF
-                return InputError.at(shown, at, reason, mend)
+                return InputError.at(FaultCode.FILE_INCOMPLETE, shown, at, reason, mend)
     return None
 
 
@@ -86,7 +93,7 @@ def _count_fault(
     expected, found = len(layout.columns), len(cells)
     if cut_off and found < expected:
         reason = f"the file is cut off in the middle of a line ({found} of {expected} cells)"
-        return InputError.at(shown, place, reason, CUT_OFF)
+        return InputError.at(FaultCode.FILE_INCOMPLETE, shown, place, reason, CUT_OFF)
     reason = f"{found} cell{'s' * (found != 1)}, the header has {expected}"
     if not line.strip():
         reason = "the line holds nothing but blanks"
@@ -100,7 +107,7 @@ def _count_fault(
         mend = "check csv.skip_rows and csv.delimiter"
         if layout.delimiter == "," and found > expected:
             mend += "; decimal commas need another delimiter or quotation marks"
-    return InputError.at(shown, place, reason, mend)
+    return InputError.at(FaultCode.SHAPE_MISMATCH, shown, place, reason, mend)
 
 
 def _number_fault(cell: str, name: str, layout: Layout) -> tuple[str, str] | None:
@@ -151,7 +158,11 @@ def check_last_line(text: LogText, layout: Layout, wanted: Wanted, shown: str) -
         place = f"last line, column {last_column}"
         reason = f"the file ends without a line end after {cell!r}: it may be cut off in the middle of a number"
         raise InputError.at(
-            shown, place, reason, "log again; if the number is whole, end the line in a copy of the file"
+            FaultCode.FILE_INCOMPLETE,
+            shown,
+            place,
+            reason,
+            "log again; if the number is whole, end the line in a copy of the file",
         )
 
 

@@ -15,6 +15,7 @@ from pydantic import Field
 from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
+from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import COLUMNS
 from stiffcal.measurements.scope_export import NAME, PROPERTIES, is_scope_header, scope_columns, scope_units
 from stiffcal.readers import Options, Wanted, check_columns, check_options
@@ -137,7 +138,9 @@ def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted
     assert isinstance(skip, int)
     decimal = _single(options, "decimal", shown) or "."
     if decimal not in ".,":
-        raise InputError.at(shown, "csv.decimal", f"{decimal!r} is no decimal mark", 'give "." or ","')
+        raise InputError.at(
+            FaultCode.OPTION_INVALID, shown, "csv.decimal", f"{decimal!r} is no decimal mark", 'give "." or ","'
+        )
     for _ in range(skip):
         if text.next_line() is None:
             break
@@ -147,10 +150,18 @@ def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted
     if line is None:
         empty = path.stat().st_size == 0
         reason = "the file is empty" if empty else f"the file ends before its header (csv.skip_rows = {skip})"
-        raise InputError.at(shown, "", reason, "log again" if empty else "correct csv.skip_rows or log again")
+        raise InputError.at(
+            FaultCode.FILE_EMPTY, shown, "", reason, "log again" if empty else "correct csv.skip_rows or log again"
+        )
     if len(line) > LONGEST_HEADER:
         reason = f"a line of {len(line)} characters where the columns' names should stand"
-        raise InputError.at(shown, f"line {text.line_number}", reason, "name a log of text lines, or its format")
+        raise InputError.at(
+            FaultCode.HEADER_MISSING,
+            shown,
+            f"line {text.line_number}",
+            reason,
+            "name a log of text lines, or its format",
+        )
     header = decode_line(text, line, shown)
     delimiter = _single(options, "delimiter", shown) or _find_delimiter(header, wanted, decimal)
     header_line = text.line_number
@@ -206,12 +217,14 @@ def decode_line(text: LogText, line: bytes, shown: str) -> str:
     place = f"line {text.line_number}"
     if line.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in line:
         mend = 'set csv.encoding = "utf-16" if it is, else copy the file again from its origin'
-        raise InputError.at(shown, place, "the line holds bytes that are no text (NUL)", mend)
+        raise InputError.at(FaultCode.ENCODING_WRONG, shown, place, "the line holds bytes that are no text (NUL)", mend)
     try:
         return line.decode(encoding)
     except UnicodeDecodeError as error:
         reason = f"byte 0x{line[error.start]:02x} is not {encoding}"
-        raise InputError.at(shown, place, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"') from None
+        raise InputError.at(
+            FaultCode.ENCODING_WRONG, shown, place, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"'
+        ) from None
 
 
 def _single(options: Options, key: str, shown: str) -> str | None:
@@ -220,7 +233,13 @@ def _single(options: Options, key: str, shown: str) -> str | None:
         return None
     text = "\t" if value in ("tab", "\\t") else str(value)
     if len(text) != 1 or not text.isascii() or text in '"\n\r' or text.isalnum():
-        raise InputError.at(shown, f"csv.{key}", f"{value!r} is not one character that can stand there", "correct it")
+        raise InputError.at(
+            FaultCode.OPTION_INVALID,
+            shown,
+            f"csv.{key}",
+            f"{value!r} is not one character that can stand there",
+            "correct it",
+        )
     return text
 
 

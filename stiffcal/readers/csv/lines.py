@@ -20,6 +20,7 @@ from threading import Lock
 from typing import IO, cast
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.limits import LINE, check_unpacked
 
@@ -37,7 +38,11 @@ def find_codec(encoding: str, shown: str) -> str:
         return codecs.lookup(encoding).name
     except (LookupError, ValueError):
         raise InputError.at(
-            shown, "csv.encoding", f"no encoding {encoding!r}", 'give "utf-8", "latin-1", "cp1252" or "utf-16"'
+            FaultCode.OPTION_INVALID,
+            shown,
+            "csv.encoding",
+            f"no encoding {encoding!r}",
+            'give "utf-8", "latin-1", "cp1252" or "utf-16"',
         ) from None
 
 
@@ -210,7 +215,9 @@ class LogText(io.RawIOBase):
             if not self._packed:
                 raise
             reason = f"the compressed file is damaged or cut off ({error})"
-            raise InputError.at(self.shown, "", reason, "copy it again from its origin") from None
+            raise InputError.at(
+                FaultCode.FILE_DAMAGED, self.shown, "", reason, "copy it again from its origin"
+            ) from None
         self._ended = not raw
         self._taken += len(raw)
         if self._packed:
@@ -222,7 +229,9 @@ class LogText(io.RawIOBase):
         except UnicodeError as error:
             place = f"byte {self._taken - len(raw) + getattr(error, 'start', 0) + 1}"
             reason = f"the bytes are not {self.encoding} ({getattr(error, 'reason', error)})"
-            raise InputError.at(self.shown, place, reason, "set csv.encoding to the encoding of the file") from None
+            raise InputError.at(
+                FaultCode.ENCODING_WRONG, self.shown, place, reason, "set csv.encoding to the encoding of the file"
+            ) from None
 
 
 def _open_bytes(path: Path, shown: str) -> tuple[IO[bytes], IO[bytes]]:
@@ -233,7 +242,11 @@ def _open_bytes(path: Path, shown: str) -> tuple[IO[bytes], IO[bytes]]:
         file.seek(0)
     except OSError as error:
         raise InputError.at(
-            shown, "", f"cannot be read: {error.strerror}", "correct the file's name or rights"
+            FaultCode.FILE_UNREADABLE,
+            shown,
+            "",
+            f"cannot be read: {error.strerror}",
+            "correct the file's name or rights",
         ) from None
     return cast("IO[bytes]", _unpacked(file, start)), file
 

@@ -30,6 +30,7 @@ from pydantic import Field
 
 from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import values_of
 from stiffcal.readers import (
     Batch,
@@ -118,7 +119,9 @@ class PostgresReader(NotAFile):
                     yield _batch(piece, wanted, row, what.shown)
                     row += piece.num_rows
             if row == 0:
-                raise InputError.at(what.shown, "", "there are no rows", "correct the table's name or the query")
+                raise InputError.at(
+                    FaultCode.FILE_EMPTY, what.shown, "", "there are no rows", "correct the table's name or the query"
+                )
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``row n``."""
@@ -148,7 +151,13 @@ class _What:
     def __init__(self, options: Options) -> None:
         text = query_text(str(options.get("from") or ""))
         if not text:
-            raise InputError.at("campaign.toml", "file", "no table or query is named", 'add file = "schema.table"')
+            raise InputError.at(
+                FaultCode.KEY_MISSING,
+                "campaign.toml",
+                "file",
+                "no table or query is named",
+                'add file = "schema.table"',
+            )
         self.table = table_of(text)
         self.order_by = [name.strip() for name in str(options.get("order_by") or "").split(",") if name.strip()]
         self.inner = text if self.table is None else f"select * from {'.'.join(map(_quoted, self.table))}"
@@ -161,20 +170,26 @@ class _What:
         if self.table is None and not open_record().text_allowed(digest):
             reason = f"a query runs on your database with your rights, and you have not allowed this one ({digest})"
             mend = "read it and allow it: stiffcal trust DIR; or name a table alone: schema.table"
-            raise InputError.at(self.shown, "", reason, mend)
+            raise InputError.at(FaultCode.QUERY_UNTRUSTED, self.shown, "", reason, mend)
 
     def statement(self, names: tuple[str, ...], columns: tuple[str, ...]) -> str:
         """Return the SQL that reads these columns in order; raises `InputError` where there is none."""
         for name in self.order_by:
             if name not in columns:
-                raise InputError.at(self.shown, "postgres.order_by", f"no column {name!r}", nearest_name(name, columns))
+                raise InputError.at(
+                    FaultCode.COLUMN_MISSING,
+                    self.shown,
+                    "postgres.order_by",
+                    f"no column {name!r}",
+                    nearest_name(name, columns),
+                )
         if self.order_by:
             order = ", ".join(_quoted(name) for name in self.order_by)
             return f"select {', '.join(_quoted(name) for name in names)} from ({self.inner}\n) as rows order by {order}"
         if self.table is None and re.search(r"\border\s+by\b", self.inner, re.IGNORECASE):
             return self.inner
         mend = 'add postgres.order_by = "…", the column of the time' + (", or order by …" if self.table is None else "")
-        raise InputError.at(self.shown, "", "its rows have no order", mend)
+        raise InputError.at(FaultCode.OPTION_MISSING, self.shown, "", "its rows have no order", mend)
 
 
 def _quoted(name: str) -> str:
@@ -197,7 +212,7 @@ def _connected(options: Options) -> Iterator[tuple[Any, _What]]:
     except dbapi.Error as error:
         reason = f"the database cannot be reached ({_server_message(error, address)})"
         mend = "correct postgres.host, .port, .database, .user or the variable of postgres.uri_env, or start the server"
-        raise InputError.at(what.shown, "postgres", reason, mend) from None
+        raise InputError.at(FaultCode.DATABASE_UNREACHABLE, what.shown, "postgres", reason, mend) from None
     hint = {StatementOptions.BATCH_SIZE_HINT_BYTES.value: str(BATCH_BYTES)}
     began = time.monotonic()
     with connection, connection.cursor(adbc_stmt_kwargs=hint) as cursor:
@@ -214,7 +229,11 @@ def _connected(options: Options) -> Iterator[tuple[Any, _What]]:
                 with suppress(dbapi.Error, pa.ArrowException, OSError):
                     mend = _near_table(connection, str(error), what) or mend
             raise InputError.at(
-                what.shown, "", f"the database refused ({_server_message(error, address)})", mend
+                FaultCode.DATABASE_UNREACHABLE,
+                what.shown,
+                "",
+                f"the database refused ({_server_message(error, address)})",
+                mend,
             ) from None
 
 
@@ -222,7 +241,7 @@ def _longest_statement_s() -> int:
     text = os.environ.get(STATEMENT_S, "").strip() or str(LONGEST_S)
     if not re.fullmatch(r"[1-9]\d{0,5}", text):
         mend = f"write a whole number of seconds, as in {STATEMENT_S}={LONGEST_S}"
-        raise InputError.at("", STATEMENT_S, f"{text!r} is no time in seconds", mend)
+        raise InputError.at(FaultCode.OPTION_INVALID, "", STATEMENT_S, f"{text!r} is no time in seconds", mend)
     return int(text)
 
 
@@ -267,7 +286,7 @@ def _array(column: pa.Array, name: str, wanted: Wanted, first: int, shown: str) 
     if column.null_count and name not in wanted.gaps:
         row = first + 1 + next(index for index, value in enumerate(column) if not value.is_valid)
         mend = "give the value, or leave the row out: where … is not null"
-        raise InputError.at(shown, f"row {row}, column {name}", "the cell is empty (NULL)", mend)
+        raise InputError.at(FaultCode.CELL_EMPTY, shown, f"row {row}, column {name}", "the cell is empty (NULL)", mend)
     kind = column.type
     if name in wanted.numbers and (pa.types.is_string(kind) or pa.types.is_decimal(kind) or pa.types.is_integer(kind)):
         # `numeric` comes as text, so that no digit is lost.
@@ -275,7 +294,9 @@ def _array(column: pa.Array, name: str, wanted: Wanted, first: int, shown: str) 
             column = column.cast(pa.float64())
         except pa.ArrowInvalid:
             reason = "it holds words, not numbers"
-            raise InputError.at(shown, f"column {name}", reason, "name a column of numbers") from None
+            raise InputError.at(
+                FaultCode.COLUMN_TYPE, shown, f"column {name}", reason, "name a column of numbers"
+            ) from None
     elif pa.types.is_date(kind):
         column = column.cast(pa.timestamp("s"))
     elif pa.types.is_null(kind):
@@ -287,7 +308,7 @@ def _array(column: pa.Array, name: str, wanted: Wanted, first: int, shown: str) 
     if not (pa.types.is_floating(column.type) or pa.types.is_integer(column.type) or pa.types.is_boolean(column.type)):
         reason = f"it holds {kind}, neither numbers nor words nor times"
         mend = "name another column, or turn it into one of these in a query, e.g. extract(epoch from …)"
-        raise InputError.at(shown, f"column {name}", reason, mend)
+        raise InputError.at(FaultCode.COLUMN_TYPE, shown, f"column {name}", reason, mend)
     if column.null_count:  # of a column that may have gaps
         column = column.cast(pa.float64()).fill_null(float("nan"))
     return values_of(column)

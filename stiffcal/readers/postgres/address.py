@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from urllib.parse import quote, unquote
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import MASK, is_secret_name, mask
 from stiffcal.readers.postgres.conninfo import SHOWN, conninfo_text, read_conninfo
 
@@ -67,7 +68,7 @@ def address_of(options: Mapping[str, object], shown: str) -> Address:
         parameters = _of_manifest(named, shown)
     elif named:
         place, mend = "postgres.uri_env", "keep one: the variable, or host, port, database, user"
-        raise InputError.at(shown, place, "the address is given twice", mend)
+        raise InputError.at(FaultCode.KEY_CONFLICT, shown, place, "the address is given twice", mend)
     else:
         parameters = _of_variable(str(variable), shown)
     further = {"keepalives_idle": "30", "keepalives_interval": "10", "keepalives_count": "3"}
@@ -83,23 +84,31 @@ def _of_variable(variable: str, shown: str) -> dict[str, str]:
     place = "postgres.uri_env"
     allowed = _listed(VARIABLES)
     if _NAME.fullmatch(variable) is None:
-        raise InputError.at(shown, place, f"{variable!r} is no name of a variable", 'write uri_env = "LAB_DB", say')
+        raise InputError.at(
+            FaultCode.VALUE_INVALID,
+            shown,
+            place,
+            f"{variable!r} is no name of a variable",
+            'write uri_env = "LAB_DB", say',
+        )
     if variable not in allowed:
         reason = f"you do not allow a campaign to take {variable} for a database's address"
         line = _line(VARIABLES, allowed, variable)
         mend = f"if it holds the address of your database: {line}"
         if is_secret_name(variable):  # no advice that opens the way to a password or key
             mend = "name a variable that holds the address of your database, and allow that one"
-        raise InputError.at(shown, place, reason, mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, shown, place, reason, mend)
     address = os.environ.get(variable, "").strip()
     if not address:
         mend = f"export {variable}=postgresql://USER@HOST/DATABASE"
-        raise InputError.at(shown, place, f"the environment variable {variable} is not set", mend)
+        raise InputError.at(
+            FaultCode.DATABASE_ADDRESS, shown, place, f"the environment variable {variable} is not set", mend
+        )
     parameters = read_conninfo(address)
     if parameters is None:
         reason = f"what stands in {variable} is no address of a PostgreSQL database"
         mend = f"export {variable}=postgresql://USER@HOST/DATABASE, special characters of a password percent-encoded"
-        raise InputError.at(shown, place, reason, mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, shown, place, reason, mend)
     return parameters
 
 
@@ -111,16 +120,16 @@ def _of_manifest(named: Mapping[str, str], shown: str) -> dict[str, str]:
     user = named.get("user", "")
     if "host" in named and _HOST.fullmatch(host) is None:
         mend = "write one name or address, as in db.my-lab.example"
-        raise InputError.at(shown, "postgres.host", f"{host!r} is no host", mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, shown, "postgres.host", f"{host!r} is no host", mend)
     if not database:
         mend = 'add postgres.database = "…", or uri_env'
-        raise InputError.at(shown, "postgres", "no database is named", mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, shown, "postgres", "no database is named", mend)
     if not any(_allows(entry, host, port, database, user) for entry in _listed(DATABASES)):
         what = "a socket" if host.startswith(("/", "@")) else "a database"
         place = _entry(host, port, database, user)
         reason = f"you do not allow a campaign to reach {what} at {place}"
         mend = f"if it is yours: {_line(DATABASES, _listed(DATABASES), place)}"
-        raise InputError.at(shown, "postgres", reason, mend)
+        raise InputError.at(FaultCode.DATABASE_UNTRUSTED, shown, "postgres", reason, mend)
     parameters = {"host": named.get("host"), "port": named.get("port"), "dbname": named.get("database"), "user": user}
     return {key: value for key, value in parameters.items() if value}
 
@@ -129,7 +138,7 @@ def _allows(entry: str, host: str, port: str, database: str, user: str) -> bool:
     match = _ENTRY.fullmatch(entry)
     if match is None:
         mend = f"write [user@]host[:port]/database, as in {DATABASES}=db.my-lab.example/ft"
-        raise InputError.at("", DATABASES, f"{mask(entry)!r} is no database", mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, "", DATABASES, f"{mask(entry)!r} is no database", mend)
     own_port = match["port"] or os.environ.get("PGPORT", _STANDARD_PORT)
     return (
         unquote(match["host"].strip("[]")).lower() == host.lower()

@@ -25,6 +25,7 @@ import numpy as np
 
 from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import COLUMNS, ROWS, check_unpacked
 from stiffcal.readers import (
     Batch,
@@ -109,7 +110,9 @@ class RosReader(Reader):
                     except (ValueError, IndexError, AttributeError, TypeError):
                         place = f"topic {topic.name}, message {start + n_held + 1}"
                         mend = "leave the file out, or write a copy without such messages"
-                        raise InputError.at(shown, place, f"it has no {name!r}", mend) from None
+                        raise InputError.at(
+                            FaultCode.LOG_PART_MISSING, shown, place, f"it has no {name!r}", mend
+                        ) from None
                 n_held += 1
                 ROWS.check(start + n_held, shown, f"topic {topic.name}")
                 if n_held == BATCH_MESSAGES:
@@ -126,7 +129,7 @@ class RosReader(Reader):
     def _open(self, path: Path, options: Options, shown: str) -> Iterator[_Topic]:
         check_options(options, RosOptions, self.name, shown)
         if not path.exists():
-            raise InputError.at(shown, "", "no such file", "correct the file's name")
+            raise InputError.at(FaultCode.FILE_MISSING, shown, "", "no such file", "correct the file's name")
         try:
             from rosbags.rosbag2 import Reader
             from rosbags.typesys import Stores
@@ -135,7 +138,13 @@ class RosReader(Reader):
         releases = [store.value for store in Stores if store.value.startswith("ros2_")]
         types = str(options.get("types") or UNKNOWN_AT_END)
         if types not in releases:
-            raise InputError.at(shown, f"{self.name}.types", f"no release {types!r}", nearest_name(types, releases))
+            raise InputError.at(
+                FaultCode.OPTION_INVALID,
+                shown,
+                f"{self.name}.types",
+                f"no release {types!r}",
+                nearest_name(types, releases),
+            )
         fence_rosbags()
         with whole("bag", shown, MEND):
             check_bag(path, shown)
@@ -197,7 +206,7 @@ class _Topic:
         if self.child_frame is not None and not found:
             reason = f"no transform of frame {self.child_frame!r} in {self.name}"
             mend = nearest_name(self.child_frame, sorted(seen)).replace("the file has", "there are")
-            raise InputError.at(self.shown, f"{self.option}.child_frame", reason, mend)
+            raise InputError.at(FaultCode.LOG_PART_MISSING, self.shown, f"{self.option}.child_frame", reason, mend)
 
     def columns(self) -> tuple[str, ...]:
         """Return the columns of the first message."""
@@ -205,7 +214,13 @@ class _Topic:
             found = tuple(islice(_paths(message, ""), COLUMNS.most + 1))
             COLUMNS.check(len(found), self.shown, f"topic {self.name}")
             return (RECORDED, *found)
-        raise InputError.at(self.shown, f"topic {self.name}", "it has no messages", "log again, or leave the file out")
+        raise InputError.at(
+            FaultCode.FILE_EMPTY,
+            self.shown,
+            f"topic {self.name}",
+            "it has no messages",
+            "log again, or leave the file out",
+        )
 
 
 def _topic(bag: Any, option: str, options: Options, shown: str) -> _Topic:
@@ -214,16 +229,20 @@ def _topic(bag: Any, option: str, options: Options, shown: str) -> _Topic:
     if asked is None and len(topics) != 1:
         told = ", ".join(f"{name} ({bag.topics[name].msgtype})" for name in topics[:12]) or "none"
         reason = f"the bag holds {len(topics)} topics"
-        raise InputError.at(shown, f"{option}.topic", reason, f"say which: {told}")
+        raise InputError.at(FaultCode.LOG_PART_AMBIGUOUS, shown, f"{option}.topic", reason, f"say which: {told}")
     name = str(asked) if asked is not None else topics[0]
     connections = [connection for connection in bag.connections if connection.topic == name]
     if not connections:
-        raise InputError.at(shown, f"{option}.topic", f"no topic {name!r}", nearest_name(name, topics))
+        raise InputError.at(
+            FaultCode.LOG_PART_MISSING, shown, f"{option}.topic", f"no topic {name!r}", nearest_name(name, topics)
+        )
     child = options.get("child_frame")
     transforms = connections[0].msgtype == TRANSFORMS
     if transforms and child is None:
         mend = f'add {option}.child_frame = "…", the frame that was tracked'
-        raise InputError.at(shown, f"topic {name}", "its messages hold transforms of several frames", mend)
+        raise InputError.at(
+            FaultCode.LOG_PART_AMBIGUOUS, shown, f"topic {name}", "its messages hold transforms of several frames", mend
+        )
     types = _type_store(bag, connections, str(options["types"]), shown)
     storage = bag.storage
     packed = storage.metadata.compression_mode == "message"
@@ -247,7 +266,11 @@ def _type_store(bag: Any, connections: list[Any], release: str, shown: str) -> A
         store.register(checked_types(types, connection.msgtype, shown))
         if connection.digest and store.hash_rihs01(connection.msgtype) != connection.digest:
             raise InputError.at(
-                shown, f"message type {connection.msgtype}", "its definition is of another version", MEND
+                FaultCode.CONTENT_UNSUPPORTED,
+                shown,
+                f"message type {connection.msgtype}",
+                "its definition is of another version",
+                MEND,
             )
     return store
 

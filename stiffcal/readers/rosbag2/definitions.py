@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 
 MOST_TEXT = 4 << 20  # bytes of one definition; the largest of ROS itself has below 100 kB
 MOST_TEXT_IN_ALL = 64 << 20
@@ -186,4 +187,4 @@ def _check_idl(text: str, type_name: str, shown: str) -> None:
 
 
 def _refused(shown: str, type_name: str, reason: str) -> InputError:
-    return InputError.at(shown, f"message type {type_name}", reason, MEND)
+    return InputError.at(FaultCode.FILE_DAMAGED, shown, f"message type {type_name}", reason, MEND)

@@ -15,6 +15,7 @@ from typing import Any
 from urllib.parse import quote
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular, open_regular
 from stiffcal.limits import PIECE, UNPACKED, check_unpacked
 
@@ -70,7 +71,7 @@ def _check_file(path: Path, shown: str) -> None:
         with open_regular(path, shown) as file:
             start = file.read(16)
     except FileNotFoundError:
-        raise InputError.at(shown, "", "this link leads nowhere", COPY) from None
+        raise InputError.at(FaultCode.FILE_KIND, shown, "", "this link leads nowhere", COPY) from None
     if start.startswith(ZSTD_MAGIC):
         _check_packed(path, shown)
     elif start.startswith(b"SQLite format 3"):
@@ -82,9 +83,9 @@ def _check_metadata(path: Path, shown: str) -> None:
     with open_regular(path, shown) as file:
         content = file.read(MOST_METADATA + 1)
     if len(content) > MOST_METADATA:
-        raise InputError.at(shown, "", f"more than {MOST_METADATA >> 20} MiB", COPY)
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, shown, "", f"more than {MOST_METADATA >> 20} MiB", COPY)
     if _nests(content.decode("utf-8", "replace")):
-        raise InputError.at(shown, "", "lists lie in one another too deeply", COPY)
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, shown, "", "lists lie in one another too deeply", COPY)
 
 
 def _nests(text: str) -> bool:
@@ -110,7 +111,9 @@ def _check_packed(path: Path, shown: str) -> None:
             check_unpacked(unpacked, packed, shown)
             if unpacked > room:
                 mend = "free some space, name another folder in TMPDIR, or unpack the bag yourself"
-                raise InputError.at(shown, "", "it unpacks to more than fits where temporary files lie", mend)
+                raise InputError.at(
+                    FaultCode.SIZE_EXCEEDED, shown, "", "it unpacks to more than fits where temporary files lie", mend
+                )
 
 
 def _check_database(path: Path, shown: str) -> None:
@@ -123,12 +126,18 @@ def _check_database(path: Path, shown: str) -> None:
         if rest.exists() and rest.stat().st_size > 0:
             reason = f"the recorder was interrupted: part of the messages lies in {rest.name}"
             mend = f"""put both into one file in a copy: sqlite3 {path.name} "PRAGMA wal_checkpoint(TRUNCATE)\""""
-            raise InputError.at(shown, "", reason, mend)
+            raise InputError.at(FaultCode.FILE_INCOMPLETE, shown, "", reason, mend)
     with closing(sqlite3.connect(f"file:{QuotedPath(path)}?mode=ro&immutable=1", uri=True)) as database:
         database.execute("PRAGMA trusted_schema = OFF")
         for kind, name, root in database.execute("SELECT type, name, rootpage FROM sqlite_master"):
             if kind not in ("table", "index") or not root:
-                raise InputError.at(shown, str(name), f"the bag holds a {kind} that computes its rows", COPY)
+                raise InputError.at(
+                    FaultCode.CONTENT_UNSUPPORTED,
+                    shown,
+                    str(name),
+                    f"the bag holds a {kind} that computes its rows",
+                    COPY,
+                )
             if kind == "index":
                 columns = database.execute("SELECT cid FROM pragma_index_info(?)", (name,))
                 computed = any(number < 0 for (number,) in columns)
@@ -136,7 +145,9 @@ def _check_database(path: Path, shown: str) -> None:
                 columns = database.execute("SELECT hidden FROM pragma_table_xinfo(?)", (name,))
                 computed = any(hidden for (hidden,) in columns)
             if computed:
-                raise InputError.at(shown, str(name), "the bag holds columns that are computed", COPY)
+                raise InputError.at(
+                    FaultCode.CONTENT_UNSUPPORTED, shown, str(name), "the bag holds columns that are computed", COPY
+                )
 
 
 @cache
@@ -201,7 +212,7 @@ def check_chunks(reader: Any, path: Path, shown: str) -> None:
         end = unpacked = 0
         for chunk in sorted(chunks, key=lambda chunk: chunk.chunk_start_offset):
             if chunk.chunk_start_offset < end or chunk.compressed_size > chunk.chunk_length:
-                raise InputError.at(shown, "", "its index lists a chunk twice", COPY)
+                raise InputError.at(FaultCode.FILE_DAMAGED, shown, "", "its index lists a chunk twice", COPY)
             end = chunk.chunk_start_offset + chunk.chunk_length
             unpacked += chunk.uncompressed_size
         if chunks:

@@ -10,6 +10,7 @@ import numpy as np
 
 from stiffcal.campaign.typed import Name, Table
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Batch, FuzzInput, Header, Options, Reader, Wanted, check_columns, check_options
 
 
@@ -56,9 +57,9 @@ class JsonRowsReader(Reader):
             numbers = {name: np.array([float(row[name]) for row in rows]) for name in wanted.numbers}
             texts = {name: [str(row[name]) for row in rows] for name in wanted.texts}
         except (KeyError, TypeError, ValueError):
-            raise InputError.at(shown, "", "a row lacks a number", "log again") from None
+            raise InputError.at(FaultCode.CELL_EMPTY, shown, "", "a row lacks a number", "log again") from None
         if not all(np.isfinite(values).all() for values in numbers.values()):
-            raise InputError.at(shown, "", "a number is not finite", "log again")
+            raise InputError.at(FaultCode.NUMBER_INVALID, shown, "", "a number is not finite", "log again")
         yield Batch(1, numbers, texts)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
@@ -71,10 +72,10 @@ def _rows(path: Path, options: Options, shown: str) -> list[dict[str, float | st
     try:
         document = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
-        raise InputError.at(shown, "", "this is not JSON", "log again") from None
+        raise InputError.at(FaultCode.SYNTAX_INVALID, shown, "", "this is not JSON", "log again") from None
     rows = document.get(str(options.get("key") or "rows")) if isinstance(document, dict) else None
     if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
-        raise InputError.at(shown, "", "no list of rows", "name it: jsonrows.key")
+        raise InputError.at(FaultCode.LOG_PART_MISSING, shown, "", "no list of rows", "name it: jsonrows.key")
     return rows
 
 
