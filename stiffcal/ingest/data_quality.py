@@ -60,8 +60,7 @@ class DataQuality:
         return [
             Fault(FaultCode.READING_IMPLAUSIBLE, file, "", remark, "see to the sensor, or leave the channel out")
             for (_, file, _), watch in self.logs.items()
-            for remark in (line.removeprefix(f"{file}: ") for line in watch.remarks())
-            if "stands still" in remark or "does not change" in remark
+            for remark in (line.removeprefix(f"{file}: ") for line in watch.still_remarks())
         ]
 
     def remarks(self) -> list[str]:

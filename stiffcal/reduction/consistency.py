@@ -354,12 +354,14 @@ def _check_orientation(
     if len(states) > 1 and _mounting_spread(rotation, there @ measured) <= TURNED_RAD:
         return []
     quaternion = quaternion_from_rotation(measured)
-    orders = {"x, y, z, w": quaternion[:, [3, 0, 1, 2]], "inverted": quaternion * np.array([1.0, -1.0, -1.0, -1.0])}
+    orders = (
+        ("x, y, z, w", quaternion[:, [3, 0, 1, 2]], "write the quaternion's columns with w first"),
+        ("inverted", quaternion * np.array([1.0, -1.0, -1.0, -1.0]), "invert the orientation"),
+    )
     reason = f"positions meet kinematics, orientations are off by {np.degrees(match.turned_rad):.0f}°"
-    for words, values in orders.items():
+    for words, values, mend in orders:
         turned = rotation_vector(there @ rotation_from_quaternion(values) @ np.swapaxes(rotation, -1, -2))
         if np.median(np.linalg.norm(turned, axis=1)) <= TURNED_RAD:
-            mend = "write the quaternion's columns with w first" if "w" in words else "invert the orientation"
             return [
                 Fault(
                     FaultCode.KINEMATICS_MISMATCH,

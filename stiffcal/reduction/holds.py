@@ -31,7 +31,7 @@ SLICE = 0.05  # of what most of the time is spent in: a slice of a ramp, not a h
 SHORT_HOLD = 0.35  # of the usual duration: shorter ones are pauses or settling
 SHORT_PAUSE = 0.1  # likewise: shorter ones are not worth telling from the ramps
 LONG_END = 1.25  # of the median: a log that runs on before the first or after the last load is cut to the median
-BRIEF = "held too briefly"  # the reason why such a stretch is not read
+BRIEF = "held too briefly"  # begins the reason why such a stretch is not read
 EDGE_SHARE = 0.03  # of a hold: the window that looks for its edges, and the margin left off at each
 
 
@@ -42,6 +42,8 @@ class Dropped:
     start: float
     end: float
     reason: str
+    brief: bool = False
+    """A load was held there, too briefly to be read."""
 
 
 @dataclass(frozen=True)
@@ -348,7 +350,7 @@ def _with_edges(
     reached, left = time[edges[:, 0]], time[edges[:, 1]]
     margin = np.minimum(EDGE_SHARE * (left - reached), 0.25 * (left - reached))
     start, end = reached + margin, left - margin
-    dropped = [Dropped(float(time[piece.first]), float(time[piece.last - 1]), BRIEF) for piece in pauses]
+    dropped = [Dropped(float(time[piece.first]), float(time[piece.last - 1]), BRIEF, brief=True) for piece in pauses]
     dropped += [Dropped(float(end[k - 1]), float(start[k]), "load changing or settling") for k in range(1, len(kept))]
     start, end, ends = _short_ends(start, end)
     dropped += ends

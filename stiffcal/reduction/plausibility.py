@@ -196,25 +196,35 @@ class LogQuality:
         return f"column {names[k]}" if k < len(names) else f"channel {k + 1} of {signal}"
 
     def remarks(self) -> list[str]:
-        """Return what may be wrong: gaps, channels that stand still beside moving ones, saturation."""
-        told: list[str] = []
+        """Return what may be wrong: gaps, channels that stand still next to moving ones, saturation."""
+        return [text for text, _ in self._remarks()]
+
+    def still_remarks(self) -> list[str]:
+        """Return those of `remarks` that are of channels that stand still or are stuck."""
+        return [text for text, still in self._remarks() if still]
+
+    def _remarks(self) -> list[tuple[str, bool]]:
+        """Return what may be wrong, and whether it is of a channel that stands still or is stuck."""
+        told: list[tuple[str, bool]] = []
         file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         if self.sampled and self.longest > GAP * self.interval:
             where = ", ".join(f"{begin:.3f} … {end:.3f} s" for begin, end in self.gaps)
             more = f" and {self.n_gaps - len(self.gaps)} more" if self.n_gaps > len(self.gaps) else ""
-            told.append(
+            text = (
                 f"{self.file}: a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
                 f"(usual interval {self.interval:.3g} s; all: {where}{more}); nothing is filled in, "
                 "a hold is the mean of the readings that are there"
             )
+            told.append((text, False))
         still = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
         if still.any() and not still.all() and self.n_rows > SATURATED:
             for k in np.flatnonzero(still & (self.high["wrench"] != 0.0)):
-                told.append(f"{file}: {self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}")
+                text = f"{file}: {self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}"
+                told.append((text, True))
         ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
         stuck = {key: watch for key, watch in self.frozen.items() if watch.frozen}
-        told += [self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)) for k in ends]
-        return told + [self._frozen_remark(name, channel, watch) for (name, channel), watch in stuck.items()]
+        told += [(self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)), False) for k in ends]
+        return told + [(self._frozen_remark(name, channel, watch), True) for (name, channel), watch in stuck.items()]
 
     def dead(self) -> list[int]:
         """Return the channels of the wrench that read zero all through the log, and nothing else."""

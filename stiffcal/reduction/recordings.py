@@ -155,7 +155,7 @@ def _found_holds(
             found = found if swept is None else swept.holds
         if len(found) == 0:
             continue
-        shifted = tuple(Dropped(d.start - ahead, d.end - ahead, d.reason) for d in found.dropped)
+        shifted = tuple(replace(d, start=d.start - ahead, end=d.end - ahead) for d in found.dropped)
         holds = Holds(found.start - ahead, found.end - ahead, found.reached - ahead, found.left - ahead, shifted)
         return holds, 0 if swept is None else swept.passes
     # nothing moves: one unloaded pose ("free"), or a forgotten load; the whole log is one hold
@@ -207,14 +207,14 @@ def _with_brief_ones(holds: Holds) -> tuple[Holds, NDArray[np.bool_]]:
 
     They become states that are set aside: their load was there, and friction and creep remember it.
     """
-    pauses = [piece for piece in holds.dropped if piece.reason == BRIEF]
+    pauses = [piece for piece in holds.dropped if piece.brief]
     reached = np.array([piece.start for piece in pauses])
     left = np.array([piece.end for piece in pauses])
     quarter = 0.25 * (left - reached)
     ends = ((holds.start, reached + quarter), (holds.end, left - quarter), (holds.reached, reached), (holds.left, left))
     order = np.argsort(np.concatenate([holds.start, reached + quarter]), kind="stable")
     start, end, reached, left = (np.concatenate(pair)[order] for pair in ends)
-    others = tuple(piece for piece in holds.dropped if piece.reason != BRIEF)
+    others = tuple(piece for piece in holds.dropped if not piece.brief)
     return Holds(start, end, reached, left, others), order >= len(holds)
 
 

@@ -93,6 +93,8 @@ def _interval_words(interval: list[float | None] | None) -> str:
 
 
 def _verdict(parameter: Document) -> str:
+    if _is_poorly_known(parameter):
+        return "poorly known" + (", no upper bound" if _is_open_ended(parameter) else "")
     if parameter.get("fixed"):
         return "given, not fitted"
     if not parameter.get("identifiable", True) or parameter.get("value") is None:
@@ -101,11 +103,22 @@ def _verdict(parameter: Document) -> str:
         return "at the edge of what is possible"
     if parameter.get("above_noise") is False:
         return "within the noise"
-    interval: list[float | None] | None = parameter.get("stiffness_interval")
-    value, std = parameter["value"], parameter.get("std")
+    return ""
+
+
+def _is_poorly_known(parameter: Document) -> bool:
+    """Return whether a value was found, above the noise and off its bounds, with an interval that says little."""
+    value, std = parameter.get("value"), parameter.get("std")
+    found = parameter.get("identifiable", True) and value is not None and not parameter.get("fixed")
+    if not found or parameter.get("at_bound") or parameter.get("above_noise") is False:
+        return False
     poorly = parameter.get("poorly_known", bool(std and value and 1.96 * std > _POORLY_KNOWN * abs(value)))
-    open_ended = interval is not None and interval[1] is None
-    return "poorly known" + (", no upper bound" if open_ended else "") if poorly or open_ended else ""
+    return bool(poorly) or _is_open_ended(parameter)
+
+
+def _is_open_ended(parameter: Document) -> bool:
+    interval: list[float | None] | None = parameter.get("stiffness_interval")
+    return interval is not None and interval[1] is None
 
 
 def _stiffness_table(members: list[Document], unit: str, scale: float, joint_names: tuple[str, ...]) -> Table:
@@ -123,7 +136,7 @@ def _stiffness_table(members: list[Document], unit: str, scale: float, joint_nam
         half = None if each.get("fixed") else _half_width(value, std, interval)
         verdict = _verdict(each)
         place = where_words(each.get("where", {}), joint_names)
-        if verdict.startswith("poorly"):
+        if _is_poorly_known(each):
             poorly.append(place)
         symbol = str(each["name"]).rsplit(".", 1)[-1]
         effect = str(each.get("effect", "")) + ("" if symbol == "c" else f" {symbol}")
