@@ -82,7 +82,6 @@ class FaultCode(StrEnum):
     RUN_UNKNOWN = "run-unknown", "A run that is not listed."
     SOURCE_UNKNOWN = "source-unknown", "A source or a signal that is not described."
     SIGNAL_MISSING = "signal-missing", "A signal that this kind of experiment needs and that is not logged."
-    EXPERIMENT_UNKNOWN = "experiment-unknown", "A kind of experiment that is not known."
     URDF_INVALID = "urdf-invalid", "A URDF whose links and joints do not make the robot that is described."
     EFFECT_UNKNOWN = "effect-unknown", "An effect that is not in the catalogue."
     EFFECT_ABSENT = "effect-absent", "An effect that the model does not hold."

@@ -83,7 +83,7 @@ class Corrected:
     deflection : (n, 6) what the load alone does at the commanded angles.
     reached : (n,) True where the whole wish is met.
     position_reached : (n,) True where at least the position is: orientation gives way where both cannot be had.
-    held : n times the names of the joints that a limit stopped, joined by commas, "" where none was.
+    held : n times the names of the joints that a limit stopped.
     singular : (n,) True where a correction would have gone farther than a joint may.
     """
 
@@ -94,7 +94,7 @@ class Corrected:
     deflection: Floats
     reached: Booleans
     position_reached: Booleans
-    held: tuple[str, ...]
+    held: tuple[tuple[str, ...], ...]
     singular: Booleans
 
     @property
@@ -235,7 +235,7 @@ class _Problem:
             deflection=self.deflection,
             reached=self._reached(np.full(n, self.options.orientation)),
             position_reached=self._reached(np.zeros(n, dtype=np.bool_)),
-            held=tuple(", ".join(names[k] for k in np.flatnonzero(row)) for row in self.at_limit),
+            held=tuple(tuple(names[k] for k in np.flatnonzero(row)) for row in self.at_limit),
             singular=self.too_far,
         )
 

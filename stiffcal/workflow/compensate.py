@@ -161,7 +161,7 @@ def _check_reached(path: CompensationPath, found: Corrected) -> None:
     for row in np.flatnonzero(~found.position_reached):
         left = 1e3 * float(np.linalg.norm(found.after[row, :3]))
         if found.held[row]:
-            reason = f"{found.held[row]} would have to go beyond the limit: {left:.3g} mm remain"
+            reason = f"{', '.join(found.held[row])} would have to go beyond the limit: {left:.3g} mm remain"
         elif found.singular[row]:
             reason = f"the robot stands beside a singular pose, where {left:.3g} mm cannot be taken back"
         else:
@@ -228,7 +228,7 @@ def _corrected_poses(path: CompensationPath, found: Corrected) -> list[Corrected
             error_after=found.after[k],
             residual_std=found.std[k],
             reached=bool(found.reached[k]),
-            held=found.held[k],
+            held=", ".join(found.held[k]),
         )
         for k in range(len(path.table))
     ]
@@ -240,7 +240,7 @@ def _warnings(path: CompensationPath, found: Corrected, options: CompensateReque
     if options.orientation and only.any():
         worst = 1e3 * float(np.abs(found.after[only, 3:]).max())
         lines = ", ".join(str(line) for line in path.table.lines[only][:5]) + (", …" if only.sum() > 5 else "")
-        held = sorted({name for names in found.held for name in names.split(", ") if name})
+        held = sorted({name for names in found.held for name in names})
         why = f"{', '.join(held)} at its limit" if held else "beside a singular pose"
         said.append(f"line {lines}: the position is reached, of the orientation up to {worst:.2g} mrad remain ({why})")
     return said

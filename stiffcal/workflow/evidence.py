@@ -44,10 +44,10 @@ def evidence_of(data: Ingested, search: Search) -> tuple[dict[str, Any], list[Do
 
     campaign = data.campaign
     basic = {entry.type for entry in default_model(campaign.chain.n_joints).effects}
-    present = {f"{one.effect.name} {one.place.label}" for one in search.first.fit.robot.placed}
+    present = {f"{one.effect.name} {one.place.label}": one.effect.name for one in search.first.fit.robot.placed}
     missing = [found.candidate.name for found in search.found]
-    beyond = [name for name in present if name.split(" ")[0] not in basic]
-    held = present | {f"{name} j{joint}" for name in basic for joint in range(1, campaign.chain.n_joints + 1)}
+    beyond = [name for name, effect in present.items() if effect not in basic]
+    held = {*present} | {f"{name} j{joint}" for name in basic for joint in range(1, campaign.chain.n_joints + 1)}
     catalogue, _ = all_effects(campaign)
     found = {
         f"{one.placed.effect.name} {one.placed.place.label}": one

@@ -107,7 +107,7 @@ def test_a_joint_at_its_limit_leaves_the_work_to_the_others() -> None:
     narrow = replace(chain, limits=limits)
     found = correct_joints(drives(narrow, SEVEN_STIFFNESS), joints, wrench, setup)
     assert found.reached.all()
-    assert found.held == (chain.joint_names[joint],)
+    assert found.held == ((chain.joint_names[joint],),)
     assert found.joints[0, joint] == pytest.approx(limits[joint, 1], abs=1e-12)
 
 
