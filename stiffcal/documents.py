@@ -11,6 +11,7 @@ here, and a command that only writes would wait for an adapter to be built. Sche
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
@@ -236,6 +237,33 @@ def result_of(kind: type[Result], text: str | bytes) -> Result:
     hashable: Any = kind
     result: Result = _adapter(hashable).validate_json(text, strict=True)
     return result
+
+
+def section_of(kind: type[Result], document: Document, name: str) -> Result | None:
+    """Return the part of a document that is a result of its own.
+
+    Parameters
+    ----------
+    kind : of the part. document : the whole. name : the key of the part.
+
+    Returns
+    -------
+    Result | None
+        None where the document does not hold it.
+
+    Raises
+    ------
+    pydantic.ValidationError : it holds something else than the kind's fields.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Point:
+    ...     position: Vector
+    >>> section_of(Point, {"end": {"position": [0, 1.5]}}, "end").position.tolist(), section_of(Point, {}, "end")
+    ([0.0, 1.5], None)
+    """
+    return result_of(kind, json.dumps(document[name])) if document.get(name) is not None else None
 
 
 def schema_of(kind: Any) -> Document:

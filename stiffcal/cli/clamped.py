@@ -28,23 +28,27 @@ def degrees(radians: float | None, digits: int = 3) -> str:
 
 def show_clamped(console: Console, document: Document) -> None:
     """Draw play, friction and reversal error joint by joint; the definition of play stands below."""
-    section = document.get("clamped") or {}
-    joints = section.get("joints", [])
-    if not joints:
+    if not document.get("clamped"):
+        return
+    from stiffcal.documents import section_of
+    from stiffcal.experiments.clamped.results import ClampedSection
+
+    section = section_of(ClampedSection, document, "clamped")
+    if section is None or not section.joints:
         return
     table = plain_table(
         "clamped", "play, ± 95 % [°]>", "friction [N·m]>", "reversal error [°]>", "torque reached [N·m]>", "poses"
     )
-    for joint in joints:
-        half = degrees(_NORMAL_95 * joint["play_std"], 2)
-        low, high = joint["curve"]["torque"]
+    for joint in section.joints:
+        half = degrees(_NORMAL_95 * joint.play_std, 2)
+        low, high = joint.curve.torque
         table.add_row(
-            f"joint {joint['joint']} ({joint['name']})",
-            f"{degrees(joint['play'])} ± {half}" if joint["play_found"] else f"none found, ± {half}",
-            significant(joint["friction"]) if joint["friction_found"] else "none found",
-            degrees(joint["reversal_error"], 2),
+            f"joint {joint.joint} ({joint.name})",
+            f"{degrees(joint.play)} ± {half}" if joint.play_found else f"none found, ± {half}",
+            significant(joint.friction) if joint.friction_found else "none found",
+            degrees(joint.reversal_error, 2),
             f"{significant(low)} … {significant(high)}",
-            ", ".join(joint["runs"]),
+            ", ".join(joint.runs),
         )
     console.print(table)
-    console.print(f"play: {section['definition']['play']}", soft_wrap=True)
+    console.print(f"play: {section.definition.play}", soft_wrap=True)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -24,6 +25,8 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 
+TorqueSource: TypeAlias = Literal["force sensor", "motor torque"]
+"""What measures the torque on the arm."""
 # Singular values below this share of the largest count as none: two axes within about a sixth of a degree.
 RANK = 0.003
 # A joint of which less than this share is seen in a pose is not measured there.
@@ -53,7 +56,7 @@ class ClampedChain:
     torque: Floats
     seen: Floats
     fixture: Floats
-    source: str
+    source: TorqueSource
     moments_measured: bool
     weight: float
     lever: float

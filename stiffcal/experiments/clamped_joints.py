@@ -9,6 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped import ClampedRun
+from stiffcal.experiments.clamped_chain import TorqueSource
 
 NORMAL_95 = 1.96
 # Poses that resolve the play this many times more coarsely than the finest do not count for it.
@@ -56,7 +57,7 @@ class ClampedJoint:
     covariance: Floats
     reach: tuple[float, float]
     torque: tuple[float, float]
-    source: str
+    source: TorqueSource
     far: tuple[ClampedRun, ...]
 
     @property

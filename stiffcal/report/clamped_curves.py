@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.experiments.clamped.results import JointResult
 
 
 @dataclass(frozen=True)
@@ -44,14 +45,14 @@ class ClampedCurve:
     Attributes
     ----------
     joint : its name. poses : its runs.
-    told : the joint's entry of ``identify``'s section ``clamped``; None where no run can be used.
+    result : None where no run can be used.
     angle : (n,) rad from the flank. torque, std : (n,) N·m, the curve and its standard uncertainty.
-    curve_runs : names of the runs that tell the curve.
+    curve_runs : names of the runs that the curve was fitted to.
     """
 
     joint: str
     poses: tuple[ClampedPose, ...]
-    told: dict[str, object] | None
+    result: JointResult | None
     angle: Floats
     torque: Floats
     std: Floats

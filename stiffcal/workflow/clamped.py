@@ -11,6 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped import ClampedRun, analyse_runs
+from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.clamped_chain import ClampedChain, clamped_chain
 from stiffcal.experiments.clamped_faults import loaded_words, why_no_sweep
 from stiffcal.experiments.clamped_joints import ClampedJoint, joints_of
@@ -26,10 +27,10 @@ from stiffcal.workflow.clamped_documents import (
     DEFINITION,
     NORMAL_95,
     branches_table,
-    clamped_joint_entry,
     clamped_warnings,
+    joint_result,
     parameters_of,
-    run_entry,
+    run_result,
 )
 from stiffcal.workflow.experiments import ExperimentFit, ExperimentValidation
 from stiffcal.workflow.steps import Document, Ingested, placed_robot
@@ -80,11 +81,11 @@ def clamped_experiment_fit(data: Ingested) -> ExperimentFit | None:
     angles = [angle_residual(run.branches, run.fit.law) for run in used]
     told = np.concatenate(angles) if angles else np.zeros(0)
     names = data.joint_names
-    section = {
-        "definition": DEFINITION,
-        "joints": [clamped_joint_entry(joint) | {"name": names[joint.joint - 1]} for joint in result.joints],
-        "runs": [run_entry(run) for run in result.runs],
-    }
+    section = ClampedSection(
+        definition=DEFINITION,
+        joints=[joint_result(joint, names[joint.joint - 1]) for joint in result.joints],
+        runs=[run_result(run) for run in result.runs],
+    )
     return ExperimentFit(
         name=CLAMPED,
         section=section,
@@ -135,7 +136,7 @@ def clamped_validation(data: Ingested) -> ExperimentValidation | None:
         relative={"torque": None if not zero else (_rms(torque) or 0.0) / zero},
         zero_model={"torque": zero},
         by={"run": [_slice(one.run, [one]) for one in heldout], "joint": by_joint},
-        section={"scheme": "leave one pose out", "n_readings": int(torque.size)},
+        section_scheme="leave one pose out",
         n_readings=int(torque.size),
         warnings=warnings,
     )

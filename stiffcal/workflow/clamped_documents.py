@@ -10,6 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.experiments.clamped import LEAST_MOTION
+from stiffcal.experiments.clamped.results import (
+    Definition,
+    JointResult,
+    RunLeftOut,
+    RunResult,
+    SeriesLaw,
+    Tangent,
+    TorqueOverAngle,
+)
 from stiffcal.experiments.clamped_faults import loaded_words
 from stiffcal.experiments.torque_angle import SLOPE_SHARE
 from stiffcal.workflow.steps import Document, Ingested
@@ -24,93 +33,101 @@ if TYPE_CHECKING:
 
 NORMAL_95 = 1.96
 
-DEFINITION = {
-    "play": (
+DEFINITION = Definition(
+    play=(
         f"length of the segment about the crossing whose slope stays below {SLOPE_SHARE:g} of the outer slope (from "
         "the flanks to the ends that were reached), common to both branches; its torque band is told with it"
     ),
-    "friction": "half the torque between the branches at all angles",
-    "reversal_error": "raw width between the branches at zero torque, which friction alone can cause",
-    "angle": "angle φ = φ_a − φ_m: what the arm turns against the motor, at the joint's side; torque: that on the arm",
-    "curve": "τ = p1 φ + p2 φ² + p3 φ³, φ counted from the flank, rising everywhere in what was reached",
-    "left_out": f"poses whose whole motion is below {LEAST_MOTION:g} times the play",
-    "slope_share": SLOPE_SHARE,
-}
+    friction="half the torque between the branches at all angles",
+    reversal_error="raw width between the branches at zero torque, which friction alone can cause",
+    angle="angle φ = φ_a − φ_m: what the arm turns against the motor, at the joint's side; torque: that on the arm",
+    curve="τ = p1 φ + p2 φ² + p3 φ³, φ counted from the flank, rising everywhere in what was reached",
+    left_out=f"poses whose whole motion is below {LEAST_MOTION:g} times the play",
+    slope_share=SLOPE_SHARE,
+)
 
 
-def clamped_joint_entry(joint: ClampedJoint) -> Document:
-    """Return a joint's entry in the ``clamped`` section; SI."""
+def joint_result(joint: ClampedJoint, name: str) -> JointResult:
+    """Return a joint's entry in the ``clamped`` section."""
     play_low = max(joint.play - NORMAL_95 * joint.play_std, 0.0) if joint.play_found else 0.0
     play_high = joint.play + NORMAL_95 * joint.play_std
     bands = [run.segment.band for run in joint.runs if run.segment is not None and run.fit.play_found]
-    return {
-        "joint": joint.joint,
-        "play_found": joint.play_found,
-        "play": joint.play,
-        "play_std": joint.play_std,
-        "play_interval": [play_low, play_high],
-        "play_band": float(np.mean(bands)) if bands else None,
-        "resolution": _finite(joint.resolution),
-        "spread_between_poses": _finite(joint.spread),
-        "friction_found": joint.friction is not None,
-        "friction": joint.friction,
-        "friction_std": joint.friction_std if joint.friction is not None else None,
-        "reversal_error": joint.reversal,
-        "torque_from": joint.source,
-        "curve": {
-            "p1": joint.curve[0],
-            "p2": joint.curve[1],
-            "p3": joint.curve[2],
-            "covariance": joint.covariance.tolist(),
-            "reach": list(joint.reach),
-            "torque": list(joint.torque),
-            "runs": [run.name for run in joint.far],
-        },
-        "tangent_stiffness": [
-            {
-                "torque": torque,
-                "angle": angle,
-                "stiffness": slope,
-                "interval": [max(slope - NORMAL_95 * std, 0.0), slope + NORMAL_95 * std],
-            }
+    p1, p2, p3 = joint.curve
+    return JointResult(
+        joint=joint.joint,
+        play_found=joint.play_found,
+        play=joint.play,
+        play_std=joint.play_std,
+        play_interval=[play_low, play_high],
+        play_band=float(np.mean(bands)) if bands else None,
+        resolution=_finite(joint.resolution),
+        spread_between_poses=_finite(joint.spread),
+        friction_found=joint.friction is not None,
+        friction=joint.friction,
+        friction_std=joint.friction_std if joint.friction is not None else None,
+        reversal_error=joint.reversal,
+        torque_from=joint.source,
+        curve=TorqueOverAngle(
+            p1=p1,
+            p2=p2,
+            p3=p3,
+            covariance=joint.covariance,
+            reach=list(joint.reach),
+            torque=list(joint.torque),
+            runs=[run.name for run in joint.far],
+        ),
+        tangent_stiffness=[
+            Tangent(
+                torque=torque,
+                angle=angle,
+                stiffness=slope,
+                interval=[max(slope - NORMAL_95 * std, 0.0), slope + NORMAL_95 * std],
+            )
             for torque, angle, slope, std in joint.tangents()
         ],
-        "runs": [run.name for run in joint.runs],
-        "left_out": [{"run": run.name, "why": run.left_out} for run in joint.left_out],
-    }
+        runs=[run.name for run in joint.runs],
+        left_out=[RunLeftOut(run=run.name, why=run.left_out) for run in joint.left_out],
+        name=name,
+    )
 
 
-def run_entry(run: ClampedRun) -> Document:
-    """Return a run's entry in the ``clamped`` section; SI."""
+def run_result(run: ClampedRun) -> RunResult:
+    """Return a run's entry in the ``clamped`` section."""
     law = run.fit.law
-    return {
-        "run": run.name,
-        "joint": run.joint,
-        "used": not run.left_out,
-        "left_out": run.left_out,
-        "half_sweeps": run.sweeps.count,
-        "cycles": run.sweeps.cycles,
-        "motion": run.motion,
-        "play": run.play if run.branches.angle.size else None,
-        "play_between_cycles": _finite(run.cycle_spread),
-        "resolution": _finite(run.resolution),
-        "encoder_step": run.encoder_step,
-        "reversal_error": run.reversal,
-        "friction": law.friction if run.both_ways else None,
-        "friction_found": run.friction_found,
-        "law": {
-            "middle": law.middle, "width": law.width, "band": law.band, "zero": law.zero, "friction": law.friction,
-            "drag": law.drag,
-            "lag": law.lag, "curve": list(law.curve), "reach": list(law.reach),
-        },
-        "rms_torque": run.fit.rms,
-        "noise_torque": run.branches.noise,
-        "torque_from": run.chain.source,
-        "lever": _finite(run.chain.lever),
-        "weight": run.chain.weight,
-        "others_share": run.others,
-        "saturated": None if run.saturation is None else run.saturation.sentence,
-    }  # fmt: skip
+    return RunResult(
+        run=run.name,
+        joint=run.joint,
+        used=not run.left_out,
+        left_out=run.left_out,
+        half_sweeps=run.sweeps.count,
+        cycles=run.sweeps.cycles,
+        motion=run.motion,
+        play=run.play if run.branches.angle.size else None,
+        play_between_cycles=_finite(run.cycle_spread),
+        resolution=_finite(run.resolution),
+        encoder_step=run.encoder_step,
+        reversal_error=run.reversal,
+        friction=law.friction if run.both_ways else None,
+        friction_found=run.friction_found,
+        law=SeriesLaw(
+            middle=law.middle,
+            width=law.width,
+            band=law.band,
+            zero=law.zero,
+            friction=law.friction,
+            drag=law.drag,
+            lag=law.lag,
+            curve=list(law.curve),
+            reach=list(law.reach),
+        ),
+        rms_torque=run.fit.rms,
+        noise_torque=run.branches.noise,
+        torque_from=run.chain.source,
+        lever=_finite(run.chain.lever),
+        weight=run.chain.weight,
+        others_share=run.others,
+        saturated=None if run.saturation is None else run.saturation.sentence,
+    )
 
 
 def _finite(value: float) -> float | None:

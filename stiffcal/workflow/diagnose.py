@@ -6,6 +6,8 @@ from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stiffcal.documents import document_of, section_of
+from stiffcal.experiments.results import HeldoutSection
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, diagnoses_with, evidence_of
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import (
@@ -20,8 +22,10 @@ from stiffcal.workflow.steps import (
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.search import Search
+    from stiffcal.experiments.friction.results import FrictionLackOfFit
 
 DIAGNOSE = "diagnose"
+NOT_JUDGED = HeldoutSection(scheme="none", n_readings=0, rms={}, noise={}, zero_model={})
 
 
 def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Document:
@@ -73,17 +77,25 @@ def without_states(data: Ingested, identified: Document, context: RunContext) ->
     repeats, or above it by no more than chance (p above 0.01), or, as an angle, within the encoder's step.
     """
     from stiffcal.diagnosis.document import SCHEMA
+    from stiffcal.experiments.clamped.results import ClampedSection
+    from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.workflow.validate import validated
 
     validation = validated(data, identified, context)
-    lack = (identified.get("friction") or {}).get("lack_of_fit")
-    held = [("clamped", "Torque over angle", "in poses left out"), ("friction", "Friction", "at unseen speeds")]
+    friction = section_of(FrictionSection, identified, "friction")
+    clamped = section_of(ClampedSection, identified, "clamped")
+    lack = None if friction is None else friction.lack_of_fit
+    steps = [] if clamped is None else [run.encoder_step for run in clamped.runs if run.used]
+    held: list[tuple[str, str, str, FrictionLackOfFit | None, float]] = [
+        ("clamped", "Torque over angle", "in poses left out", None, max(steps, default=0.0)),
+        ("friction", "Friction", "at unseen speeds", lack, 0.0),
+    ]
     fits, words = [], []
-    for key, name, where in held:
+    for key, name, where, own_lack, encoder_step in held:
         if key in identified:
-            judged = validation.get(key) or {}
-            fit = _law_fits(judged, lack if key == "friction" else None)
-            step = _within_step(judged, identified[key]) if fit is False else 0.0
+            judged = section_of(HeldoutSection, validation, key) or NOT_JUDGED
+            fit = _law_fits(judged, own_lack)
+            step = _within_step(judged, encoder_step) if fit is False else 0.0
             fits.append(True if step else fit)
             words.append(_fit_sentence(name, where, fits[-1], judged, step))
     adequate = None if not fits or None in fits else all(fits)
@@ -94,7 +106,7 @@ def without_states(data: Ingested, identified: Document, context: RunContext) ->
         "adequate": adequate,
         "noise": validation["noise"],
         "rms": validation["rms"],
-        "lack_of_fit": lack,
+        "lack_of_fit": None if lack is None else document_of(lack),
         "missing": [],
         "could_be": [],
         "findings": [],
@@ -110,46 +122,47 @@ def without_states(data: Ingested, identified: Document, context: RunContext) ->
     }
 
 
-def _law_fits(judged: Document, lack: Document | None) -> bool | None:
+def _law_fits(judged: HeldoutSection, lack: FrictionLackOfFit | None) -> bool | None:
     """Return whether what a law leaves unseen is no more than noise; None where that cannot be judged.
 
     Parameters
     ----------
-    judged : the experiment's section of ``validate``. lack : the fit's own lack, where repeats tell it.
+    judged : the experiment's section of ``validate``.
+    lack : the fit's own lack, where repeats tell it.
     """
     from scipy.special import chdtrc
 
     from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO, LACK_OF_FIT_P
 
-    left, noise = (judged.get(key, {}).get("torque") for key in ("rms", "noise"))
+    left, noise = judged.rms.get("torque"), judged.noise.get("torque")
     if left is None or not noise:
         return None
-    count = int(judged.get("n_readings", 0))
+    count = judged.n_readings
     by_chance = bool(chdtrc(count, count * (left / noise) ** 2) > LACK_OF_FIT_P) if count else False
-    return bool(left <= ADEQUATE_RATIO * noise or by_chance or (lack is not None and lack["p_value"] > LACK_OF_FIT_P))
+    fitted = lack is not None and lack.p_value is not None and lack.p_value > LACK_OF_FIT_P
+    return bool(left <= ADEQUATE_RATIO * noise or by_chance or fitted)
 
 
-def _within_step(judged: Document, told: Document) -> float:
+def _within_step(judged: HeldoutSection, step: float) -> float:
     """Return the encoder's step, rad, where what is left unseen is no more than it makes; else 0.
 
     A step's error is even over the step and repeats alike in every cycle, so that repeats do not show it.
     """
-    steps = [one["encoder_step"] for one in told.get("runs", ()) if isinstance(one, dict) and one.get("used")]
-    left, step = judged.get("rms", {}).get("motor_angle"), max(steps, default=0.0)
+    left = judged.rms.get("motor_angle")
     return step if left is not None and left <= step / sqrt(12.0) else 0.0
 
 
-def _fit_sentence(name: str, where: str, fits: bool | None, judged: Document, step: float = 0.0) -> str:
+def _fit_sentence(name: str, where: str, fits: bool | None, judged: HeldoutSection, step: float = 0.0) -> str:
     """Return whether the law of an experiment without load states holds, in words."""
-    if fits is None:
-        if judged.get("rms", {}).get("torque") is None:
-            return f"{name}: whether the law holds {where} cannot be judged: too few of them."
+    left, noise = judged.rms.get("torque"), judged.noise.get("torque")
+    if left is None and fits is None:
+        return f"{name}: whether the law holds {where} cannot be judged: too few of them."
+    if left is None or fits is None:
         return f"{name}: whether the law is good enough cannot be judged: too few repeats to know the noise."
     if fits:
         why = f"the encoder's step of {1e6 * step:.3g} µrad makes" if step else "repeats scatter"
         return f"{name}: the law fits: what it leaves {where} is no more than {why}."
-    left, noise = judged["rms"]["torque"], judged["noise"]["torque"]
-    whole = judged.get("zero_model", {}).get("torque")
+    whole = judged.zero_model.get("torque")
     share = f", {100.0 * left / whole:.2g} % of the torque" if whole else ""
     return (
         f"{name}: the law does not hold all: it leaves {left:.3g} N·m {where}{share}, where repeats scatter "

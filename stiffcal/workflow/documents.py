@@ -9,10 +9,11 @@ from typing import Any, Literal, NotRequired
 
 from typing_extensions import TypedDict
 
+from stiffcal.experiments.clamped.results import ClampedSection
+from stiffcal.experiments.friction.results import FrictionSection
+from stiffcal.experiments.results import HeldoutSection
 from stiffcal.workflow.body_documents import CartesianStiffness, JointByItself
-from stiffcal.workflow.clamped_types import Clamped, ClampedJudged
 from stiffcal.workflow.document_types import Fault, Model, Number, Origin, Rms, Threshold, Where
-from stiffcal.workflow.friction_types import Friction, FrictionJudged
 from stiffcal.workflow.link_documents import Coupling, MeasuredLink
 
 
@@ -91,8 +92,8 @@ class Identify(TypedDict):
     joints_by_themselves: NotRequired[list[JointByItself]]
     cartesian_stiffness: NotRequired[list[CartesianStiffness]]
     n_readings: NotRequired[int]
-    clamped: NotRequired[Clamped]
-    friction: NotRequired[Friction]
+    clamped: NotRequired[ClampedSection]
+    friction: NotRequired[FrictionSection]
     origin: NotRequired[Origin]
 
 
@@ -134,8 +135,8 @@ class Validate(TypedDict):
     by_joint_angle: list[Part]
     by_body: NotRequired[list[Part]]
     by_joint: NotRequired[list[Part]]
-    clamped: NotRequired[ClampedJudged]
-    friction: NotRequired[FrictionJudged]
+    clamped: NotRequired[HeldoutSection]
+    friction: NotRequired[HeldoutSection]
     worst: list[Worst]
     passed: bool
     failed: list[str]

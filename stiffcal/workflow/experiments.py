@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from stiffcal.documents import document_of
+from stiffcal.experiments.results import HeldoutSection
 from stiffcal.workflow.steps import Document, Ingested
 
 if TYPE_CHECKING:
@@ -25,7 +27,7 @@ class ExperimentFit:
     Attributes
     ----------
     name : of its section in the document: "clamped", "friction".
-    section : that section.
+    section : that section, a result.
     parameters, not_identifiable : as in the document, to be added there.
     effects : of the model, as the document writes them, that this experiment alone tells.
     rms, noise : measure ("torque", "motor_angle") to number; ``noise`` empty where it is not known.
@@ -36,7 +38,7 @@ class ExperimentFit:
     """
 
     name: str
-    section: Document
+    section: object
     parameters: list[Document] = field(default_factory=list)
     not_identifiable: list[Document] = field(default_factory=list)
     effects: list[Document] = field(default_factory=list)
@@ -63,7 +65,7 @@ class ExperimentValidation:
     scheme : how it was judged, in words.
     rms, largest, noise, relative, zero_model : measure to number.
     by : "run", "joint" and so on to slices as in the document.
-    section : joined to the experiment's section of ``validate``. n_readings : how many were judged.
+    section_scheme : the same in the experiment's section of ``validate``. n_readings : how many were judged.
     """
 
     name: str
@@ -74,10 +76,21 @@ class ExperimentValidation:
     relative: dict[str, float | None]
     zero_model: dict[str, float | None]
     by: dict[str, list[Document]] = field(default_factory=dict)
-    section: Document = field(default_factory=dict)
+    section_scheme: str = ""
     n_readings: int = 0
     warnings: list[str] = field(default_factory=list)
     tables: dict[str, pa.Table] = field(default_factory=dict)
+
+    @property
+    def section(self) -> HeldoutSection:
+        """The experiment's section of ``validate``."""
+        return HeldoutSection(
+            scheme=self.section_scheme,
+            n_readings=self.n_readings,
+            rms=self.rms,
+            noise=self.noise,
+            zero_model=self.zero_model,
+        )
 
 
 def experiment_parts(data: Ingested) -> list[ExperimentFit]:
@@ -116,7 +129,7 @@ def with_parts(document: Document, parts: Sequence[ExperimentFit]) -> Document:
     for part in parts:
         merged["covariance"] = _independent_fits(merged["covariance"], part.covariance)
         merged["free_parameters"] = [*merged["free_parameters"], *part.free]
-    return merged | {part.name: part.section for part in parts}
+    return merged | {part.name: document_of(part.section) for part in parts}
 
 
 def document_of_parts(balance: str, parts: Sequence[ExperimentFit]) -> Document:
@@ -162,10 +175,7 @@ def validation_with(document: Document, parts: Sequence[ExperimentValidation]) -
     for part in parts:
         for key, slices in part.by.items():
             merged[f"by_{key}"] = [*merged.get(f"by_{key}", []), *slices]
-    return merged | {
-        part.name: part.section | {"rms": part.rms, "noise": part.noise, "zero_model": part.zero_model}
-        for part in parts
-    }
+    return merged | {part.name: document_of(part.section) for part in parts}
 
 
 def validation_of_experiments(parts: Sequence[ExperimentValidation]) -> Document:

@@ -8,18 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.experiments.friction.results import FrictionLackOfFit, FrictionSection
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.parts import FREE_MOTION, FRICTION
 from stiffcal.workflow.experiments import ExperimentFit, ExperimentValidation
 from stiffcal.workflow.friction_documents import (
-    bearing_entries,
+    bearing_frictions,
     effects_in_model,
     expected_words,
     fit_table,
     friction_warnings,
     gaps,
     heldout_gap,
-    joint_entry,
+    joint_friction,
     noise_of_fit,
     parameter_entry,
     rms_of,
@@ -136,7 +137,7 @@ def friction_validation(data: Ingested) -> ExperimentValidation | None:
         relative={"torque": rms / zero if zero else None},
         zero_model={"torque": zero},
         by={"run": by_run, "joint": by_joint},
-        section={"scheme": heldout.scheme, "n_readings": int(seen.sum())},
+        section_scheme=heldout.scheme,
         n_readings=int(seen.sum()),
         warnings=warnings,
     )
@@ -168,14 +169,16 @@ def _without_effect(data: Ingested) -> ExperimentFit | None:
             mend,
         )
     return ExperimentFit(
-        "friction", {"joints": []}, warnings=[f"friction runs are not used: the model holds no friction ({mend})"]
+        "friction",
+        FrictionSection(joints=[]),
+        warnings=[f"friction runs are not used: the model holds no friction ({mend})"],
     )
 
 
 def _nothing_identified(data: Ingested, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
     return ExperimentFit(
         "friction",
-        {"joints": []},
+        FrictionSection(joints=[]),
         parameters=[document for one in placed for document in unknown_parameters(one)],
         not_identifiable=gaps(data, friction_readings(data)[0], placed, set()),
         effects=effects_in_model(placed),
@@ -183,14 +186,14 @@ def _nothing_identified(data: Ingested, placed: tuple[PlacedEffect, ...]) -> Exp
     )
 
 
-def _lack_of_fit(fit: FrictionFit) -> Document | None:
+def _lack_of_fit(fit: FrictionFit) -> FrictionLackOfFit | None:
     """Return what is left against what repeats scatter; None where these are too few."""
     from scipy.special import chdtrc
 
     if fit.reduced_chi2 is None:
         return None
     p_value = float(chdtrc(fit.dof, fit.dof * fit.reduced_chi2))
-    return {"statistic": fit.reduced_chi2, "dof": [fit.dof, None], "p_value": p_value}
+    return FrictionLackOfFit(statistic=fit.reduced_chi2, dof=[fit.dof, None], p_value=p_value)
 
 
 def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
@@ -200,12 +203,12 @@ def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) ->
     for one in placed:
         found = by_joint.get(one.place.joints[0])
         parameters += unknown_parameters(one) if found is None else [parameter_entry(each) for each in found.parameters]
-    section = {
-        "effects": [effect["type"] for effect in effects_in_model(placed)],
-        "joints": [joint_entry(data, fit, one, placed) for one in fit.joints],
-        "lack_of_fit": _lack_of_fit(fit),
-        "bearings": bearing_entries(fit),
-    }
+    section = FrictionSection(
+        effects=[effect["type"] for effect in effects_in_model(placed)],
+        joints=[joint_friction(data, fit, one, placed) for one in fit.joints],
+        lack_of_fit=_lack_of_fit(fit),
+        bearings=bearing_frictions(fit),
+    )
     names = {one.place.joints[0]: one for one in placed}
     free = [names[one.joint].parameter_name(symbol) for one in fit.joints for symbol in one.free]
     covariance = np.zeros((len(free), len(free)))

@@ -8,6 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.friction.results import (
+    BearingFriction,
+    BetweenDirections,
+    FittedCurve,
+    JointFriction,
+    OptionalTerm,
+    SymbolCovariance,
+)
 from stiffcal.workflow.steps import Document, Ingested
 
 if TYPE_CHECKING:
@@ -97,7 +105,9 @@ def heldout_gap(one: JointFrictionFit) -> Document:
     return {"parameters": names, "known": None, "value": None, "std": None, "reason": reason}
 
 
-def joint_entry(data: Ingested, fit: FrictionFit, one: JointFrictionFit, placed: tuple[PlacedEffect, ...]) -> Document:
+def joint_friction(
+    data: Ingested, fit: FrictionFit, one: JointFrictionFit, placed: tuple[PlacedEffect, ...]
+) -> JointFriction:
     """Return what is told of one joint: how it was measured, what is left, its curve with standard uncertainty."""
     from stiffcal.experiments.friction import friction_curve
 
@@ -110,24 +120,26 @@ def joint_entry(data: Ingested, fit: FrictionFit, one: JointFrictionFit, placed:
     )
     torque, std = friction_curve(one, effect, speed)
     steady = bool(fit.rows.steady[own].any())
-    return {
-        "joint": one.joint,
-        "name": data.joint_names[one.joint - 1],
-        "method": "steady velocities" if steady else "weight and inertia modelled",
-        "n_readings": one.n_rows,
-        "n_speeds": one.n_speeds if steady else None,
-        "lowest_speed": low,
-        "highest_speed": high,
-        "rms": rms_of(fit.residual[own]),
-        "noise": one.noise,
-        "optional": {symbol: {"seen": seen, "why": one.verdict.get(symbol, "")} for symbol, seen in one.seen.items()},
-        "between_directions": between_directions(data, fit, one.joint),
-        "curve": {"velocity": speed.tolist(), "torque": torque.tolist(), "std": std.tolist()},
-        "covariance": {"symbols": list(one.free), "matrix": one.covariance.tolist()},
-    }
+    return JointFriction(
+        joint=one.joint,
+        name=data.joint_names[one.joint - 1],
+        method="steady velocities" if steady else "weight and inertia modelled",
+        n_readings=one.n_rows,
+        n_speeds=one.n_speeds if steady else None,
+        lowest_speed=low,
+        highest_speed=high,
+        rms=rms_of(fit.residual[own]),
+        noise=one.noise,
+        optional={
+            symbol: OptionalTerm(seen=seen, why=one.verdict.get(symbol, "")) for symbol, seen in one.seen.items()
+        },
+        between_directions=between_directions(data, fit, one.joint),
+        curve=FittedCurve(velocity=speed, torque=torque, std=std),
+        covariance=SymbolCovariance(symbols=list(one.free), matrix=one.covariance),
+    )
 
 
-def between_directions(data: Ingested, fit: FrictionFit, joint: int) -> Document | None:
+def between_directions(data: Ingested, fit: FrictionFit, joint: int) -> BetweenDirections | None:
     """Return what both directions share (weight, the torque's zero, friction that differs by direction), N·m."""
     own = (fit.rows.joint == joint) & fit.rows.steady
     if not own.any():
@@ -138,23 +150,31 @@ def between_directions(data: Ingested, fit: FrictionFit, joint: int) -> Document
     axis_is_plumb = joint == 1 and bool(
         np.linalg.norm(np.cross(data.campaign.chain.fixed[0, :3, 2], data.campaign.chain.gravity)) < 1e-6
     )
-    return {
-        "mean": float(shared.mean()),
-        "low": float(shared.min()),
-        "high": float(shared.max()),
-        "weight_possible": not axis_is_plumb,
-    }
+    return BetweenDirections(
+        mean=float(shared.mean()),
+        low=float(shared.min()),
+        high=float(shared.max()),
+        weight_possible=not axis_is_plumb,
+    )
 
 
-def bearing_entries(fit: FrictionFit) -> list[Document]:
+def bearing_frictions(fit: FrictionFit) -> list[BearingFriction]:
     """Return the friction of bearings that turn otherwise than a drive's shaft, as in a coupled wrist."""
-    found: dict[int, Document] = {}
+    columns: dict[int, dict[str, int]] = {}
     for k, name in enumerate(fit.rows.unknown):
         if name.startswith("bearing "):
             _, kind, place = name.split()
-            entry = found.setdefault(int(place[1:]), {"joint": int(place[1:])})
-            entry[kind], entry[f"{kind}_std"] = float(fit.unknowns[k]), float(fit.unknowns_std[k])
-    return list(found.values())
+            columns.setdefault(int(place[1:]), {})[kind] = k
+    return [
+        BearingFriction(
+            joint=joint,
+            coulomb=float(fit.unknowns[of["coulomb"]]),
+            coulomb_std=float(fit.unknowns_std[of["coulomb"]]),
+            viscous=float(fit.unknowns[of["viscous"]]),
+            viscous_std=float(fit.unknowns_std[of["viscous"]]),
+        )
+        for joint, of in columns.items()
+    ]
 
 
 def friction_warnings(data: Ingested, fit: FrictionFit) -> list[str]:
@@ -164,8 +184,8 @@ def friction_warnings(data: Ingested, fit: FrictionFit) -> list[str]:
         name = data.joint_names[one.joint - 1]
         shared = between_directions(data, fit, one.joint)
         own = fit.rows.joint == one.joint
-        if shared is not None and not shared["weight_possible"]:
-            level, noise = abs(shared["mean"]), rms_of(fit.residual[own])
+        if shared is not None and not shared.weight_possible:
+            level, noise = abs(shared.mean), rms_of(fit.residual[own])
             if level > 4.0 * noise / math.sqrt(own.sum()) and level > 0.02 * rms_of(fit.friction[own]):
                 words.append(
                     f"joint {name} carries no weight, yet its drive needs {2.0 * level:.3g} N·m more in one direction "

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.documents import section_of
+from stiffcal.experiments.clamped.results import ClampedSection, RunResult
 from stiffcal.report.clamped_curves import ClampedCurve, ClampedPose
 from stiffcal.store import values_of
 from stiffcal.workflow.clamped import BRANCHES
@@ -17,55 +19,55 @@ _POINTS = 201
 
 def clamped_curves(data: Ingested, identified: Document) -> tuple[ClampedCurve, ...]:
     """Return every joint that a clamped run moved; none where there are no clamped runs."""
-    section = identified.get("clamped")
-    if not section or not section["runs"] or BRANCHES not in data.store.tables:
+    section = section_of(ClampedSection, identified, "clamped")
+    if section is None or not section.runs or BRANCHES not in data.store.tables:
         return ()
     table = data.store.read_table(BRANCHES)
     runs = np.array(table.column("run").to_pylist(), dtype=np.str_)
     columns = {name: values_of(table.column(name)) for name in ("angle_rad", "torque_Nm", "up", "law_Nm")}
-    told = {entry["joint"]: entry for entry in section["joints"]}
+    results = {joint.joint: joint for joint in section.joints}
     curves = []
-    for joint in sorted({run["joint"] for run in section["runs"]}):
+    for joint in sorted({run.joint for run in section.runs}):
         poses = tuple(
-            _pose(run, {name: values[runs == run["run"]] for name, values in columns.items()})
-            for run in section["runs"]
-            if run["joint"] == joint
+            _pose(run, {name: values[runs == run.run] for name, values in columns.items()})
+            for run in section.runs
+            if run.joint == joint
         )
-        entry = told.get(joint)
-        low, high = (float(end) for end in (entry["curve"]["reach"] if entry else (0.0, 0.0)))
-        angle = np.linspace(low, high, _POINTS if entry else 0)
+        result = results.get(joint)
+        low, high = (0.0, 0.0) if result is None else result.curve.reach
+        angle = np.linspace(low, high, 0 if result is None else _POINTS)
         powers = np.stack([angle, angle**2, angle**3])
-        curve = np.array([entry["curve"][p] for p in ("p1", "p2", "p3")]) if entry else np.zeros(3)
-        covariance = np.array(entry["curve"]["covariance"]) if entry else np.zeros((3, 3))
-        through = tuple(entry["curve"]["runs"]) if entry else ()
+        curve = np.zeros(3) if result is None else np.array([result.curve.p1, result.curve.p2, result.curve.p3])
+        covariance = np.zeros((3, 3)) if result is None else result.curve.covariance
+        through = () if result is None else tuple(result.curve.runs)
         std = np.sqrt(np.maximum(np.einsum("in,ij,jn->n", powers, covariance, powers), 0.0))
-        curves.append(ClampedCurve(data.joint_names[joint - 1], poses, entry, angle, curve @ powers, std, through))
+        curves.append(ClampedCurve(data.joint_names[joint - 1], poses, result, angle, curve @ powers, std, through))
     return tuple(curves)
 
 
-def _pose(run: Document, columns: dict[str, NDArray[Any]]) -> ClampedPose:
-    law = run["law"]
+def _pose(run: RunResult, columns: dict[str, NDArray[Any]]) -> ClampedPose:
+    law = run.law
     angle, torque, up = columns["angle_rad"], columns["torque_Nm"], columns["up"].astype(bool)
     sign = np.where(up, 1.0, -1.0)
-    even = torque - law["zero"] - sign * law["friction"]
-    spring = even / (1.0 + sign * np.sign(even) * law["drag"])
-    turned = angle - sign * law["lag"] - law["middle"]
-    outside = np.abs(turned) > 0.5 * law["width"]
-    from_flank = turned - 0.5 * law["width"] * np.sign(turned)
-    half = 0.5 * (run["play"] or 0.0)
+    even = torque - law.zero - sign * law.friction
+    spring = even / (1.0 + sign * np.sign(even) * law.drag)
+    turned = angle - sign * law.lag - law.middle
+    outside = np.abs(turned) > 0.5 * law.width
+    from_flank = turned - 0.5 * law.width * np.sign(turned)
+    half = 0.5 * (run.play or 0.0)
     return ClampedPose(
-        run=run["run"],
-        left_out=run["left_out"],
+        run=run.run,
+        left_out=run.left_out,
         angle=angle,
         torque=torque,
         up=up,
         fitted=columns["law_Nm"],
-        play=run["play"],
-        doubt=max(run["resolution"] or 0.0, 1.96 * (run["play_between_cycles"] or 0.0)),
-        motion=run["motion"],
-        low=law["middle"] - half if half else None,
-        high=law["middle"] + half if half else None,
+        play=run.play,
+        doubt=max(run.resolution or 0.0, 1.96 * (run.play_between_cycles or 0.0)),
+        motion=run.motion,
+        low=law.middle - half if half else None,
+        high=law.middle + half if half else None,
         spring_angle=from_flank[outside],
         spring_torque=spring[outside],
-        remark=run["saturated"] or "",
+        remark=run.saturated or "",
     )

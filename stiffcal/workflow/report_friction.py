@@ -6,6 +6,8 @@ from collections import defaultdict
 
 import numpy as np
 
+from stiffcal.documents import section_of
+from stiffcal.experiments.friction.results import FrictionSection
 from stiffcal.report.content import SetAside
 from stiffcal.report.friction_curves import FrictionCurve
 from stiffcal.store import values_of
@@ -15,25 +17,26 @@ from stiffcal.workflow.steps import Document, Ingested
 
 def friction_curves(data: Ingested, identified: Document) -> tuple[FrictionCurve, ...]:
     """Return the friction of every joint that the present fit tells; none where there are no friction runs."""
-    section = identified.get("friction")
-    if not section or not section["joints"] or FRICTION_FIT not in data.store.tables:
+    section = section_of(FrictionSection, identified, "friction")
+    if section is None or not section.joints or FRICTION_FIT not in data.store.tables:
         return ()
     table = data.store.read_table(FRICTION_FIT)
     names = np.array(table.column("joint").to_pylist(), dtype=np.str_)
     velocity, friction = (values_of(table.column(name)) for name in ("velocity_radps", "friction_measured_Nm"))
     curves = []
-    for one in section["joints"]:
-        own = names == one["name"]
-        told = [p for p in identified["parameters"] if p["effect"] in _laws(identified) and _is_at(p, one["joint"])]
+    for joint in section.joints:
+        own = names == joint.name
+        laws = set(section.effects or ())
+        parameters = [p for p in identified["parameters"] if p["effect"] in laws and _is_at(p, joint.joint)]
         curves.append(
             FrictionCurve(
-                joint=one["name"],
-                steady=one["n_speeds"] is not None,
+                joint=joint.name,
+                steady=joint.n_speeds is not None,
                 velocity=velocity[own],
                 friction=friction[own],
-                speed=np.array(one["curve"]["velocity"]),
-                fitted=np.array(one["curve"]["torque"]),
-                std=np.array(one["curve"]["std"]),
+                speed=joint.curve.velocity,
+                fitted=joint.curve.torque,
+                std=joint.curve.std,
                 parameters=tuple(
                     (
                         p["name"].rsplit(".", 1)[-1],
@@ -41,24 +44,19 @@ def friction_curves(data: Ingested, identified: Document) -> tuple[FrictionCurve
                         None if p["std"] is None else 1.96 * p["std"],
                         p["unit"],
                     )
-                    for p in told
+                    for p in parameters
                     if p["value"] is not None
                 ),
                 remarks=tuple(
-                    f"{symbol} friction is not seen: {words['why']}"
-                    for symbol, words in one["optional"].items()
-                    if not words["seen"]
+                    f"{symbol} friction is not seen: {term.why}"
+                    for symbol, term in joint.optional.items()
+                    if not term.seen
                 ),
-                rms=one["rms"],
-                noise=one["noise"],
+                rms=joint.rms,
+                noise=joint.noise,
             )
         )
     return tuple(curves)
-
-
-def _laws(identified: Document) -> set[str]:
-    """Return the names of the effects that friction runs tell."""
-    return set(identified["friction"].get("effects", ()))
 
 
 def _is_at(parameter: Document, joint: int) -> bool:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from stiffcal.experiments.results import HeldoutSection
 from stiffcal.workflow.diagnose import _fit_sentence, _law_fits
 
 
-def judged(left: float, noise: float | None, count: int = 400) -> dict[str, Any]:
-    return {
-        "rms": {"torque": left}, "noise": {} if noise is None else {"torque": noise}, "zero_model": {"torque": 50.0},
-        "n_readings": count,
-    }  # fmt: skip
+def judged(left: float, noise: float | None, count: int = 400) -> HeldoutSection:
+    return HeldoutSection(
+        scheme="leave one pose out",
+        n_readings=count,
+        rms={"torque": left},
+        noise={} if noise is None else {"torque": noise},
+        zero_model={"torque": 50.0},
+    )
 
 
 def test_what_chance_leaves_over_is_no_lack() -> None:

@@ -93,8 +93,8 @@ def draw_play_by_pose(curves: tuple[ClampedCurve, ...]) -> Figure:
     for place, curve in enumerate(curves):
         seen = [pose for pose in curve.poses if pose.play is not None]
         spots = place + (np.arange(len(seen)) - 0.5 * (len(seen) - 1)) * min(0.22, 0.7 / max(len(seen), 1))
-        if curve.told is not None:
-            play = float(np.rad2deg(float(str(curve.told["play"]))))
+        if curve.result is not None:
+            play = float(np.rad2deg(curve.result.play))
             panel.plot(
                 [place - 0.42, place + 0.42], [play, play], color=canvas.MODEL, linewidth=1.0, label="joint", zorder=1
             )

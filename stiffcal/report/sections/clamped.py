@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any
 
+from stiffcal.documents import section_of
+from stiffcal.experiments.clamped.results import ClampedSection, Definition, JointResult
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Column, Items, LeftOut, Paragraph, Picture, Section, Subheading, Table
 from stiffcal.report.clamped_curves import ClampedCurve
@@ -23,9 +24,10 @@ def section(content: ReportContent) -> Section | LeftOut | None:
     curves: tuple[ClampedCurve, ...] = tuple(content.extra.get("clamped", ()))
     if not curves or content.identify is None:
         return None
-    told = content.identify["clamped"]
-    known = [curve for curve in curves if curve.told is not None]
-    blocks: list[Block] = [Paragraph(_definitions(told["definition"]))]
+    known = [curve for curve in curves if curve.result is not None]
+    identified = section_of(ClampedSection, content.identify, "clamped")
+    assert identified is not None
+    blocks: list[Block] = [Paragraph(_definitions(identified.definition))]
     if known:
         blocks += [_play_table(known), _curve_table(known)]
     remarks = [
@@ -59,16 +61,16 @@ _PLAY_CAPTION = (
 )
 
 
-def _definitions(words: dict[str, Any]) -> str:
+def _definitions(definition: Definition) -> str:
     return (
-        f"Play: {words['play']}. Friction: {words['friction']}. Reversal error: {words['reversal_error']}. "
-        f"{words['angle'][0].upper()}{words['angle'][1:]}. Left out are {words['left_out']}."
+        f"Play: {definition.play}. Friction: {definition.friction}. Reversal error: {definition.reversal_error}. "
+        f"{definition.angle[0].upper()}{definition.angle[1:]}. Left out are {definition.left_out}."
     )
 
 
-def _entry(curve: ClampedCurve) -> dict[str, Any]:
-    assert curve.told is not None
-    return curve.told
+def _result(curve: ClampedCurve) -> JointResult:
+    assert curve.result is not None
+    return curve.result
 
 
 def _degrees(radians: float | None, digits: int = 3) -> str:
@@ -83,23 +85,23 @@ def _play_table(curves: list[ClampedCurve]) -> Table:
     )  # fmt: skip
     rows = []
     for curve in curves:
-        one = _entry(curve)
+        joint = _result(curve)
         friction = (
-            f"{wording.digits(one['friction'])} ± {wording.digits(1.96 * one['friction_std'], 2)}"
-            if one["friction_found"]
+            f"{wording.digits(joint.friction)} ± {wording.digits(1.96 * joint.friction_std, 2)}"
+            if joint.friction is not None and joint.friction_std is not None
             else "none found"
         )
         rows.append(
             (
                 curve.joint,
-                _degrees(one["play"]) if one["play_found"] else "none found",
-                _degrees(1.96 * one["play_std"], 2),
-                wording.DASH if one["play_band"] is None else wording.digits(one["play_band"], 2),
-                _degrees(one["spread_between_poses"], 2),
-                _degrees(one["resolution"], 2),
+                _degrees(joint.play) if joint.play_found else "none found",
+                _degrees(1.96 * joint.play_std, 2),
+                wording.DASH if joint.play_band is None else wording.digits(joint.play_band, 2),
+                _degrees(joint.spread_between_poses, 2),
+                _degrees(joint.resolution, 2),
                 friction,
-                _degrees(one["reversal_error"], 2),
-                str(one["torque_from"]),
+                _degrees(joint.reversal_error, 2),
+                str(joint.torque_from),
             )
         )
     return Table(columns, tuple(rows), "Play and friction of each joint, from all poses that are used.")
@@ -112,15 +114,15 @@ def _curve_table(curves: list[ClampedCurve]) -> Table:
     )  # fmt: skip
     rows = []
     for curve in curves:
-        shape = _entry(curve)["curve"]
+        shape = _result(curve).curve
         cells = []
-        for power, name in enumerate(("p1", "p2", "p3"), start=1):
+        for power, coefficient in enumerate((shape.p1, shape.p2, shape.p3), start=1):
             scale = 1.0 / _DEGREE**power
-            half = 1.96 * math.sqrt(max(shape["covariance"][power - 1][power - 1], 0.0)) * scale
-            cells.append(f"{wording.digits(shape[name] * scale)} ± {wording.digits(half, 2)}")
-        reach = f"{_degrees(shape['reach'][0])} … {_degrees(shape['reach'][1])}"
-        torque = f"{wording.digits(shape['torque'][0])} … {wording.digits(shape['torque'][1])}"
-        rows.append((curve.joint, *cells, reach, torque, ", ".join(shape["runs"])))
+            half = 1.96 * math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0)) * scale
+            cells.append(f"{wording.digits(coefficient * scale)} ± {wording.digits(half, 2)}")
+        reach = f"{_degrees(shape.reach[0])} … {_degrees(shape.reach[1])}"
+        torque = f"{wording.digits(shape.torque[0])} … {wording.digits(shape.torque[1])}"
+        rows.append((curve.joint, *cells, reach, torque, ", ".join(shape.runs)))
     caption = (
         "Torque over angle, τ = p1 φ + p2 φ² + p3 φ³, φ in degrees from the flank: rising in all that was reached, and "
         "not to be used beyond. Uncertainties 95 %."
@@ -135,14 +137,14 @@ def _tangent_table(curves: list[ClampedCurve]) -> Table:
     )  # fmt: skip
     rows = []
     for curve in curves:
-        for one in _entry(curve)["tangent_stiffness"]:
-            low, high = one["interval"]
+        for tangent in _result(curve).tangent_stiffness:
+            low, high = tangent.interval
             rows.append(
                 (
                     curve.joint,
-                    wording.digits(one["torque"]),
-                    _degrees(one["angle"]),
-                    wording.digits(one["stiffness"]),
+                    wording.digits(tangent.torque),
+                    _degrees(tangent.angle),
+                    wording.digits(tangent.stiffness),
                     f"{wording.digits(low)} … {wording.digits(high)}",
                 )
             )

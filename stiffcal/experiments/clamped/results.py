@@ -1,0 +1,177 @@
+"""What ``identify`` answers of the clamped robot; SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stiffcal.documents import Matrix, Number
+from stiffcal.experiments.clamped_chain import TorqueSource
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Definition:
+    """What the numbers mean."""
+
+    play: str
+    """The segment whose slope lies below `slope_share` of the outer slope."""
+    friction: str
+    reversal_error: str
+    angle: str
+    curve: str
+    left_out: str
+    """Which poses are not used."""
+    slope_share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueOverAngle:
+    """τ = p1 φ + p2 φ² + p3 φ³, φ counted from the flank."""
+
+    p1: float
+    """N·m/rad."""
+    p2: float
+    """N·m/rad²."""
+    p3: float
+    """N·m/rad³."""
+    covariance: Matrix
+    """(3, 3) of p1, p2, p3."""
+    reach: list[float]
+    """Least and greatest angle that was reached, rad."""
+    torque: list[float]
+    """Torque at both ends of `reach`, N·m."""
+    runs: list[str]
+    """Names of the runs that it was fitted to."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tangent:
+    """Tangent stiffness at a torque."""
+
+    torque: float
+    """N·m."""
+    angle: float
+    """rad."""
+    stiffness: float
+    """N·m/rad."""
+    interval: list[float]
+    """Both ends of the 95 % interval, N·m/rad."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunLeftOut:
+    """A run that is not used for its joint."""
+
+    run: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointResult:
+    """One joint, from all poses that are used."""
+
+    joint: int
+    """From 1."""
+    play_found: bool
+    play: float
+    """rad."""
+    play_std: float
+    """rad."""
+    play_interval: list[float]
+    """Both ends of the 95 % interval, rad."""
+    play_band: Number
+    """Torque within which the play is crossed, ± N·m."""
+    resolution: Number
+    """Of the play, rad."""
+    spread_between_poses: Number
+    """Standard deviation of the play between poses, rad."""
+    friction_found: bool
+    friction: Number
+    """N·m."""
+    friction_std: Number
+    """N·m."""
+    reversal_error: Number
+    """rad."""
+    torque_from: TorqueSource
+    curve: TorqueOverAngle
+    tangent_stiffness: list[Tangent]
+    runs: list[str]
+    """Names of the runs that are used."""
+    left_out: list[RunLeftOut]
+    name: str
+    """The joint's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeriesLaw:
+    """Spring and play in series with friction, as fitted to one run."""
+
+    middle: float
+    """Angle at the middle of the play, rad."""
+    width: float
+    """Of the play, rad."""
+    band: float
+    """Torque within which the play is crossed, ± N·m."""
+    zero: float
+    """The torque's zero, N·m."""
+    friction: float
+    """Constant part, N·m."""
+    drag: float
+    """Friction that grows with the load, as a share of it."""
+    lag: float
+    """Angle by which the torque stays behind (two clocks), rad."""
+    curve: list[float]
+    """p1, p2, p3 as in `TorqueOverAngle`."""
+    reach: list[float]
+    """Least and greatest angle from the flank, rad."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """One joint in one pose."""
+
+    run: str
+    joint: int
+    """From 1."""
+    used: bool
+    left_out: str
+    """Why it is not used, "" where it is."""
+    half_sweeps: int
+    cycles: int
+    motion: float
+    """Whole range of the joint's angle, rad."""
+    play: Number
+    """rad."""
+    play_between_cycles: Number
+    """Standard deviation of the play between cycles, rad."""
+    resolution: Number
+    """Of the play, rad."""
+    encoder_step: float
+    """rad."""
+    reversal_error: Number
+    """rad."""
+    friction: Number
+    """N·m; null where one direction alone was driven."""
+    friction_found: bool
+    law: SeriesLaw
+    rms_torque: float
+    """Of what the law leaves, N·m."""
+    noise_torque: float
+    """Scatter of repeats, N·m."""
+    torque_from: TorqueSource
+    lever: Number
+    """Of the force about the moved joint, m; null without a force sensor."""
+    weight: float
+    """The moved drive's share of the weight, N·m; 0 where masses are not known."""
+    others_share: float
+    """Share of the motion that other joints take up."""
+    saturated: str | None
+    """What limits the torque, in words."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClampedSection:
+    """Play, friction and torque over angle of every joint that was driven against the fixture."""
+
+    definition: Definition
+    joints: list[JointResult]
+    runs: list[RunResult]

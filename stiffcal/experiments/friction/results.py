@@ -1,0 +1,121 @@
+"""What ``identify`` answers of friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from stiffcal.documents import KeyIf, Matrix, Number, OrAbsent, Vector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OptionalTerm:
+    """Whether a term of the law that need not be there is identified."""
+
+    seen: bool
+    why: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BetweenDirections:
+    """What both directions share: weight, the torque's zero, friction that differs by direction."""
+
+    mean: float
+    """Over the speeds, N·m."""
+    low: float
+    """N·m."""
+    high: float
+    """N·m."""
+    weight_possible: bool
+    """Whether the joint's axis can carry weight."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedCurve:
+    """Friction over speed."""
+
+    velocity: Vector
+    """(n,) rad/s, rising."""
+    torque: Vector
+    """(n,) N·m."""
+    std: Vector
+    """(n,) N·m, standard uncertainty of `torque`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SymbolCovariance:
+    """Covariance of the estimated parameters."""
+
+    symbols: list[str]
+    matrix: Matrix
+    """Square, in the order of `symbols`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointFriction:
+    """One joint: how it was measured, and what the law leaves."""
+
+    joint: int
+    """From 1."""
+    name: str
+    method: Literal["steady velocities", "weight and inertia modelled"]
+    n_readings: int
+    n_speeds: int | None
+    """Null where no velocity was constant."""
+    lowest_speed: float
+    """rad/s."""
+    highest_speed: float
+    """rad/s."""
+    rms: float
+    """Of what the law leaves, N·m."""
+    noise: Number
+    """Scatter of repeats, N·m."""
+    optional: dict[str, OptionalTerm]
+    """By the symbol of the term."""
+    between_directions: BetweenDirections | None
+    curve: FittedCurve
+    covariance: SymbolCovariance
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BearingFriction:
+    """Friction of a joint's own bearing where the drive's shaft turns with several joints."""
+
+    joint: int
+    """From 1."""
+    coulomb: float
+    """N·m."""
+    coulomb_std: float
+    """N·m."""
+    viscous: float
+    """N·m·s/rad."""
+    viscous_std: float
+    """N·m·s/rad."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionLackOfFit:
+    """What the law leaves against the scatter of repeats."""
+
+    statistic: Number
+    """Reduced χ²."""
+    dof: list[Number]
+    """Degrees of freedom of both sides; null where one is known exactly."""
+    p_value: Number
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionSection:
+    """Friction of the drives."""
+
+    effects: OrAbsent[list[str]] = None
+    """The laws that friction runs identify."""
+    joints: list[JointFriction]
+    lack_of_fit: Annotated[FrictionLackOfFit | None, KeyIf("is_fitted")] = None
+    """Null where repeats are too few."""
+    bearings: OrAbsent[list[BearingFriction]] = None
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether the model holds friction that these runs could be fitted with."""
+        return self.effects is not None
