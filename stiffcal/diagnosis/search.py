@@ -31,7 +31,8 @@ from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial, scan_candidates
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.sufficient import sufficient_alone
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_EFFECTS
-from stiffcal.errors import Progress, no_progress
+from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, Settings, fit_observations, fit_problem
 from stiffcal.measurements.load_states import LoadStates
@@ -193,10 +194,15 @@ def search_missing(
     settings : how fits are made.
     progress : told what is being done.
     problem : prepared observations, where they are at hand.
+
+    Raises
+    ------
+    InputError : the data hold no more readings than the model has values.
     """
     bench = Workbench(states, problem or fit_problem(states, robot), catalogue, settings or Settings())
     progress("trying every effect at every place", 0.05)
     first = scan = bench.look(robot)
+    _check_something_is_left(first)
     chosen: list[Candidate] = []
     while len(chosen) < MOST_EFFECTS:
         best = _promising(scan)
@@ -218,6 +224,14 @@ def search_missing(
     if simpler is not None:
         scan, tried = _reconsider(bench, first, *simpler, progress)
     return _conclude(bench, first, scan, tried)
+
+
+def _check_something_is_left(scan: Scan) -> None:
+    """Raise an `InputError` where the model's own values use up all readings: no residual could show an effect."""
+    if scan.dof <= scan.n_columns:
+        reason = f"{max(scan.dof, 0)} readings are no more than the {scan.n_columns} values that the model holds"
+        mend = "measure more poses or loads, or take effects out of model.toml: nothing is left to judge it by"
+        raise InputError.at(FaultCode.DATA_MISSING, "campaign.toml", "runs", reason, mend)
 
 
 def _promising(scan: Scan) -> Trial | None:
