@@ -71,7 +71,7 @@ def test_the_character_and_what_to_do_are_named(tmp_path: Path) -> None:
     line = the_fault_of(lambda: load_campaign(write_campaign(tmp_path / "c", manifest)))
     assert line == (
         r'campaign.toml: runs[1] (gpj\u202eexe).id: the name "gpj\u202eexe" holds U+202E, '
-        "which changes the direction of writing; write the name without it, in the logs too"
+        "which changes the direction of writing; write the name without it, in the logs too [name-invalid]"
     )
 
 

@@ -81,7 +81,7 @@ def test_without_trust_no_command_runs_code_that_the_model_needs(
     assert code == 2
     (line,) = (line for line in error.splitlines() if "trusted" in line)
     reason = f"is code of this campaign and is not trusted (SHA-256 {digest_of(folder)})"
-    assert line == f"campaign.toml: plugins: {reason}; read it and allow it: stiffcal trust {folder}"
+    assert line == f"campaign.toml: plugins: {reason}; read it and allow it: stiffcal trust {folder} [plugin-untrusted]"
     assert not ran(folder)
 
 

@@ -473,5 +473,6 @@ def test_an_empty_name_is_not_the_current_folder(
     with pytest.raises(SystemExit) as end:
         main(["trust", option, name, "--yes"])
     assert end.value.code == 2
-    assert capsys.readouterr().err == f'command line: {option}: is empty; name it in full, the current folder as "."\n'
+    words = f'command line: {option}: is empty; name it in full, the current folder as "."'
+    assert capsys.readouterr().err == f"{words} [option-invalid]\n"
     assert not open_record().entries()

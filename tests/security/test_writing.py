@@ -55,7 +55,7 @@ def test_a_file_takes_no_place_of_what_is_none(tmp_path: Path, kind: str, linked
     before = special.lstat()
     with pytest.raises(InputError) as caught:
         write_whole(goal, "new")
-    assert str(caught.value) == f"{goal}: this is a {kind}, not a file; name another file"
+    assert str(caught.value) == f"{goal}: this is a {kind}, not a file; name another file [file-kind]"
     assert (special.lstat().st_mode, special.lstat().st_ino) == (before.st_mode, before.st_ino)
     assert goal.is_symlink() == linked
 
@@ -67,7 +67,7 @@ def test_a_file_takes_no_place_of_the_running_system(place: str, monkeypatch: py
 
     monkeypatch.setattr(Path, "write_text", written)
     monkeypatch.setattr(Path, "replace", written)
-    with pytest.raises(InputError, match="; name another file$"):
+    with pytest.raises(InputError, match=r"; name another file \[file-kind\]$"):
         write_whole(Path(place), "new")
 
 
