@@ -28,6 +28,7 @@ def fault_of_foreign_content(error: Exception) -> InputError | None:
 
     Examples
     --------
+    >>> use_own_results()
     >>> fault_of_foreign_content(KeyError("x")) is None
     True
     >>> use_foreign_results("store")

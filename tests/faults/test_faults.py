@@ -62,8 +62,9 @@ def test_what_the_system_refuses_is_no_internal_fault(
     with pytest.raises(SystemExit) as end:
         main(["history", str(tmp_path)])
     assert end.value.code == 2
-    line = "somewhere: cannot be read or written: No space left on device; free some space, or choose another disk\n"
-    assert capsys.readouterr().err == line
+    reason = "cannot be read or written: No space left on device"
+    mend = "free some space, or choose another disk"
+    assert capsys.readouterr().err == f"somewhere: {reason}; {mend} [system-refusal]\n"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full is of Linux")
