@@ -85,7 +85,7 @@ def run_on_cluster(tasks: Sequence[Document], address: str, finished: Callable[[
         }
         try:
             for future in distributed.as_completed(futures):
-                outcome = _outcome(future, futures[future])
+                outcome = _outcome_of_future(future, futures[future])
                 record_generation(futures[future], outcome.get(GENERATIONS, []))
                 finished(outcome)
         except BaseException:
@@ -148,7 +148,7 @@ def _threads(client: Any, address: str) -> int:
     return sum(client.nthreads().values())
 
 
-def _outcome(future: Any, task: Document) -> Document:
+def _outcome_of_future(future: Any, task: Document) -> Document:
     """Return what came of a task; where Dask has given it up, why."""
     if future.status == "finished":
         outcome: Document = future.result()

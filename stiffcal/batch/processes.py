@@ -108,9 +108,9 @@ class WorkerProcess:
         # its end alone: of what a library or a campaign's code writes there nobody knows how much it is
         self._words.seek(max(0, self._words.seek(0, os.SEEK_END) - LAST_BYTES))
         lines = self._words.read(LAST_BYTES).decode("utf-8", "replace").split("\n")
-        said = next((line.strip() for line in reversed(lines) if line.strip()), "")
+        message = next((line.strip() for line in reversed(lines) if line.strip()), "")
         how = f"was ended by signal {-code}" if code < 0 else f"ended with code {code}"
-        return f"its process {how}" + (f": {said}" if said else "")
+        return f"its process {how}" + (f": {message}" if message else "")
 
     def stop(self) -> None:
         """End the process: what it is writing to a store is taken away or was complete."""

@@ -56,13 +56,13 @@ class _Run:
     why: str = ""
     choices: list[AuthorChoice] = field(default_factory=list)
 
-    def say(self, text: str) -> None:
+    def notify(self, text: str) -> None:
         """Take note of why a step is run."""
         self.why = text.partition(": ")[2] or text
 
     @contextmanager
     def doing(self, step: str) -> Iterator[None]:
-        """Time a step; what `say` heard meanwhile is why it ran."""
+        """Time a step; what `notify` was given meanwhile is why it ran."""
         self.step, self.why, began = step, "", time.monotonic()
         yield
         self.steps[step] = {"done": bool(self.why), "why": self.why, "seconds": round(time.monotonic() - began, 3)}
@@ -100,7 +100,9 @@ def run_task(task: Document) -> Document:
 
 def _all_steps(task: Document, run: _Run) -> Document:
     folder, store = Path(task["folder"]), task["store"]
-    context = RunContext(store=store, say=run.say, reach=tuple(Path(path) for path in task["reach"]), thorough=True)
+    context = RunContext(
+        store=store, notify=run.notify, reach=tuple(Path(path) for path in task["reach"]), thorough=True
+    )
     file = None if task["thresholds"] is None else ThresholdsFile.model_validate(task["thresholds"])
     with run.doing("ingest"):
         data = ingested(folder, context)
@@ -111,13 +113,13 @@ def _all_steps(task: Document, run: _Run) -> Document:
         loss = str(stored.get("loss", "linear")) if stored else "linear"
         identified, fit = current_fit(data, loss), None
         if identified is None:
-            run.say("the model or the load states have changed" if stored else "nothing is fitted yet")
+            run.notify("the model or the load states have changed" if stored else "nothing is fitted yet")
             fit = fit_now(data, loss, context)
             identified = store_fit(data, fit, loss)
     with run.doing("validate"):
         current = current_validation(data, identified)
         if current is None:
-            run.say("the present fit is not validated yet")
+            run.notify("the present fit is not validated yet")
             current = validate_now(data, identified, context, fit)
         validation = with_present_verdict(data, identified, current, context, file)
     found = _numbers(data, identified, validation) | {"origin": data.store.origin_of(VALIDATE)}
@@ -164,7 +166,7 @@ def _report(data: Ingested, task: Document, context: RunContext, run: _Run) -> s
     then = {} if foreign else stored_document(data.store, REPORT) or {}
     if then.get("key") == key and then.get("sha256") == _digest(file):
         return str(file)
-    run.say("there is no report yet" if not file.exists() else "the report was of something else")
+    run.notify("there is no report yet" if not file.exists() else "the report was of something else")
     file.parent.mkdir(parents=True, exist_ok=True)
     report_campaign(folder, RunContext(store=context.store, reach=context.reach), output=file)
     written = {"schema": "stiffcal/report-made/1", "key": key, "sha256": _digest(file)}

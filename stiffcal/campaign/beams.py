@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.naming import beam_name
 from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.mechanics.chain import LinkBeam
+from stiffcal.mechanics.chain import BeamFrame
 
 # Physics section 2: links shorter than 50 mm are no place for a beam.
 SHORTEST_BEAM = 0.050
@@ -18,7 +18,7 @@ SHORTEST_BEAM = 0.050
 PARALLEL = 1e-6
 
 
-def link_beams(robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tuple[str, ...]) -> dict[str, LinkBeam]:
+def link_beams(robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tuple[str, ...]) -> dict[str, BeamFrame]:
     """Return the beams of all links that lie between two joints and are long enough, by link name.
 
     The beam goes from the inboard joint's node to the outboard joint's node, that is from the joint origins, moved by
@@ -52,7 +52,7 @@ def link_beams(robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tup
     return beams
 
 
-def _beam(joint: int, start: Floats, end: Floats, outboard_axis: Floats) -> LinkBeam:
+def _beam(joint: int, start: Floats, end: Floats, outboard_axis: Floats) -> BeamFrame:
     """Lay the beam frame: x1 along, x3 the inboard axis (z) made perpendicular to it, x2 = x3 × x1."""
     length = float(np.linalg.norm(end - start))
     x1 = (end - start) / length
@@ -64,4 +64,4 @@ def _beam(joint: int, start: Floats, end: Floats, outboard_axis: Floats) -> Link
     transform = np.eye(4)
     transform[:3, :3] = np.column_stack([x1, np.cross(x3, x1), x3])
     transform[:3, 3] = end
-    return LinkBeam(joint, transform, length)
+    return BeamFrame(joint, transform, length)

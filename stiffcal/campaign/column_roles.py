@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from stiffcal.campaign.table_sniffing import Column
+from stiffcal.campaign.table_sniffing import SniffedColumn
 
 # Words that say where, not what; they are noted and taken off the name.
 _PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "mean", "avg")
@@ -39,7 +39,7 @@ class Role:
     columns : in order. places : words in the names that say where ("base", "tool", …).
     """
 
-    columns: tuple[Column, ...]
+    columns: tuple[SniffedColumn, ...]
     places: frozenset[str] = frozenset()
 
 
@@ -61,18 +61,18 @@ class Roles:
     position: Role | None = None
     quaternion: Role | None = None
     mass: Role | None = None
-    run: Column | None = None
-    time: Column | None = None
-    unused: tuple[Column, ...] = field(default=())
+    run: SniffedColumn | None = None
+    time: SniffedColumn | None = None
+    unused: tuple[SniffedColumn, ...] = field(default=())
 
 
-def recognise(columns: Iterable[Column]) -> Roles:
+def recognise(columns: Iterable[SniffedColumn]) -> Roles:
     """Recognise the columns of a table by their names.
 
     Examples
     --------
     >>> names = ["theta1", "theta2", "theta3", "Base_Fx", "Base_Fy", "Base_Fz", "note"]
-    >>> found = recognise(Column(name, name, None, (0.0,)) for name in names)
+    >>> found = recognise(SniffedColumn(name, name, None, (0.0,)) for name in names)
     >>> len(found.joints.columns), sorted(found.force.places), [column.name for column in found.unused]
     (3, ['base'], ['note'])
     """
@@ -108,9 +108,9 @@ def _key(name: str) -> tuple[str, frozenset[str]]:
     return "".join(kept), places
 
 
-def _joints(columns: list[Column], plain: dict[str, str]) -> Role | None:
+def _joints(columns: list[SniffedColumn], plain: dict[str, str]) -> Role | None:
     """Find the columns numbered from 1 or 0 without a gap, three or more, with a stem that means joints."""
-    groups: dict[str, dict[int, Column]] = {}
+    groups: dict[str, dict[int, SniffedColumn]] = {}
     for column in columns:
         match = re.fullmatch(r"([a-z]*)0*(\d+)", plain[column.header])
         if match is not None and column.values:
@@ -122,9 +122,9 @@ def _joints(columns: list[Column], plain: dict[str, str]) -> Role | None:
     return None
 
 
-def _triples(columns: list[Column], keys: dict[str, tuple[str, frozenset[str]]]) -> dict[str, Role]:
+def _triples(columns: list[SniffedColumn], keys: dict[str, tuple[str, frozenset[str]]]) -> dict[str, Role]:
     """Find the groups of three columns that end in x, y and z."""
-    groups: dict[tuple[str, frozenset[str]], dict[str, Column]] = {}
+    groups: dict[tuple[str, frozenset[str]], dict[str, SniffedColumn]] = {}
     for column in columns:
         word, places = keys[column.header]
         if word and word[-1] in "xyz":
@@ -140,7 +140,7 @@ def _triples(columns: list[Column], keys: dict[str, tuple[str, frozenset[str]]])
     return found
 
 
-def _quaternion(columns: tuple[Column, ...], plain: dict[str, str]) -> Role | None:
+def _quaternion(columns: tuple[SniffedColumn, ...], plain: dict[str, str]) -> Role | None:
     by_name = {plain[column.header]: column for column in columns}
     for names in _QUATERNIONS:
         if all(name in by_name for name in names):
@@ -148,7 +148,7 @@ def _quaternion(columns: tuple[Column, ...], plain: dict[str, str]) -> Role | No
     return None
 
 
-def _single(columns: list[Column], plain: dict[str, str], names: tuple[str, ...]) -> Column | None:
+def _single(columns: list[SniffedColumn], plain: dict[str, str], names: tuple[str, ...]) -> SniffedColumn | None:
     for name in names:
         for column in columns:
             if plain[column.header] == name:

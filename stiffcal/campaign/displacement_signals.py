@@ -15,28 +15,28 @@ from stiffcal.campaign.typed import (
     LengthUnit,
     Name,
     Positive,
-    Table,
+    TomlTable,
     Vector3,
     WrongValueError,
 )
 from stiffcal.quantities import Unit
 
 
-class PoseUnits(Table):
+class PoseUnits(TomlTable):
     """Units of a pose; `rotation` is for rotvec and rpy."""
 
     position: LengthUnit = "m"
     rotation: AngleUnit = "rad"
 
 
-class PoseSigma(Table):
+class PoseSigma(TomlTable):
     """Standard uncertainty of one reading: position in its unit, rotation in its unit (rad beside a quaternion)."""
 
     position: Positive | None = None
     rotation: Positive | None = None
 
 
-class Marker(Table):
+class Marker(TomlTable):
     """One of several points on a body.
 
     Attributes
@@ -118,13 +118,13 @@ class Pose(Signal):
         return self
 
 
-class LengthUnits(Table):
+class LengthUnits(TomlTable):
     """Unit of lengths."""
 
     length: LengthUnit = "m"
 
 
-class LengthSigma(Table):
+class LengthSigma(TomlTable):
     """Standard uncertainty of one reading, in the signal's unit."""
 
     length: Positive | None = None
@@ -148,14 +148,14 @@ class Lengths(Signal):
         return dict.fromkeys(self.columns, self.unit_of("length"))
 
 
-class DeflectionUnits(Table):
+class DeflectionUnits(TomlTable):
     """Units of a displacement already taken."""
 
     translation: LengthUnit = "m"
     rotation: AngleUnit = "rad"
 
 
-class DeflectionSigma(Table):
+class DeflectionSigma(TomlTable):
     """Standard uncertainty of one reading, in the signal's units."""
 
     translation: Positive | None = None

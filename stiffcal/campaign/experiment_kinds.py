@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Protocol, cast
 
 from stiffcal.campaign.found_modules import module_names
-from stiffcal.campaign.typed import Table
+from stiffcal.campaign.typed import TomlTable
 
 EXPERIMENTS = "stiffcal.experiments"
 """The package whose folders are the kinds."""
@@ -24,7 +24,7 @@ class KnownKind(Protocol):
         """As in ``experiment = "load"`` of a run, and of its table of options."""
 
     @property
-    def options(self) -> type[Table] | None:
+    def options(self) -> type[TomlTable] | None:
         """The table of options, None where a run has none of this kind."""
 
     @property

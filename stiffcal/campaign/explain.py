@@ -10,7 +10,7 @@ from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from stiffcal.campaign.typed import Table, WrongValueError
+from stiffcal.campaign.typed import TomlTable, WrongValueError
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 
@@ -147,7 +147,7 @@ def _nearest(location: Path, model: type[BaseModel]) -> str | None:
     """Return the valid key that an unknown one most likely stands for."""
     wrong = str(location[-1])
     table = _table_at(location[:-1], model)
-    if table is not None and issubclass(table, Table) and wrong in table.look_alikes:
+    if table is not None and issubclass(table, TomlTable) and wrong in table.look_alikes:
         return table.look_alikes[wrong]
     near = get_close_matches(wrong, _keys(table), n=1, cutoff=0.5)
     return near[0] if near else None

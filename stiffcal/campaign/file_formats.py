@@ -14,7 +14,7 @@ from pathlib import PurePosixPath
 from typing import Protocol, cast
 
 from stiffcal.campaign.found_modules import module_names
-from stiffcal.campaign.typed import Table
+from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
@@ -37,7 +37,7 @@ class LogFormat(Protocol):
     name: str
     endings: tuple[str, ...]
     packed_endings: tuple[str, ...]
-    options: type[Table]
+    options: type[TomlTable]
     in_files: bool
 
 

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.signals import Deflection, Displacement, Pose
-from stiffcal.campaign.sizes import length_mistake
+from stiffcal.campaign.sizes import implausible_length
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 
@@ -58,7 +58,7 @@ def _too_far(manifest: Manifest, name: str) -> Iterator[Fault]:
     """Give a fault where a frame on the robot lies far from it; where a tracker stands on the ground is measured."""
     frame = manifest.frames[name]
     for part in frame.xyz_m if frame.parent not in ("base", *manifest.frames) else ():
-        mistake = length_mistake(part)
+        mistake = implausible_length(part)
         if mistake is not None:
             yield Fault(FaultCode.VALUE_INVALID, _MANIFEST, f"frames.{name}.xyz_m", mistake.reason, mistake.mend)
 

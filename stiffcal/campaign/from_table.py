@@ -201,7 +201,7 @@ def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
         "deflection": [roles.deflection, roles.rotation if roles.deflection is not None else None],
         "pose": [roles.position, roles.quaternion] if roles.deflection is None else [None],
     }
-    said = []
+    sentences = []
     for signal, held in signals.items():
         columns = {column for role in held if role is not None for column in role.columns}
         files = [table.path.name for table in tables if columns & set(table.columns)]
@@ -213,8 +213,8 @@ def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
                 f"the {signal} lies in {files[0]} too",
                 "put it into one file",
             )
-        said += [f"{signal} = {_quoted(f'raw/{files[0]}')}"] if files else []
-    return said
+        sentences += [f"{signal} = {_quoted(f'raw/{files[0]}')}"] if files else []
+    return sentences
 
 
 def _run_line(roles: Roles) -> str:

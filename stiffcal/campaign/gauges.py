@@ -14,11 +14,11 @@ from stiffcal.campaign.signals import Displacement, Lengths, Signal
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, Gauge
-from stiffcal.measurements.rods import BeamShape, Rods, rods_between
+from stiffcal.measurements.rods import BeamProperties, Rods, rods_between
 from stiffcal.mechanics.chain import Chain
 
 
-def rods_of(manifest: Manifest, chain: Chain) -> tuple[tuple[Rods, BeamShape], ...]:
+def rods_of(manifest: Manifest, chain: Chain) -> tuple[tuple[Rods, BeamProperties], ...]:
     """Return the rods that some source logs, link by link, with what their link's field needs to know of it.
 
     Columns that nothing places on a link are a fault of the manifest, told by `stiffcal.campaign.checks`.

@@ -9,12 +9,11 @@ from functools import lru_cache
 import numpy as np
 
 from stiffcal.campaign.naming import body_number
-from stiffcal.campaign.robot_file import LinkBeamEntry, RobotFile
-from stiffcal.campaign.robot_file import Section as SectionEntry
+from stiffcal.campaign.robot_file import BeamSectionEntry, LinkBeamEntry, RobotFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.section import Section
+from stiffcal.mechanics.section import BeamSection
 from stiffcal.mechanics.section_mesh import SectionError, inner_outline
 from stiffcal.mechanics.section_solver import MissingSolverError, solve_section
 
@@ -53,7 +52,7 @@ def with_sections(chain: Chain, robot: RobotFile, links: Iterable[str], robot_fi
     return replace(chain, beams=beams)
 
 
-def _solved(link: str, entry: LinkBeamEntry, robot_file: str) -> Section | None:
+def _solved(link: str, entry: LinkBeamEntry, robot_file: str) -> BeamSection | None:
     section = entry.section
     if section is None or section.outline is None:
         return None
@@ -70,7 +69,7 @@ def _solved(link: str, entry: LinkBeamEntry, robot_file: str) -> Section | None:
 
 
 @lru_cache(maxsize=16)
-def _solve(section: SectionEntry) -> Section:
+def _solve(section: BeamSectionEntry) -> BeamSection:
     outline = np.array(section.outline)
     holes = [np.array(hole) for hole in section.holes]
     if section.wall_m is not None:
@@ -79,7 +78,7 @@ def _solve(section: SectionEntry) -> Section:
     return solve_section(outline, holes, young, shear)
 
 
-def moduli(section: SectionEntry) -> tuple[float, float]:
+def moduli(section: BeamSectionEntry) -> tuple[float, float]:
     """Return E and G, Pa; their usual ratio where the file does not say both, and G = 1 where it says none."""
     if section.E_Pa is not None:
         return section.E_Pa, section.G_Pa if section.G_Pa is not None else section.E_Pa / USUAL_RATIO

@@ -25,7 +25,7 @@ from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_fault
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.errors import Fault, InputError, raise_faults
-from stiffcal.escapes import shell, visible
+from stiffcal.escapes import escape_invisible, shell
 from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Campaign:
     @property
     def name(self) -> str:
         """Return the campaign's name: as written, or the folder's with what is no text in it written out."""
-        return self.manifest.name or visible(self.folder.resolve().name)
+        return self.manifest.name or escape_invisible(self.folder.resolve().name)
 
     @property
     def robot_path(self) -> Path:

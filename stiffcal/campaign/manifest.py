@@ -34,7 +34,7 @@ from stiffcal.campaign.typed import (
     Pair,
     Placement,
     Positive,
-    Table,
+    TomlTable,
     WrongValueError,
 )
 from stiffcal.fault_codes import FaultCode
@@ -65,7 +65,7 @@ class Frame(Placement):
     estimate: bool = False
 
 
-class Tool(Table):
+class Tool(TomlTable):
     """What hangs on the flange, for its weight: mass and centre of mass in the flange frame."""
 
     mass_kg: Mass
@@ -90,7 +90,7 @@ LogTimeUnit: TypeAlias = Annotated[
 ]
 
 
-class TimeAxis(Table):
+class TimeAxis(TomlTable):
     """The time of each row: a column with its unit, or a rate where rows come evenly."""
 
     column: Name | None = None
@@ -113,7 +113,7 @@ class TimeAxis(Table):
         return self
 
 
-class RunOfRows(Table):
+class RunOfRows(TomlTable):
     """Which run a row belongs to: a column that holds the run's name, or each row its own run."""
 
     column: Name | None = None
@@ -126,7 +126,7 @@ class RunOfRows(Table):
         return self
 
 
-class SourceFiles(Table):
+class SourceFiles(TomlTable):
     """Where the files of a logging device are, and how they are read; see `Source`.
 
     `stiffcal.campaign.manifest_type` adds the tables of options that log formats have.
@@ -212,7 +212,7 @@ class Source(SourceFiles):
         return tuple(dict.fromkeys(name for name in names if name is not None))
 
 
-class Rod(Table):
+class Rod(TomlTable):
     """An integral deformation sensor: a rod along a link.
 
     Attributes
@@ -255,7 +255,7 @@ Compliance: TypeAlias = Annotated[
 ]
 
 
-class Run(Table):
+class Run(TomlTable):
     """One run: the files of each source, and what is particular to it.
 
     Attributes
@@ -288,12 +288,12 @@ class Run(Table):
         return _options_of(self, kind)
 
 
-def _options_of(table: Table, name: str) -> dict[str, object]:
+def _options_of(table: TomlTable, name: str) -> dict[str, object]:
     options = getattr(table, name, None) if name in type(table).model_fields else None
-    return dict(options.model_dump(exclude_unset=True)) if isinstance(options, Table) else {}
+    return dict(options.model_dump(exclude_unset=True)) if isinstance(options, TomlTable) else {}
 
 
-class Exclusion(Table):
+class Exclusion(TomlTable):
     """Data rows that are left out, counted from 1 without the header, and why.
 
     Attributes
@@ -308,7 +308,7 @@ class Exclusion(Table):
     run: Name | None = None
 
 
-class Manifest(Table):
+class Manifest(TomlTable):
     """campaign.toml.
 
     Attributes

@@ -18,10 +18,10 @@ from stiffcal.campaign.file_formats import format_names, log_format
 from stiffcal.campaign.manifest import Manifest, Run, Source, SourceFiles
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.toml_reading import validate
-from stiffcal.campaign.typed import Table
+from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError
 
-_Options = tuple[tuple[str, type[Table]], ...]
+_Options = tuple[tuple[str, type[TomlTable]], ...]
 """Tables of options by name."""
 
 
@@ -71,17 +71,17 @@ def _keys_of(tables: Iterable[object]) -> set[str]:
     return {key for table in tables if isinstance(table, Mapping) for key in table}
 
 
-def _options(names: Iterable[str], options_of: Callable[[str], type[Table] | None]) -> _Options:
+def _options(names: Iterable[str], options_of: Callable[[str], type[TomlTable] | None]) -> _Options:
     found = ((name, options_of(name)) for name in names)
     return tuple((name, table) for name, table in found if table is not None)
 
 
-def _format_options(name: str) -> type[Table] | None:
+def _format_options(name: str) -> type[TomlTable] | None:
     found = log_format(name)
     return found.options if found is not None else None
 
 
-def _kind_options(name: str) -> type[Table] | None:
+def _kind_options(name: str) -> type[TomlTable] | None:
     found = experiment_kind(name)
     return found.options if found is not None else None
 

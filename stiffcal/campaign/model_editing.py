@@ -52,8 +52,8 @@ def add_effect(
     document = _document(folder, n_joints)
     wanted = _places(joints, links, pairs)
     same = [entry for entry in document.get("effects", []) if entry.get("type") == effect]
-    held = {name for entry in same for name in _entry_places(entry, n_joints)}
-    new = tuple(name for name in place_names(joints, links, pairs) if name not in held)
+    in_model = {name for entry in same for name in _entry_places(entry, n_joints)}
+    new = tuple(name for name in place_names(joints, links, pairs) if name not in in_model)
     if not new:
         return ()
     target = next((entry for entry in same if wanted and set(wanted) <= set(entry)), None)
@@ -143,10 +143,14 @@ def remove_effect(
         elif going:
             _thin(entry, set(going), n_joints)
     if not removed:
-        held = ", ".join(dict.fromkeys(str(entry.get("type")) for entry in entries)) or "nothing"
+        in_model = ", ".join(dict.fromkeys(str(entry.get("type")) for entry in entries)) or "nothing"
         where = "" if unwanted is None else f" at {', '.join(unwanted)}"
         raise InputError.at(
-            FaultCode.EFFECT_ABSENT, MODEL_FILE, "effects", f"the model holds no {effect}{where}", f"it holds {held}"
+            FaultCode.EFFECT_ABSENT,
+            MODEL_FILE,
+            "effects",
+            f"the model holds no {effect}{where}",
+            f"it holds {in_model}",
         )
     _save(folder, document)
     return tuple(removed)

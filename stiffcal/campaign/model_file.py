@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from stiffcal.campaign.experiment_kinds import experiment_kind
 from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
-from stiffcal.campaign.typed import Counting, Name, Table, WrongValueError
+from stiffcal.campaign.typed import Counting, Name, TomlTable, WrongValueError
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
@@ -64,7 +64,7 @@ JointNumbers: TypeAlias = Annotated[
 """Joints from 1, or "all"."""
 
 
-class ParameterSetting(Table):
+class ParameterSetting(TomlTable):
     """A parameter's start, in SI; with `fixed` its value for good."""
 
     value: float
@@ -73,7 +73,7 @@ class ParameterSetting(Table):
     look_alikes: ClassVar[dict[str, str]] = {"start": "value", "fix": "fixed"}
 
 
-class EffectEntry(Table):
+class EffectEntry(TomlTable):
     """One effect and where it sits; set-up effects have no place.
 
     Attributes
@@ -96,7 +96,7 @@ class EffectEntry(Table):
         return place_names(self.joints or (), self.links or (), self.pairs or ())
 
 
-class ModelFile(Table):
+class ModelFile(TomlTable):
     """model.toml.
 
     Attributes

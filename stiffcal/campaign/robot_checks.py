@@ -10,7 +10,7 @@ from pathlib import Path
 from stiffcal.campaign.naming import beam_name, name_links
 from stiffcal.campaign.reach import escapes
 from stiffcal.campaign.robot_file import JointEntry, RobotFile
-from stiffcal.campaign.sizes import length_mistake
+from stiffcal.campaign.sizes import implausible_length
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
@@ -96,7 +96,7 @@ def _faults(robot: RobotFile, file: str) -> Iterator[Fault]:
     if mistake is not None:
         yield Fault(FaultCode.VALUE_INVALID, file, f"flange.{mistake[0]}", mistake[1].reason, mistake[1].mend)
     for metres in robot.flange.xyz_m:
-        too_long = length_mistake(metres)
+        too_long = implausible_length(metres)
         if too_long is not None:
             yield Fault(FaultCode.VALUE_INVALID, file, "flange.xyz_m", too_long.reason, too_long.mend)
     names = [entry.name for entry in robot.joints]

@@ -13,7 +13,7 @@ from stiffcal.campaign.typed import (
     Name,
     Placement,
     Positive,
-    Table,
+    TomlTable,
     WrongValueError,
     at_most,
 )
@@ -24,7 +24,7 @@ MOST_CORNERS, MOST_HOLES = 500, 20
 """Of an outline, and of a drawn section: the mesh grows with both."""
 
 
-class LinkMass(Table):
+class LinkMass(TomlTable):
     """The link a joint moves: its name, and mass and centre of mass (in the joint's own frame) where known."""
 
     name: Name | None = None
@@ -34,7 +34,7 @@ class LinkMass(Table):
     look_alikes: ClassVar[dict[str, str]] = {"mass": "mass_kg", "com": "com_m"}
 
 
-class JointEntry(Table):
+class JointEntry(TomlTable):
     """One joint, base to wrist.
 
     Attributes
@@ -67,7 +67,7 @@ class JointEntry(Table):
     }  # fmt: skip
 
 
-class GravityCompensator(Table):
+class GravityCompensatorEntry(TomlTable):
     """The balancing spring or cylinder beside a joint.
 
     Attributes
@@ -107,7 +107,7 @@ Outline: TypeAlias = Annotated[
 ]
 
 
-class Section(Table):
+class BeamSectionEntry(TomlTable):
     """A beam's section: its outline, or its stiffnesses.
 
     Attributes
@@ -132,7 +132,7 @@ class Section(Table):
     EA: Positive | None = None
 
 
-class LinkBeamEntry(Table):
+class LinkBeamEntry(TomlTable):
     """Where and how a link bends.
 
     Attributes
@@ -144,12 +144,12 @@ class LinkBeamEntry(Table):
 
     from_m: PlaceOnRobot | None = None
     to_m: PlaceOnRobot | None = None
-    section: Section | None = None
+    section: BeamSectionEntry | None = None
     warping_decay_m: PositiveLength | None = None
     expansion_per_K: float | None = Field(None, ge=-1e-4, le=1e-3)
 
 
-class RobotFile(Table):
+class RobotFile(TomlTable):
     """robot.toml.
 
     Attributes
@@ -171,7 +171,7 @@ class RobotFile(Table):
         tuple[JointEntry, ...], Field(strict=False), at_most(MOST_JOINTS, "describe one arm, base to flange")
     ] = ()
     flange: Placement = Placement()
-    gravity_compensator: GravityCompensator | None = None
+    gravity_compensator: GravityCompensatorEntry | None = None
     links: dict[str, LinkBeamEntry] = Field(default_factory=dict)
 
     look_alikes: ClassVar[dict[str, str]] = {"joint": "joints", "gravity": "gravity_mps2", "link": "links"}

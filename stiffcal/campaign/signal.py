@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, TypeAlias
 from pydantic import AfterValidator
 
 from stiffcal.campaign.row_filter import RowCondition, parse_rows
-from stiffcal.campaign.typed import Table
+from stiffcal.campaign.typed import TomlTable
 from stiffcal.quantities import Unit, unit
 
 
@@ -21,7 +21,7 @@ Rows: TypeAlias = Annotated[str, AfterValidator(_check_rows)]
 """A condition such as ``test_nr < 100``."""
 
 
-class Signal(Table, ABC):
+class Signal(TomlTable, ABC):
     """What all signals share; each kind of signal says which columns it reads.
 
     Attributes
@@ -52,7 +52,7 @@ class Signal(Table, ABC):
         >>> Deflection(translation=("x", "y", "z"), body="tool").unit_of("translation").factor
         1.0
         """
-        units: Table = getattr(self, "units")  # noqa: B009  (every concrete signal has its own units table)
+        units: TomlTable = getattr(self, "units")  # noqa: B009  (every concrete signal has its own units table)
         return unit(getattr(units, key), self.quantity_of[key])
 
     @abstractmethod

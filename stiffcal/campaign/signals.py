@@ -20,9 +20,9 @@ from stiffcal.campaign.typed import (
     MomentUnit,
     Name,
     Positive,
-    Table,
     TemperatureUnit,
     TimeUnit,
+    TomlTable,
     Vector3,
     VelocityUnit,
     WrongValueError,
@@ -31,7 +31,7 @@ from stiffcal.campaign.typed import (
 from stiffcal.quantities import Unit
 
 
-class JointUnits(Table):
+class JointUnits(TomlTable):
     """Units of a joint log: position deg, rad or rev; velocity; torque; current."""
 
     position: AngleUnit = "rad"
@@ -40,7 +40,7 @@ class JointUnits(Table):
     current: CurrentUnit = "A"
 
 
-class JointSigma(Table):
+class JointSigma(TomlTable):
     """Standard uncertainty of one reading, in the signal's units."""
 
     position: Positive | None = None
@@ -116,14 +116,14 @@ class Joints(Signal):
         return self
 
 
-class WrenchUnits(Table):
+class WrenchUnits(TomlTable):
     """Units of a wrench."""
 
     force: ForceUnit = "N"
     moment: MomentUnit = "N*m"
 
 
-class WrenchSigma(Table):
+class WrenchSigma(TomlTable):
     """Standard uncertainty of one reading, in the signal's units."""
 
     force: Positive | None = None
@@ -181,7 +181,7 @@ class Wrench(Signal):
         return {name: force if k < 3 else moment for k, name in enumerate(self.columns)}
 
 
-class TemperatureUnits(Table):
+class TemperatureUnits(TomlTable):
     """Unit of temperatures."""
 
     temperature: TemperatureUnit = "K"
@@ -204,7 +204,7 @@ class Temperature(Signal):
         return dict.fromkeys(self.columns, self.unit_of("temperature"))
 
 
-class HoldUnits(Table):
+class HoldUnits(TomlTable):
     """Unit of hold times."""
 
     time: TimeUnit = "s"
@@ -227,13 +227,13 @@ class Hold(Signal):
         return {self.column: self.unit_of("time")}
 
 
-class MassUnits(Table):
+class MassUnits(TomlTable):
     """Unit of masses."""
 
     mass: MassUnit = "kg"
 
 
-class MassSigma(Table):
+class MassSigma(TomlTable):
     """Standard uncertainty of one mass, in the signal's unit."""
 
     mass: Positive | None = None

@@ -20,14 +20,14 @@ LARGEST_RATIO = 1e6
 GRAVITY_MPS2 = (1.5, 15.0)  # between the Moon's and half as much again as the Earth's; and 0: weight left out
 
 
-def length_mistake(metres: float) -> WrongValueError | None:
+def implausible_length(metres: float) -> WrongValueError | None:
     """Return what is wrong with a length of a robot, or None.
 
     Examples
     --------
-    >>> print(length_mistake(1200.0))
+    >>> print(implausible_length(1200.0))
     1200 m is longer than any robot; 1200 looks like mm: write 1.2
-    >>> length_mistake(-1.2)
+    >>> implausible_length(-1.2)
     """
     if abs(metres) <= LONGEST_M:
         return None
@@ -90,7 +90,7 @@ def gravity_mistake(gravity: Sequence[float]) -> WrongValueError | None:
 
 
 def _length(value: float) -> float:
-    return _checked(value, length_mistake(value))
+    return _checked(value, implausible_length(value))
 
 
 def _mass(value: float) -> float:
@@ -113,7 +113,7 @@ def _checked(value: float, mistake: WrongValueError | None) -> float:
 
 def _place(value: tuple[float, float, float]) -> tuple[float, float, float]:
     for part in value:
-        _checked(part, length_mistake(part))
+        _checked(part, implausible_length(part))
     return value
 
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.moments import seconds_of_times
 from stiffcal.measurements.scope_export import PROPERTIES, TIME, TIME_UNIT, is_scope_header, scope_columns, scope_units
+from stiffcal.measurements.timestamps import seconds_of_times
 from stiffcal.quantities import UnknownUnitError, quantities, unit
 
 # So many rows tell a column's unit by their size; a longer log is not read to its end.
@@ -28,7 +28,7 @@ _LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which 
 
 
 @dataclass(frozen=True)
-class Column:
+class SniffedColumn:
     """One column of a table.
 
     Attributes
@@ -59,7 +59,7 @@ class SniffedTable:
     """
 
     path: Path
-    columns: tuple[Column, ...]
+    columns: tuple[SniffedColumn, ...]
     n_rows: int
     options: dict[str, str | int | bool]
 
@@ -225,11 +225,11 @@ def _is_unit(text: str) -> bool:
     return False
 
 
-def _column(header: str, unit_cell: str, cells: list[str], decimal: str) -> Column:
+def _column(header: str, unit_cell: str, cells: list[str], decimal: str) -> SniffedColumn:
     numbers = [_number(cell, decimal) for cell in cells]
     values = tuple(number for number in numbers if number is not None)
     if not values and (moments := _moments(cells)):
-        return Column(header, header, "iso8601", moments)
+        return SniffedColumn(header, header, "iso8601", moments)
     name, written = header, unit_cell.strip("[]() ") or None
     match = _BRACKETED.match(header) if len(header) <= _LONGEST_NAME else None
     if match is not None:
@@ -239,7 +239,7 @@ def _column(header: str, unit_cell: str, cells: list[str], decimal: str) -> Colu
         name = TIME
     elif "_" in header and _is_unit(header.rsplit("_", 1)[1]) and len(header.rsplit("_", 1)[1]) > 1:
         name, written = header.rsplit("_", 1)  # dx_mm, A1_deg; not F_N, where one letter may be part of the name
-    return Column(header, name, written, values if len(values) > 0.5 * len(cells) else ())
+    return SniffedColumn(header, name, written, values if len(values) > 0.5 * len(cells) else ())
 
 
 def _moments(cells: list[str]) -> tuple[float, ...]:
@@ -250,7 +250,7 @@ def _moments(cells: list[str]) -> tuple[float, ...]:
         return ()
 
 
-def _check_names(columns: tuple[Column, ...], shown: str, line: int) -> None:
+def _check_names(columns: tuple[SniffedColumn, ...], shown: str, line: int) -> None:
     twice = [name for name, count in Counter(column.header for column in columns).items() if count > 1 and name]
     if twice:
         reason = f'two columns have the name "{twice[0]}"'

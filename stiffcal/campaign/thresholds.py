@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from stiffcal.campaign.toml_reading import read_toml, validate
-from stiffcal.campaign.typed import Name, Positive, Table
+from stiffcal.campaign.typed import Name, Positive, TomlTable
 
 _NUMBER = {"type": "number"}
 ALL_JOINTS = "all"
@@ -27,7 +27,7 @@ ByJoint = Annotated[
 """One number for all joints, or a table by joint name ("all": those that are not named)."""
 
 
-class Thresholds(Table):
+class Thresholds(TomlTable):
     """What `validate` and `batch` hold the campaign to.
 
     Attributes
@@ -59,13 +59,13 @@ class Thresholds(Table):
         return {name: value for name, value in self.model_dump(mode="json").items() if value not in (None, {})}
 
 
-class CampaignThresholds(Table):
+class CampaignThresholds(TomlTable):
     """Thresholds of one campaign; they go before those for all."""
 
     limits: Thresholds = Field(default_factory=Thresholds, alias="validate")
 
 
-class ThresholdsFile(Table):
+class ThresholdsFile(TomlTable):
     """Thresholds of many campaigns in one file. What a campaign says itself may be tighter than these, never looser.
 
     Attributes

@@ -28,7 +28,7 @@ class WrongValueError(ValueError):
         self.mend = mend
 
 
-class Table(BaseModel):
+class TomlTable(BaseModel):
     """A table of a user's file: keys that are not known are refused, values are not converted.
 
     `aliases` names keys that people use for another one, for the message only.
@@ -220,7 +220,7 @@ TemperatureUnit: TypeAlias = Annotated[
 ]
 
 
-class Placement(Table):
+class Placement(TomlTable):
     """A rigid transform: place `xyz_m` and at most one of the three ways to write a rotation.
 
     Attributes

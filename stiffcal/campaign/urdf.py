@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from stiffcal.campaign.name_checks import check_name
 from stiffcal.campaign.robot_file import MOST_JOINTS
-from stiffcal.campaign.sizes import length_mistake, mass_mistake
+from stiffcal.campaign.sizes import implausible_length, mass_mistake
 from stiffcal.campaign.typed import WrongValueError
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -212,7 +212,7 @@ def _lengths(text: str | None, file: str, place: str) -> Triple:
     """Return a place in m."""
     found = _triple(text, _ZERO, file, place)
     for part in found:
-        _refuse(length_mistake(part), file, place)
+        _refuse(implausible_length(part), file, place)
     return found
 
 

@@ -31,7 +31,7 @@ class Answer:
         self.as_json = as_json
         self.progress = ProgressBar()
 
-    def say(self, text: str) -> None:
+    def notify(self, text: str) -> None:
         """Write one line to standard error: a step that is run first, a file that was written."""
         self.progress.stop()
         sys.stderr.write(escaped(mask(text)) + "\n")
@@ -73,7 +73,7 @@ class Answer:
             console.print("not computed by you: the logs are missing, and the results came with the folder")
         show(console, escaped_document(result))
         for warning in masked(warnings):
-            self.say(f"warning: {warning}")
+            self.notify(f"warning: {warning}")
         if then:
             console.print(f"\nnext: {mask(then)}", soft_wrap=True)
 

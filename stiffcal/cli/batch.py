@@ -56,14 +56,14 @@ def batch(
         from stiffcal.batch.summary import junit_text, markdown_text, prepare_files, write_summary
 
         prepare_files(*(file for file in (junit, markdown) if file is not None))
-        told = _Told(answer)
+        told = _BatchPrinter(answer)
         batch_options = BatchOptions(
             jobs, thresholds, store, reports, not no_report, scheduler, progress=answer.progress, finished=told.finished
         )
         try:
             document = batch_campaigns(folders, batch_options)
         except KeyboardInterrupt:
-            answer.say(told.interrupted())
+            answer.notify(told.interrupted())
             raise
         for file, text in ((junit, junit_text), (markdown, markdown_text)):
             if file is not None:
@@ -72,7 +72,7 @@ def batch(
     return OK if document["passed"] else NOT_HELD
 
 
-class _Told:
+class _BatchPrinter:
     """What the user hears while the batch runs: a line per campaign where no bar is drawn."""
 
     def __init__(self, answer: Answer) -> None:
@@ -86,7 +86,7 @@ class _Told:
         self._done, self._of = done, of
         if self._lines:
             took = f"{outcome['seconds']:.1f} s"
-            self._answer.say(f"{done} of {of}: {outcome['campaign']}: {verdict_of(outcome)}, {took}")
+            self._answer.notify(f"{done} of {of}: {outcome['campaign']}: {verdict_of(outcome)}, {took}")
 
     def interrupted(self) -> str:
         done = f"{self._done} of {self._of} campaigns are" if self._of else "no campaign is"

@@ -7,16 +7,16 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from stiffcal.reduction.clocks import ClockOffset
+    from stiffcal.reduction.clocks import SourceClockOffset
 
 
-def clock_rates(runs: Iterable[Mapping[str, ClockOffset]]) -> list[str]:
+def clock_rates(runs: Iterable[Mapping[str, SourceClockOffset]]) -> list[str]:
     """Return a line for every two clocks whose rates were compared: the weighted mean over the runs.
 
     Examples
     --------
-    >>> from stiffcal.reduction.clocks import ClockOffset
-    >>> clock_rates([{"tracker": ClockOffset(0.2, 1e-3, "", 3e-5, 1e-5, "ft")}])
+    >>> from stiffcal.reduction.clocks import SourceClockOffset
+    >>> clock_rates([{"tracker": SourceClockOffset(0.2, 1e-3, "", 3e-5, 1e-5, "ft")}])
     ['the clock of tracker gains +30 ± 20 ppm on that of ft']
     """
     sums: dict[tuple[str, str], list[float]] = {}

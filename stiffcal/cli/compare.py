@@ -35,7 +35,7 @@ def compare(
         from stiffcal.workflow.compare import compare_campaigns
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(update=not no_update, progress=answer.progress, notify=answer.notify)
         result = compare_campaigns(before, after, context)
         answer.give(result, show_comparison, command_line("report", after))
     return OK

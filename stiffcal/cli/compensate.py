@@ -121,7 +121,7 @@ def compensate(
         from stiffcal.workflow.compensation_path import Forces
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         forces = Forces(force, segments, log, frame, acts_on, filter_hz, tool, zeroed)
         request = CompensateRequest(path, forces, target, start, not position_only, sag, normal, judge)
         result = compensate_campaign(folder, request, context, output=output, picture=picture)

@@ -29,7 +29,7 @@ def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate
         from stiffcal.workflow.diagnose import diagnose_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         document = diagnose_campaign(folder, context)
         answer.give(document, show_diagnosis, _next_step(folder, document, store))
     return OK

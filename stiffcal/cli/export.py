@@ -41,7 +41,7 @@ def export(
         from stiffcal.workflow.export import export_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = export_campaign(folder, context, output, raw_text=raw_text)
         answer.give(result, show_export, command_line("plot", folder, store=store))
     return OK

@@ -43,9 +43,9 @@ def history(
         from stiffcal.workflow.history import read_history, restore_model
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=False, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=False, progress=answer.progress, notify=answer.notify)
         if restore is not None:
-            answer.say(restore_model(folder, context, restore, lambda fit: agrees(answer, fit, yes)))
+            answer.notify(restore_model(folder, context, restore, lambda fit: agrees(answer, fit, yes)))
         result = read_history(folder, context)
         if not result.fits or result.not_fitted_yet is not None:
             then = "identify"
@@ -60,9 +60,9 @@ def agrees(answer: Answer, fit: StoredFit, yes: bool) -> bool:
 
     Without a terminal nobody can be asked: then only ``--yes`` agrees.
     """
-    answer.say(f"fit {fit.id} was not made by you; its model file:")
+    answer.notify(f"fit {fit.id} was not made by you; its model file:")
     for line in fit.model_text.splitlines() or ["(none: the default model)"]:
-        answer.say("    " + one_line(line, 2000))
+        answer.notify("    " + one_line(line, 2000))
     if yes or answer.as_json or not sys.stdin.isatty():
         return yes
     return typer.confirm("write it to model.toml?", default=False, err=True)

@@ -43,7 +43,7 @@ def identify(
         from stiffcal.workflow.identify import identify_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         document = identify_campaign(folder, context, loss, dual_quaternions, coupling)
         answer.give(document, show_fit, command_line("validate", folder, store=store))
     return OK

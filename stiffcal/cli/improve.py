@@ -35,7 +35,7 @@ def improve(
         from stiffcal.workflow.improve import always, improve_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         asks = sys.stdin.isatty() and not yes and not as_json
 
         def ask(proposal: Document) -> bool:
@@ -54,7 +54,7 @@ def tell(answer: Answer, step: Document) -> None:
     what = (
         "present model" if step["action"] == "start" else f"{step['action']} {step['effect']} ({places(step['where'])})"
     )
-    answer.say(f"{what}: {deviation(step['heldout_rms'])} in unseen poses")
+    answer.notify(f"{what}: {deviation(step['heldout_rms'])} in unseen poses")
 
 
 def show_ladder(console: Console, document: Document) -> None:

@@ -43,10 +43,10 @@ def show_ingest(console: Console, document: Document) -> None:
         name, states = str(run.get("id", run.get("run", ""))), f"{taken}{swept}"
         table.add_row(name, states, _dropped(dropped), _clocks(run))
     console.print(table)
-    from stiffcal.reduction.clocks import ClockOffset
+    from stiffcal.reduction.clocks import SourceClockOffset
 
     offsets = [
-        {source: ClockOffset(**clock) for source, clock in (run.get("clock_ahead_s") or {}).items()}
+        {source: SourceClockOffset(**clock) for source, clock in (run.get("clock_ahead_s") or {}).items()}
         for run in document["runs"]
     ]
     for line in clock_rates(offsets):

@@ -66,7 +66,7 @@ def map(  # noqa: A001  (the command's name)
         from stiffcal.workflow.map import MapRequest, map_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         request = MapRequest(load, mass, stiffness, plane, at, slices, points, pose, target)
         result = map_campaign(folder, request, context, picture=output, table=table)
         answer.give(result, show_map, command_line("compensate", folder, "--path", "path.csv", store=store))

@@ -42,7 +42,7 @@ def plot(
         from stiffcal.workflow.plot import plot_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = plot_campaign(folder, context, output=output, run=run, against=against)
         answer.give(result, show_plot, command_line("report", folder, store=store))
     return OK

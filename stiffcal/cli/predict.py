@@ -64,7 +64,7 @@ def predict(
         from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         path = LoadPathRequest(load_path, at, points, note) if load_path is not None else None
         result = predict_campaign(folder, context, poses=poses, load_path=path, output=output)
         answer.give(result, show_prediction, command_line("export", folder, "-o", "model.json", store=store))

@@ -29,7 +29,7 @@ def report(
         from stiffcal.workflow.report import report_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = report_campaign(folder, context, output=output)
         answer.give(result, show_report, command_line("history", folder, store=store))
     return OK

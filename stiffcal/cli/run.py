@@ -23,7 +23,7 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
         from stiffcal.workflow.run import run_campaign
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, progress=answer.progress, say=answer.say)
+        context = RunContext(store=store, progress=answer.progress, notify=answer.notify)
         document = run_campaign(folder, context)
         answer.give(document, show_run, command_line("history", folder, store=store))
     return OK if document["passed"] else NOT_HELD

@@ -21,7 +21,7 @@ from stiffcal.fault_codes import FaultCode
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.workflow.trust import Showing
+    from stiffcal.workflow.trust import TrustOverview
 
 NO_SANDBOX = (
     "This is no sandbox: code that you allow runs with your rights, whenever a command needs its effects. It can read"
@@ -93,7 +93,7 @@ def trust(
     return OK
 
 
-def _give_hash(answer: Answer, showing: Showing) -> None:
+def _give_hash(answer: Answer, showing: TrustOverview) -> None:
     def show(console: Console, document: Document) -> None:
         for digest in showing.hashes:
             console.print(digest, soft_wrap=True)
@@ -104,7 +104,7 @@ def _give_hash(answer: Answer, showing: Showing) -> None:
     answer.give(showing.as_document(), show)
 
 
-def _ask(answer: Answer, showing: Showing, yes: bool) -> int:
+def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
     """Show what a campaign wants to run, ask, and remember the answer; return the exit code."""
     from stiffcal.workflow.trust import allow_shown
 
@@ -132,7 +132,7 @@ def _ask(answer: Answer, showing: Showing, yes: bool) -> int:
             mend,
         )
     if not typer.confirm("Allow this to run with your rights?", default=False, err=True):
-        answer.say("nothing was allowed")
+        answer.notify("nothing was allowed")
         return NOT_HELD
     answer.give(allow_shown(showing), show_allowed, then)
     return OK

@@ -41,7 +41,9 @@ def validate(
 
         file = load_thresholds(thresholds) if thresholds else None
         reach = (folder, *([model] if model else []), *(file.baselines() if file else []))
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, say=answer.say, reach=reach)
+        context = RunContext(
+            store=store, update=not no_update, progress=answer.progress, notify=answer.notify, reach=reach
+        )
         document = validate_campaign(folder, context, model=model, thresholds=file)
         answer.give(document, show_validation, command_line("report", folder, store=store))
     return NOT_HELD if document["passed"] is False else OK

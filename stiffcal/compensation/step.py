@@ -17,8 +17,8 @@ import numpy as np
 from scipy.linalg import lapack
 
 from stiffcal.arrays import Floats
+from stiffcal.compensation.chain_pair import ChainPair
 from stiffcal.compensation.linear_nodes import linear_nodes, node_chain
-from stiffcal.compensation.step_shapes import Shapes
 from stiffcal.compensation.tool_weight import tool_arm, weight_matrix
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import attached_poses
@@ -87,8 +87,8 @@ class CompensationStep:
         self._parts = self.wrench.reshape(2, 3)
         self._started, self.solved = False, True
         self._coupling, self._offset = np.ascontiguousarray(chain.coupling), np.ascontiguousarray(chain.offset)
-        self._shapes = Shapes(node_chain(chain, laws), laws, self._coupling, self.settings.damping)
-        self._reading = _Reading(robot, laws.setup, self.settings)
+        self._shapes = ChainPair(node_chain(chain, laws), laws, self._coupling, self.settings.damping)
+        self._reading = _ProcessWrench(robot, laws.setup, self.settings)
         self._solver = _Solver(self._shapes.motion_and_damping)
         self.offsets = self._solver.offsets
         self._plain = bool(np.array_equal(chain.coupling, np.eye(chain.n_joints)) and not chain.offset.any())
@@ -145,7 +145,7 @@ class CompensationStep:
         self._shapes.straighten()
 
 
-class _Reading:
+class _ProcessWrench:
     """The process wrench of a reading: without the tool's weight, filtered; one product for all six components.
 
     Rows of the state: the filter's two memories, the reading, the tool's weight in it, and what of that it had already

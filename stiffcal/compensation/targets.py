@@ -139,7 +139,7 @@ def correct_joints(
     they can (seven joints can); what remains stands in ``after``.
     """
     options = options or CorrectionOptions()
-    problem = _Problem(robot, joints, wrench, setup, options)
+    problem = _CorrectionProblem(robot, joints, wrench, setup, options)
     found = problem.solve()
     angles = robot.chain.model_angles(found.joints)
     weight = options.goal is not None
@@ -166,7 +166,7 @@ def errors_of(
     told : (n, L) what the controller is told.
     wrench, setup, wish : as in `correct_joints`.
     """
-    problem = _Problem(robot, commanded, wrench, setup, options)
+    problem = _CorrectionProblem(robot, commanded, wrench, setup, options)
     return problem.error_at(told, np.arange(len(told)))
 
 
@@ -178,7 +178,7 @@ def pose_error(position: Floats, rotation: Floats, goal: PoseGoal) -> Floats:
     return displacement_of_duals(dual_from_pose(position, rotation), dual_from_pose(goal.position, goal.rotation))
 
 
-class _Problem:
+class _CorrectionProblem:
     """The equations of n states and the way to their solution; arrays of all states are filled in as they are found."""
 
     def __init__(

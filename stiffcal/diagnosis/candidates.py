@@ -34,7 +34,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class NotTried:
+class UntestableEffect:
     """An effect that these data cannot tell, and what it would need."""
 
     effect: str
@@ -43,7 +43,7 @@ class NotTried:
 
 def list_candidates(
     robot: CompliantRobot, states: LoadStates, catalogue: Mapping[str, Effect]
-) -> tuple[list[Candidate], list[NotTried]]:
+) -> tuple[list[Candidate], list[UntestableEffect]]:
     """Return the effects that can be tried beside what the model holds, and those that cannot, with the reason.
 
     Parameters
@@ -52,18 +52,18 @@ def list_candidates(
     states : the campaign's load states.
     catalogue : effects by name.
     """
-    held = {(one.effect.name, one.place) for one in robot.placed}
+    in_model = {(one.effect.name, one.place) for one in robot.placed}
     candidates, not_tried = [], []
     for effect in catalogue.values():
         reason = effect.lacking(robot.chain, states)
         if reason is not None:
-            not_tried.append(NotTried(effect.name, reason))
+            not_tried.append(UntestableEffect(effect.name, reason))
             continue
         places = effect.places(robot.chain)
         if not places:
-            not_tried.append(NotTried(effect.name, f"no place on this robot: it sits on {effect.place_kind}"))
+            not_tried.append(UntestableEffect(effect.name, f"no place on this robot: it sits on {effect.place_kind}"))
         for place in places:
-            if (effect.name, place) in held or _stands_in_the_way(effect, place, robot):
+            if (effect.name, place) in in_model or _stands_in_the_way(effect, place, robot):
                 continue
             free = sum(1 for spec in effect.parameters)
             candidates.append(Candidate(effect, place, free))

@@ -12,7 +12,7 @@ from stiffcal.diagnosis.choosing import chosen_in_every_fold, confidence
 from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, size_at_tool
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice, near_best
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
-from stiffcal.diagnosis.search import Found, Search
+from stiffcal.diagnosis.search import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, explain
@@ -36,7 +36,7 @@ def _lack(lack: LackOfFit | None) -> dict[str, Any] | None:
     return {"statistic": lack.statistic, "dof": dof, "p_value": lack.p_value}
 
 
-def _missing(found: Found) -> dict[str, Any]:
+def _missing(found: MissingEffect) -> dict[str, Any]:
     alternatives = [candidate_document(one) for one in found.alternatives]
     return {**candidate_document(found.candidate), "alternatives": alternatives}
 
@@ -222,7 +222,7 @@ def look_alike_pairs(search: Search) -> list[tuple[Trial, Trial]]:
     return [(near[0], other) for other in near[1 : 1 + PAIRS_PLANNED]]
 
 
-def _named(found: Found) -> str:
+def _named(found: MissingEffect) -> str:
     """Return a missing effect as one says it, with how many others would look the same."""
     alike = len(found.alternatives)
     if not alike:

@@ -19,7 +19,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.scan import Scan
 from stiffcal.diagnosis.scoring import fold_products, solve_within
-from stiffcal.identification.observation import Column, free_columns
+from stiffcal.identification.observation import ParameterColumn, free_columns
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.identification.rows import GAUGE, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import members_of
@@ -56,7 +56,7 @@ class EffectEvidence:
     """
 
     placed: PlacedEffect
-    driver: str
+    covariate: str
     unit: str
     rotational: bool
     lever: float | None
@@ -102,7 +102,7 @@ def evidence_for(
 
 
 def _evidence(
-    scan: Scan, state: Linearised, columns: list[Column], number: int, included: list[Regressor]
+    scan: Scan, state: Linearised, columns: list[ParameterColumn], number: int, included: list[Regressor]
 ) -> EffectEvidence:
     one, data = scan.fit.robot.placed[number], scan.fit.data
     added = _contribution(state, one)
@@ -113,13 +113,13 @@ def _evidence(
     before = _left_out(scan, np.concatenate(pieces), scan.residual + added, np.concatenate(edges))
     after = _left_out(scan, scan.columns, scan.residual, low)
     rows = _significant_rows(scan, added, after)
-    value, driver, unit = _driver(state, one)
-    direction, lever = _directions(state, one, added, rows, value if driver else None)
+    value, covariate, unit = _covariate(state, one)
+    direction, lever = _directions(state, one, added, rows, value if covariate else None)
     law = _along(direction, added, rows)
-    if not driver:
-        value, driver, unit = law * 1e3, f"what {one.effect.name} adds", "mrad" if data.rotational[rows][0] else "mm"
+    if not covariate:
+        value, covariate, unit = law * 1e3, f"what {one.effect.name} adds", "mrad" if data.rotational[rows][0] else "mm"
     return EffectEvidence(
-        one, driver, unit, bool(data.rotational[rows][0]), lever, data.index, value,
+        one, covariate, unit, bool(data.rotational[rows][0]), lever, data.index, value,
         _along(direction, before, rows), _along(direction, after, rows), law,
         rms_of(before, data), rms_of(after, data), _by_run(data.run, before[rows], after[rows]),
     )  # fmt: skip
@@ -134,7 +134,7 @@ def _contribution(state: Linearised, one: PlacedEffect) -> Floats:
     return np.asarray(np.where(state.data.measured_mask, total, 0.0))
 
 
-def _lowest_step(one: PlacedEffect, column: Column) -> float:
+def _lowest_step(one: PlacedEffect, column: ParameterColumn) -> float:
     """Return how far down a parameter can go from where it is: what cannot be negative stops at zero."""
     spec = one.effect.spec(column.symbol)
     if column.role is ParameterRole.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
@@ -172,23 +172,23 @@ def _significant_rows(scan: Scan, added: Floats, left: Floats) -> Integers:
     return found
 
 
-def _driver(state: Linearised, one: PlacedEffect) -> tuple[Floats, str, str]:
+def _covariate(state: Linearised, one: PlacedEffect) -> tuple[Floats, str, str]:
     """Return the effect's own driver: values, label, unit; an empty label where it names none."""
-    driver = one.effect.driver(one.place, state.robot.chain, state.loads)
-    if driver is None or not np.isfinite(driver.value).any():
+    covariate = one.effect.covariate(one.place, state.robot.chain, state.loads)
+    if covariate is None or not np.isfinite(covariate.value).any():
         return np.zeros(state.data.n_states), "", ""
-    return np.asarray(driver.value, dtype=np.float64), driver.label, driver.unit
+    return np.asarray(covariate.value, dtype=np.float64), covariate.label, covariate.unit
 
 
 def _directions(
-    state: Linearised, one: PlacedEffect, added: Floats, rows: Integers, driver: Floats | None
+    state: Linearised, one: PlacedEffect, added: Floats, rows: Integers, covariate: Floats | None
 ) -> tuple[Floats, float | None]:
     """Return (m, n) vectors v such that v·r is what residual r says of the effect, and the mean lever.
 
     Along the lever of the node that turns, where that is one; else along one fixed line, where the effect keeps to it;
     else along what it adds in each state, the sign that of its driver.
     """
-    lever = _common_lever(state, one, rows, driver)
+    lever = _common_lever(state, one, rows, covariate)
     direction = np.full_like(added, np.nan)
     measured_mask = state.data.measured_mask[rows]
     if lever is not None:
@@ -206,16 +206,16 @@ def _directions(
         return direction, None
     size = np.sqrt(np.sum(part**2, axis=0))
     sign = np.ones(len(size))
-    if driver is not None:
-        low, high = np.nanmin(driver), np.nanmax(driver)
+    if covariate is not None:
+        low, high = np.nanmin(covariate), np.nanmax(covariate)
         if low < 0.0 < high and min(-low, high) > BOTH_SIGNS * max(-low, high):
-            sign = np.where(driver < 0.0, -1.0, 1.0)
+            sign = np.where(covariate < 0.0, -1.0, 1.0)
     clear = size > SHORT_LEVER**2 * float(size.max(initial=0.0))
     direction[np.ix_(rows, np.flatnonzero(clear))] = part[:, clear] / size[clear] * sign[clear]
     return direction, None
 
 
-def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers, driver: Floats | None) -> Floats | None:
+def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers, covariate: Floats | None) -> Floats | None:
     """Return (m, n) the lever of the one thing that the effect turns or shifts; None where it moves several.
 
     None also where the driver is the size of what turns it, without its sign: curves would fold over each other.
@@ -236,7 +236,7 @@ def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers, driver: 
     size = {key: float(np.sum((lever * value)[rows] ** 2)) for key, (lever, value) in parts.items()}
     lead = max(size, key=lambda key: size[key])
     whole, drive = parts[lead]
-    if driver is not None and _is_size_of(driver, drive):
+    if covariate is not None and _is_size_of(covariate, drive):
         return None
     covered = whole * drive
     for key, (lever, value) in parts.items():
@@ -249,11 +249,11 @@ def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers, driver: 
     return whole if left <= (1.0 - ONE_LINE) * float(np.sum(total**2)) else None
 
 
-def _is_size_of(driver: Floats, drive: Floats) -> bool:
+def _is_size_of(covariate: Floats, drive: Floats) -> bool:
     """Return whether a driver follows the size of a law's term and not the term."""
-    if not (varies(driver) and varies(drive) and varies(np.abs(drive))):
+    if not (varies(covariate) and varies(drive) and varies(np.abs(drive))):
         return False
-    signed, unsigned = (abs(float(np.corrcoef(driver, each)[0, 1])) for each in (drive, np.abs(drive)))
+    signed, unsigned = (abs(float(np.corrcoef(covariate, each)[0, 1])) for each in (drive, np.abs(drive)))
     return unsigned > 0.5 > signed
 
 

@@ -139,7 +139,7 @@ class Judgement:
         return self.possible and self.fall > LEAST_FALL and self.errors > STANDARD_ERRORS and self.p_value < FAMILY_P
 
 
-def fall_of(before: Floats, after: Floats, moved: Floats, dof: int) -> tuple[float, float]:
+def rms_reduction(before: Floats, after: Floats, moved: Floats, dof: int) -> tuple[float, float]:
     """Return the fall of the rms and its size in standard errors over poses.
 
     Parameters
@@ -224,7 +224,7 @@ def fitted_values(trial: Trial) -> dict[str, float]:
 
 def judge(scan: Scan, trial: Trial) -> Judgement:
     """Judge a candidate by its own unseen errors."""
-    fall, errors = fall_of(scan.base.heldout, trial.score.heldout, trial.score.moved, scan.dof)
+    fall, errors = rms_reduction(scan.base.heldout, trial.score.heldout, trial.score.moved, scan.dof)
     return Judgement(fall, errors, family_p(scan, trial), possible_values(scan, trial))
 
 
@@ -242,7 +242,7 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
         return own
     before, after = np.diagonal(scan.base.nested).copy(), chosen_in_every_fold(scan)
     moved = np.bincount(scan.groups, weights=leader.score.moved).astype(np.float64)
-    fall, errors = fall_of(before, after, moved, scan.dof)
+    fall, errors = rms_reduction(before, after, moved, scan.dof)
     if scan.fit.noise is not None:
         # What is left is held against the noise (`lack_of_fit`): a wrong name leaves something, and is withheld.
         errors = own.errors
@@ -252,7 +252,7 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
 def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
     """Return whether a candidate cannot be told from the best: within two standard errors over poses.
 
-    Standard errors as in `fall_of`: what one foretells in other poses than the other, against what then was seen.
+    Standard errors as in `rms_reduction`: what one foretells in other poses than the other, against what then was seen.
     """
     if trial is best:
         return True
@@ -261,7 +261,9 @@ def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
     if gap <= LOOK_ALIKE_SHARE:
         return True
     moved = (predicted_without_pose(scan, trial) - predicted_without_pose(scan, best)) ** 2
-    _, errors = fall_of(score.heldout, other.heldout, np.array([moved[fold].sum() for fold in scan.folds]), scan.dof)
+    _, errors = rms_reduction(
+        score.heldout, other.heldout, np.array([moved[fold].sum() for fold in scan.folds]), scan.dof
+    )
     return errors <= LOOK_ALIKE_ERRORS
 
 

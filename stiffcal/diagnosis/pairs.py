@@ -11,7 +11,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from stiffcal.diagnosis.judge import f_tail, fall_of, possible_values
+from stiffcal.diagnosis.judge import f_tail, possible_values, rms_reduction
 from stiffcal.diagnosis.scan import Scan, Trial, score_together
 from stiffcal.diagnosis.thresholds import FAMILY_P, LEAST_FALL, PAIRS_SCORED, STANDARD_ERRORS, WIDEST_PAIR
 from stiffcal.identification.least_squares import triangular_of_rows
@@ -50,7 +50,7 @@ def _scored(scan: Scan, one: Trial, other: Trial) -> tuple[Trial, Trial]:
 def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
     """Return whether two effects together are supported, all pairs of all shapes counted as tried."""
     score = pair[1].score
-    fall, errors = fall_of(scan.base.heldout, score.heldout, score.moved, scan.dof)
+    fall, errors = rms_reduction(scan.base.heldout, score.heldout, score.moved, scan.dof)
     count = len(score.solution) - scan.n_columns
     count += sum(spec.role is ParameterRole.NONLINEAR for trial in pair for spec in trial.candidate.effect.parameters)
     rest = float(scan.dof - scan.n_columns - count)

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.judge import judge
 from stiffcal.diagnosis.scan import scan_candidates
-from stiffcal.diagnosis.search import Workbench, without
+from stiffcal.diagnosis.search import SearchContext, without
 from stiffcal.identification.fit import Fit
 
 
-def redundant_effects(bench: Workbench, fit: Fit, basic: Sequence[str]) -> list[Candidate]:
+def redundant_effects(bench: SearchContext, fit: Fit, basic: Sequence[str]) -> list[Candidate]:
     """Return effects without which the error in unseen poses is no worse.
 
     Parameters

@@ -31,7 +31,7 @@ REFINING_ROUNDS = 4
 ROUNDING = 1e-9
 # A picometre, a picoradian: a fit that misses by less misses by rounding.
 LEAST_RMS = 1e-12
-# Shapes of a law that take part in the choice in every fold: the best with all poses, and its neighbours.
+# ChainPair of a law that take part in the choice in every fold: the best with all poses, and its neighbours.
 VARIANTS_IN_FOLDS = 3
 
 
@@ -99,8 +99,8 @@ def weights_of(fit: Fit) -> Whitening:
         size = raw_whitening(data, None).scale.copy()
         for kind in np.unique(data.kind):
             rows = data.kind == kind
-            n_seen = max(1, int(np.count_nonzero(data.measured_mask[rows])))
-            rms = max(float(np.sqrt(np.sum(squares[rows]) / n_seen)), LEAST_RMS)
+            n_measured = max(1, int(np.count_nonzero(data.measured_mask[rows])))
+            rms = max(float(np.sqrt(np.sum(squares[rows]) / n_measured)), LEAST_RMS)
             size[rows] = np.where(data.measured_mask[rows], 1.0 / rms, 0.0)
         return Whitening(size)
     pieces = [block.sensitivity for block in evaluate(fit.robot, data, (), with_sensitivity=True, rigid=True)]
@@ -120,7 +120,7 @@ def choice_groups(n_folds: int) -> Integers:
 
 
 @dataclass(frozen=True)
-class _Ground:
+class _BaseRows:
     """The present model's rows, sorted by fold, beside which candidates are scored.
 
     Attributes
@@ -151,7 +151,7 @@ class _Ground:
     @classmethod
     def of(
         cls, state: Linearised, space: Projection, stack: Floats, folds: Sequence[Integers], low: Floats, high: Floats
-    ) -> _Ground:
+    ) -> _BaseRows:
         """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual."""
         order = np.concatenate(folds)
         ends = np.cumsum([len(fold) for fold in folds])
@@ -237,7 +237,7 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
     fold = pose_folds(data)
     folds = fold_rows(data, fold)
-    ground = _Ground.of(state, space, np.concatenate([own, residual[None]]), folds, *_base_bounds(fit, columns))
+    ground = _BaseRows.of(state, space, np.concatenate([own, residual[None]]), folds, *_base_bounds(fit, columns))
     trials = [
         replace(trial, regressor=source.kept(trial.regressor))
         for one in candidates
@@ -268,11 +268,11 @@ def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     return score_variants([fold_products(rows, list(scan.folds))], low, high, scan.groups, scan.base)
 
 
-def _tried(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integers) -> Trial | None:
+def _tried(candidate: Candidate, ground: _BaseRows, residual: Floats, fold: Integers) -> Trial | None:
     """Try one candidate, in the best of its shapes; None where it does not show."""
     if is_slip(candidate.effect):
         return _slip(candidate, ground, residual, fold)
-    shapes = _Foremost(ground)
+    shapes = _BestShapes(ground)
     for regressor in variants(candidate, ground.state, ground.state.robot.chain):
         shapes.add(regressor)
     if not shapes.n_tried:
@@ -281,13 +281,13 @@ def _tried(candidate: Candidate, ground: _Ground, residual: Floats, fold: Intege
     return Trial(candidate, best, score, shapes.n_tried)
 
 
-class _Foremost:
+class _BestShapes:
     """The shapes of a candidate that leave least with all poses; of the others only their number is kept.
 
-    Shapes far behind with all poses are not best without one or two of them.
+    ChainPair far behind with all poses are not best without one or two of them.
     """
 
-    def __init__(self, ground: _Ground) -> None:
+    def __init__(self, ground: _BaseRows) -> None:
         self._ground = ground
         self._best: list[tuple[float, int, Regressor]] = []
         self.n_tried = 0
@@ -309,7 +309,7 @@ class _Foremost:
         return self._ground.score([regressor for _, _, regressor in self._best])
 
 
-def _slip(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integers) -> Trial | None:
+def _slip(candidate: Candidate, ground: _BaseRows, residual: Floats, fold: Integers) -> Trial | None:
     """Find the state where a slip explains most, and score it with everything else refitted."""
     data = ground.space.data
     if not len(data.order.number):
@@ -333,7 +333,7 @@ def _slip(candidate: Candidate, ground: _Ground, residual: Floats, fold: Integer
     return Trial(candidate, regressor, score, data.n_states)
 
 
-def _refined(trial: Trial, ground: _Ground) -> Trial:
+def _refined(trial: Trial, ground: _BaseRows) -> Trial:
     """Narrow a law's continuous shape down, between the neighbours of the best of its grid, in all folds alike."""
     effect, place = trial.candidate.effect, trial.candidate.place
     continuous = [
@@ -342,7 +342,7 @@ def _refined(trial: Trial, ground: _Ground) -> Trial:
     if not continuous:
         return trial
     best, spread = dict(trial.regressor.shape), REFINING_FACTOR
-    known, shapes = {tuple(best[s] for s in continuous)}, _Foremost(ground)
+    known, shapes = {tuple(best[s] for s in continuous)}, _BestShapes(ground)
     shapes.add(ground.state.regressor(effect, place, best))
     for _ in range(REFINING_ROUNDS):
         for symbol in continuous:
@@ -363,10 +363,10 @@ def _refined(trial: Trial, ground: _Ground) -> Trial:
 def _base_bounds(fit: Fit, columns: Sequence[object]) -> tuple[Floats, Floats]:
     """Return how far the base model's parameters can go from where they are; only compliances have an edge at zero."""
     low, high = [], []
-    from stiffcal.identification.observation import Column
+    from stiffcal.identification.observation import ParameterColumn
 
     for column in columns:
-        assert isinstance(column, Column)
+        assert isinstance(column, ParameterColumn)
         one = fit.robot.placed[column.placed]
         spec = one.effect.spec(column.symbol)
         edge = -np.inf

@@ -15,7 +15,7 @@ from itertools import combinations
 
 import numpy as np
 
-from stiffcal.diagnosis.candidates import Candidate, NotTried, list_candidates
+from stiffcal.diagnosis.candidates import Candidate, UntestableEffect, list_candidates
 from stiffcal.diagnosis.judge import (
     Judgement,
     LackOfFit,
@@ -41,7 +41,7 @@ from stiffcal.model.effect import Effect, ParameterRole
 
 
 @dataclass(frozen=True)
-class Found:
+class MissingEffect:
     """An effect that is missing.
 
     Attributes
@@ -77,15 +77,15 @@ class Search:
     """
 
     first: Scan
-    found: tuple[Found, ...]
-    tried: tuple[Found, ...]
+    found: tuple[MissingEffect, ...]
+    tried: tuple[MissingEffect, ...]
     final: Fit
     final_scan: Scan
     before: LackOfFit | None
     after: LackOfFit | None
     explained: float
     unexplained: bool
-    not_tried: tuple[NotTried, ...]
+    not_tried: tuple[UntestableEffect, ...]
     pace: Pace
     could_be: tuple[Candidate, ...] = ()
 
@@ -109,7 +109,7 @@ class Pace:
 
 
 @dataclass(frozen=True)
-class Workbench:
+class SearchContext:
     """What a search works on, and what it has seen: the catalogue is tried once beside each model."""
 
     states: LoadStates
@@ -199,7 +199,7 @@ def search_missing(
     ------
     InputError : the data hold no more readings than the model has values.
     """
-    bench = Workbench(states, problem or fit_problem(states, robot), catalogue, settings or Settings())
+    bench = SearchContext(states, problem or fit_problem(states, robot), catalogue, settings or Settings())
     progress("trying every effect at every place", 0.05)
     first = scan = bench.look(robot)
     _check_something_is_left(first)
@@ -252,7 +252,7 @@ def _supported(scan: Scan) -> Trial | None:
     return near[0]
 
 
-def _pair(bench: Workbench, scan: Scan, progress: Progress) -> tuple[list[Candidate], Scan] | None:
+def _pair(bench: SearchContext, scan: Scan, progress: Progress) -> tuple[list[Candidate], Scan] | None:
     """Return two effects that explain together what none explains alone, and the look beside both; None without.
 
     They must explain all of it: of so many pairs some go a long way with what is none of them.
@@ -271,7 +271,7 @@ def _pair(bench: Workbench, scan: Scan, progress: Progress) -> tuple[list[Candid
     return [trial.candidate for trial in pair], look
 
 
-def _found(scan: Scan, candidate: Candidate) -> Found | None:
+def _found(scan: Scan, candidate: Candidate) -> MissingEffect | None:
     """Return what a scan says of a candidate: itself or the one that beats it; None where neither is supported."""
     near = near_best(scan)
     if not near or not judge_choice(scan, near[0]).supported:
@@ -281,14 +281,14 @@ def _found(scan: Scan, candidate: Candidate) -> Found | None:
     simpler = near[0].candidate.n_parameters < candidate.n_parameters
     chosen = near[0] if simpler or not same else same[0]
     others = tuple(trial.candidate for trial in near if trial.candidate.name != chosen.candidate.name)
-    return Found(chosen.candidate, others, judge_choice(scan, chosen))
+    return MissingEffect(chosen.candidate, others, judge_choice(scan, chosen))
 
 
 def _reconsider(
-    bench: Workbench, first: Scan, scan: Scan, chosen: list[Candidate], progress: Progress
-) -> tuple[Scan, tuple[Found, ...]]:
+    bench: SearchContext, first: Scan, scan: Scan, chosen: list[Candidate], progress: Progress
+) -> tuple[Scan, tuple[MissingEffect, ...]]:
     """Take each added effect out again and see what belongs in its place."""
-    tried: dict[str, Found] = {}
+    tried: dict[str, MissingEffect] = {}
     for _ in range(2):
         changed = False
         for number, candidate in enumerate(list(chosen)):
@@ -313,7 +313,7 @@ def _reconsider(
 
 
 def one_for_two(
-    bench: Workbench, first: Scan, scan: Scan, chosen: list[Candidate], progress: Progress
+    bench: SearchContext, first: Scan, scan: Scan, chosen: list[Candidate], progress: Progress
 ) -> tuple[Scan, list[Candidate]] | None:
     """Return a model in which one effect does what two did, with its effects; None where none does.
 
@@ -344,7 +344,7 @@ def _error(scan: Scan, trial: Trial | None = None) -> float:
     return float(np.sqrt(np.sum(score.heldout) / scan.dof))
 
 
-def _conclude(bench: Workbench, first: Scan, scan: Scan, tried: tuple[Found, ...]) -> Search:
+def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[MissingEffect, ...]) -> Search:
     present, fit = first.fit, scan.fit
     bench.release()
     _, not_tried = list_candidates(present.robot, bench.states, bench.catalogue)

@@ -26,7 +26,7 @@ LEAST_SHARE = 0.1
 
 
 @dataclass(frozen=True)
-class Followed:
+class ResidualDependence:
     """Something that the residual follows.
 
     Attributes
@@ -41,7 +41,7 @@ class Followed:
     words: str
 
 
-def what_it_follows(scan: Scan, states: LoadStates) -> list[Followed]:
+def what_it_follows(scan: Scan, states: LoadStates) -> list[ResidualDependence]:
     """Return what the residual of the scan's base model follows, most first."""
     data = scan.fit.data
     residual = scan.space.centred(scan.residual[None])[0]
@@ -63,7 +63,7 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[Followed]:
             continue
         share = float(np.clip((taken - by_chance) / avoidable, 0.0, 1.0))
         if share > LEAST_SHARE:
-            found.append(Followed(family.what, share, family.words))
+            found.append(ResidualDependence(family.what, share, family.words))
     return sorted(found, key=lambda one: -one.share)
 
 
@@ -73,7 +73,7 @@ class _Family:
 
     Attributes
     ----------
-    what, words : as in `Followed`.
+    what, words : as in `ResidualDependence`.
     features : (k, m, n) the curves.
     by_run : each curve is fitted in every run by itself, with a free number for each run.
     """

@@ -59,7 +59,7 @@ class AsymmetricStiffness(DocumentedEffect):
         joint = place.joints[0]
         return drive_terms(chain, joint, "c", np.maximum(drive_torque(chain, loads.wrench, joint), 0.0))
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         joint = place.joints[0]
         return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -63,7 +63,7 @@ class AxisCoupling(DocumentedEffect):
             *drive_terms(chain, b, "c", drive_torque(chain, loads.wrench, a)),
         )
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque on the outboard joint, which turns the inboard one at the longer lever."""
         joint = place.joints[1]
         return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -70,7 +70,7 @@ class Backlash(DocumentedEffect):
         torque = drive_torque(chain, loads.wrench, joint)
         return drive_terms(chain, joint, "width", 0.5 * np.tanh(torque / shape["band"]))
 
-    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+    def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Bands as shares of the largest torque seen; none where the torque keeps its sign."""
         torque = drive_torque(chain, loads.wrench, place.joints[0])
         if torque.size == 0 or float(torque.min()) * float(torque.max()) >= 0.0:
@@ -81,7 +81,7 @@ class Backlash(DocumentedEffect):
         """The lost motion itself, and the band where there is one."""
         return {"width": told.width} | ({"band": told.band} if told.band is not None else {})
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         joint = place.joints[0]
         return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

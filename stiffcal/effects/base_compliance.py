@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.diagonal import Give, diagonal_parameters, diagonal_terms
+from stiffcal.model.diagonal import CompliantAxis, diagonal_parameters, diagonal_terms
 from stiffcal.model.effect import (
     BASE_NODE,
     RX,
@@ -21,13 +21,13 @@ from stiffcal.model.effect import (
     Values,
 )
 
-_TURN = Give(
+_TURN = CompliantAxis(
     "turn of the base about its {axis} axis",
     1e-3,
     7e-8,
     "as stiff as the bearing of joint 1 in Table 1 of paper 000: 1/1.4e7; anchored plates are several times softer",
 )
-_SHIFT = Give(
+_SHIFT = CompliantAxis(
     "shift of the base along its {axis} axis",
     1e-5,
     5e-9,
@@ -62,7 +62,7 @@ class BaseCompliance(DocumentedEffect):
         """A diagonal compliance at the base's origin."""
         return diagonal_terms(BASE_NODE, loads)
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The tilting moment on the foundation."""
         moment = np.hypot(loads.wrench[BASE_NODE, RX], loads.wrench[BASE_NODE, RY])
         return Covariate("tilting moment on the base", "N·m", moment)

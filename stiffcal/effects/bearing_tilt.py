@@ -73,7 +73,7 @@ class BearingTilt(DocumentedEffect):
         node = joint_node(place.joints[0])
         return (Term(node, RX, "x", loads.wrench[node, RX]), Term(node, RY, "y", loads.wrench[node, RY]))
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The moment across the joint's axis."""
         node = joint_node(place.joints[0])
         moment = np.hypot(loads.wrench[node, RX], loads.wrench[node, RY])

@@ -80,7 +80,7 @@ class Creep(DocumentedEffect):
         weight = np.zeros_like(torque) if loads.weight is None else drive_torque(chain, loads.weight, joint)
         return drive_terms(chain, joint, "c", _crept(torque, weight, loads.order, shape["time"]))
 
-    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+    def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Times from a third of the shortest step to the longest run."""
         if loads.order is None or not np.isfinite(loads.order.time).all() or loads.order.time.size < 2:
             return {"time": np.zeros(0)}
@@ -93,7 +93,7 @@ class Creep(DocumentedEffect):
         longest = max(float(np.ptp(loads.order.time[number == k])) for k in range(number.max() + 1))
         return {"time": np.clip(np.geomspace(float(steps.min()) / 3.0, max(longest, float(steps.min())), 6), 1e-2, 1e6)}
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """Time since the run's first state."""
         if loads.order is None:
             return None
@@ -105,10 +105,10 @@ def _crept(torque: Floats, weight: Floats, order: StateOrder, time: float) -> Fl
     first = first_of_run(order.run)
     step = np.where(first, 0.0, np.diff(order.time, prepend=order.time[:1]))
     step = np.maximum(step, 0.0)
-    held = np.where(np.isfinite(order.hold), order.hold, step)
+    dwell = np.where(np.isfinite(order.hold), order.hold, step)
     # Within a run a load cannot have been held since before the stamp of the load before it.
-    held = np.where(first, np.where(np.isfinite(order.hold), order.hold, 0.0), np.minimum(held, step))
+    dwell = np.where(first, np.where(np.isfinite(order.hold), order.hold, 0.0), np.minimum(dwell, step))
     before = np.where(first, weight, np.roll(torque, 1))
-    keep_before, keep_held = np.exp(-(step - np.where(first, 0.0, held)) / time), np.exp(-held / time)
+    keep_before, keep_held = np.exp(-(step - np.where(first, 0.0, dwell)) / time), np.exp(-dwell / time)
     add = keep_held * (1.0 - keep_before) * before + (1.0 - keep_held) * torque
     return relax(keep_before * keep_held, add, first, weight)

@@ -65,7 +65,7 @@ class CubicStiffness(DocumentedEffect):
         torque = drive_torque(chain, loads.wrench, joint)
         return (*drive_terms(chain, joint, "c2", torque**2), *drive_terms(chain, joint, "c3", torque**3))
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         joint = place.joints[0]
         return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -21,7 +21,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
-from stiffcal.model.memory import play, play_from_rest
+from stiffcal.model.memory import play_operator, play_operator_from_rest
 
 # Slips tried, as shares of the largest swing of torque within one run: a slip beyond half the swing never lets go.
 _SLIPS = np.geomspace(0.02, 0.45, 7)
@@ -76,11 +76,11 @@ class FrictionHysteresis(DocumentedEffect):
         joint, slip = place.joints[0], shape["slip"]
         torque = drive_torque(chain, loads.wrench, joint)
         if loads.order is None:
-            return drive_terms(chain, joint, "c", play_from_rest(torque, slip))
+            return drive_terms(chain, joint, "c", play_operator_from_rest(torque, slip))
         start = None if loads.weight is None else drive_torque(chain, loads.weight, joint)
-        return drive_terms(chain, joint, "c", play(torque, slip, loads.order.run, start))
+        return drive_terms(chain, joint, "c", play_operator(torque, slip, loads.order.run, start))
 
-    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+    def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Slips as shares of the largest swing of torque within one run."""
         torque = drive_torque(chain, loads.wrench, place.joints[0])
         if loads.order is None or torque.size == 0:
@@ -92,7 +92,7 @@ class FrictionHysteresis(DocumentedEffect):
         swing = float((high - low).max())
         return {"slip": np.clip(_SLIPS * swing, 1e-2, 1e5) if swing > 0.0 else np.zeros(0)}
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis; the residual runs in loops over it."""
         joint = place.joints[0]
         return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -77,7 +77,7 @@ class GravityCompensator(DocumentedEffect):
         stretched = 0.0 if nominal is None else float(str(preload)) / float(str(nominal))
         return np.asarray(-rate * (length - (at_zero - stretched)) * slope)
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The joint's angle."""
         joint = place.joints[0]
         return Covariate(f"angle of joint {joint}", "rad", loads.angles[joint - 1])

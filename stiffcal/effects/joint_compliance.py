@@ -65,7 +65,7 @@ class JointCompliance(DocumentedEffect):
         """The compliance from the flanks to the ends; none where a curved law beside it holds the linear term too."""
         return {} if "cubic-stiffness" in other_effects else {"c": told.compliance}
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         joint = place.joints[0]
         return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

@@ -113,7 +113,7 @@ class JointFull(DocumentedEffect):
         known = [k for k, (i, j) in enumerate(_PAIRS) if f"c{i + 1}{j + 1}" in values]
         return self.impossible(values) is None or _nearest(fitted, known, information, reach) <= reach
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis, the largest part as a rule."""
         joint = place.joints[0]
         return Covariate(f"torque on joint {joint}", "N·m", loads.wrench[joint_node(joint), RZ])

@@ -64,7 +64,7 @@ class JointTranslation(DocumentedEffect):
         node = joint_node(place.joints[0])
         return tuple(Term(node, axis, symbol, loads.wrench[node, axis]) for symbol, (axis, _) in _AXES.items())
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The force that the bearing carries."""
         force = np.linalg.norm(loads.wrench[joint_node(place.joints[0]), :3], axis=0)
         return Covariate(f"force on bearing {place.joints[0]}", "N", force)

@@ -89,7 +89,7 @@ class LinkBeam(DocumentedEffect):
             Term(node, RY, "EI2", length * m2 - square * f3),
         )
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The larger bending moment, at the clamped end."""
         return Covariate(f"bending moment in {place.link}", "N·m", _clamped_bending(chain, place.link, loads))
 

@@ -71,7 +71,7 @@ class LinkSprings(DocumentedEffect):
             Term(node, TY, "k3", half * about_3),
         )
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The bending moment half-way along."""
         beam = chain.beams[place.link]
         _, f2, f3, _, m2, m3 = loads.wrench[link_node(beam.joint)]

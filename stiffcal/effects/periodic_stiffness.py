@@ -74,12 +74,12 @@ class PeriodicStiffness(DocumentedEffect):
             *drive_terms(chain, joint, "b", np.sin(phase) * torque),
         )
 
-    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+    def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Orders 1 to 4 and the joint's gear orders."""
         orders = {*_ORDERS, *chain.gear_orders[place.joints[0] - 1]}
         return {"order": np.array(sorted(orders), dtype=np.float64)}
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The joint's angle."""
         joint = place.joints[0]
         return Covariate(f"angle of joint {joint}", "rad", loads.angles[joint - 1])

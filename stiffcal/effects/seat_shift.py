@@ -73,13 +73,13 @@ class SeatShift(DocumentedEffect):
             columns[symbol] = column
         return columns
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """The state's number."""
         if loads.order is None or not loads.order.number.size:
             return None
         return Covariate("state of the campaign", "1", loads.order.number.astype(np.float64))
 
-    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+    def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Every state but the first of each run."""
         if loads.order is None or not loads.order.number.size:
             return {"state": np.zeros(0)}

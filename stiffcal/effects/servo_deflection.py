@@ -66,7 +66,7 @@ class ServoDeflection(DocumentedEffect):
         joint = place.joints[0]
         return (Term(joint_node(joint), RZ, "", loads.order.motor[joint - 1]),)
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """The motor's motion since the reference."""
         if loads.order is None:
             return None

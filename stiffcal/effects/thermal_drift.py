@@ -75,7 +75,7 @@ class ThermalDrift(DocumentedEffect):
             columns[symbol] = column
         return columns
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """Time or temperature since the reference."""
         if loads.order is None:
             return None

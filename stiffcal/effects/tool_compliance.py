@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.diagonal import Give, diagonal_parameters, diagonal_terms
+from stiffcal.model.diagonal import CompliantAxis, diagonal_parameters, diagonal_terms
 from stiffcal.model.effect import (
     RX,
     RY,
@@ -21,13 +21,13 @@ from stiffcal.model.effect import (
     tool_node,
 )
 
-_TURN = Give(
+_TURN = CompliantAxis(
     "turn about the flange's {axis} axis",
     1e-2,
     3e-6,
     "a six-axis force sensor of the 2.5 kN class (ATI Theta, Omega160): some 3e5 N·m/rad",
 )
-_SHIFT = Give(
+_SHIFT = CompliantAxis(
     "shift along the flange's {axis} axis",
     1e-5,
     1e-8,
@@ -60,7 +60,7 @@ class ToolCompliance(DocumentedEffect):
         """A diagonal compliance at the flange's origin."""
         return diagonal_terms(tool_node(chain), loads)
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The bending moment at the flange."""
         moment = np.hypot(loads.wrench[-1, RX], loads.wrench[-1, RY])
         return Covariate("bending moment at the flange", "N·m", moment)

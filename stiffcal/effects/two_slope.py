@@ -63,7 +63,7 @@ class TwoSlope(DocumentedEffect):
         joint, knee = place.joints[0], shape["knee"]
         return drive_terms(chain, joint, "c", np.clip(drive_torque(chain, loads.wrench, joint), -knee, knee))
 
-    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+    def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Knees at even shares of the torques seen; none where no torque lies inside the smallest."""
         size = np.abs(drive_torque(chain, loads.wrench, place.joints[0]))
         reach = float(size.max(initial=0.0))
@@ -71,7 +71,7 @@ class TwoSlope(DocumentedEffect):
             return {"knee": np.zeros(0)}
         return {"knee": np.unique(np.clip(np.quantile(size, [0.1, 0.25, 0.4, 0.55, 0.7, 0.85]), 1e-2, 1e5))}
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         joint = place.joints[0]
         return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))

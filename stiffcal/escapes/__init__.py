@@ -44,12 +44,12 @@ def hidden() -> re.Pattern[str]:
     return re.compile(f"[{_CONTROL}{_LINES}{_DIRECTIONS}{_NO_TEXT}{_NONCHARACTERS}{_OF_NO_WIDTH}]")
 
 
-def visible(text: str) -> str:
+def escape_invisible(text: str) -> str:
     r"""Return a text on one line in which every character that cannot be seen is written out.
 
     Examples
     --------
-    >>> print(visible("two\nlines, \x1b[31mred, Müller \U0001f600"))
+    >>> print(escape_invisible("two\nlines, \x1b[31mred, Müller \U0001f600"))
     two\nlines, \x1b[31mred, Müller 😀
     """
     return text if text.isascii() and text.isprintable() else hidden().sub(_written_out, text)

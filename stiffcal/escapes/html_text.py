@@ -6,7 +6,7 @@ import html
 import re
 from typing import Any
 
-from stiffcal.escapes import visible
+from stiffcal.escapes import escape_invisible
 from stiffcal.escapes.json_text import document_text
 
 
@@ -18,7 +18,7 @@ def escaped(text: str) -> str:
     >>> escaped('<a href="#">')
     '&lt;a href=&quot;#&quot;&gt;'
     """
-    return html.escape(visible(text), quote=True)
+    return html.escape(escape_invisible(text), quote=True)
 
 
 def script_data(document: Any) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from stiffcal.escapes import visible
+from stiffcal.escapes import escape_invisible
 
 _SPECIAL = re.compile(r"[\\`*_{}\[\]<>&|~$]")
 # What becomes a link without any mark of Markdown: @name, #12, GH-12, !12 (GitLab), :smile:, addresses.
@@ -22,7 +22,7 @@ def escaped(text: str) -> str:
     >>> print(escaped("<b>|x_1|"), escaped("@all, see #12"), escaped("- 5 %"))
     &lt;b&gt;&#124;x\_1&#124; @&#8203;all, see #&#8203;12 &#45; 5 %
     """
-    text = visible(text)
+    text = escape_invisible(text)
     beginning = _BEGINNING.match(text)
     start = ""
     if beginning is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from stiffcal.escapes import visible
+from stiffcal.escapes import escape_invisible
 from stiffcal.escapes.workflow_commands import defused
 
 
@@ -17,7 +17,7 @@ def escaped(text: str) -> str:
     >>> print(escaped("\x1b]8;;http://x\x07click"), escaped("::add-mask::5"))
     \x1b]8;;http://x\x07click \x3a:add-mask::5
     """
-    return defused(visible(text))
+    return defused(escape_invisible(text))
 
 
 def escaped_lines(text: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stiffcal.escapes import visible
+from stiffcal.escapes import escape_invisible
 
 
 def escaped(text: str) -> str:
@@ -15,7 +15,7 @@ def escaped(text: str) -> str:
     >>> print(escaped("#eval(1) $x$ \x1b"))
     #eval(1) $x$ \x1b
     """
-    return "\n".join(map(visible, text.split("\n")))
+    return "\n".join(map(escape_invisible, text.split("\n")))
 
 
 def escaped_data(value: Any) -> Any:

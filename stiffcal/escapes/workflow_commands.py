@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from functools import cache
 
-from stiffcal.escapes import visible
+from stiffcal.escapes import escape_invisible
 
 # The runner's commands of one word, and all of more words, also those to come. A long line may be broken before any of
 # its characters, and the closing `::` may come from another text, so that the opening counts anywhere.
@@ -45,7 +45,7 @@ def escaped(text: str) -> str:
     >>> print(escaped("100 %\n::error::"))
     100 %25\n\x3a:error::
     """
-    return "".join(_DATA.get(character, character) for character in defused(visible(text)))
+    return "".join(_DATA.get(character, character) for character in defused(escape_invisible(text)))
 
 
 def escaped_property(text: str) -> str:
@@ -56,4 +56,4 @@ def escaped_property(text: str) -> str:
     >>> escaped_property("a,b:c")
     'a%2Cb%3Ac'
     """
-    return "".join(_PROPERTY.get(character, character) for character in visible(text))
+    return "".join(_PROPERTY.get(character, character) for character in escape_invisible(text))

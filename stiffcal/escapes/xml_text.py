@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.sax.saxutils import escape
 
-from stiffcal.escapes import visible
+from stiffcal.escapes import escape_invisible
 
 
 def characters(text: str) -> str:
@@ -17,7 +17,7 @@ def characters(text: str) -> str:
     >>> print(characters("a\x1b<b"))
     a\x1b<b
     """
-    return visible(text)
+    return escape_invisible(text)
 
 
 def escaped(text: str) -> str:

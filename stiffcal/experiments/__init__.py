@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from stiffcal.campaign.typed import Table
+from stiffcal.campaign.typed import TomlTable
 
 
 @dataclass(frozen=True)
@@ -26,5 +26,5 @@ class ExperimentKind:
     """
 
     name: str
-    options: type[Table] | None = None
+    options: type[TomlTable] | None = None
     default_model: Path | None = None

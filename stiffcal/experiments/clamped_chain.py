@@ -84,7 +84,7 @@ class ClampedChain:
         if not self.is_distinguishable:
             for joint, law in laws.items():
                 if joint != self.joint and abs(self.seen[joint - 1]) > 1e-3:
-                    total = total + self.seen[joint - 1] * give_of(law, self.torque[:, joint - 1])
+                    total = total + self.seen[joint - 1] * drive_deflection(law, self.torque[:, joint - 1])
         return np.asarray(-total / self.seen[k])
 
     def share_of_others(self, laws: Mapping[int, TorqueAngleLaw]) -> float:
@@ -95,7 +95,7 @@ class ClampedChain:
         return float(np.ptp(self.angle(laws) - self.angle({}))) / span
 
 
-def give_of(law: TorqueAngleLaw, torque: Floats) -> Floats:
+def drive_deflection(law: TorqueAngleLaw, torque: Floats) -> Floats:
     """Return (n,) rad: how far a joint's drive gives under torques, play included, from the middle of its play."""
     angle, grid = law.grid()
     return np.asarray(np.interp(torque, grid, angle) - law.middle)

@@ -32,7 +32,7 @@ class FrictionLaw:
     fixed: frozenset[str]
     amplitudes: list[str]
     shape: dict[str, float]
-    free_shape: list[str] = field(default_factory=list)
+    free_nonlinear: list[str] = field(default_factory=list)
     seen: dict[str, bool] = field(default_factory=dict)
     verdict: dict[str, str] = field(default_factory=dict)
 
@@ -50,7 +50,7 @@ class FrictionLaw:
         return self.placed.effect.torque_columns(velocity, self.shape if shape is None else shape)
 
 
-def law_of(placed: PlacedEffect, fixed: frozenset[str]) -> FrictionLaw:
+def initial_friction_law(placed: PlacedEffect, fixed: frozenset[str]) -> FrictionLaw:
     """Begin without the optional parts, but for those that the model file gives."""
     optional = placed.effect.optional
     amplitudes = [spec.symbol for spec in placed.specs(ParameterRole.AMPLITUDE)]
@@ -78,10 +78,10 @@ class PartFit:
             for symbol in law.placed.effect.optional:
                 if symbol not in law.amplitudes:
                     self._try(law, symbol)
-        self._refine([law for law in self.laws if law.free_shape])
+        self._refine([law for law in self.laws if law.free_nonlinear])
         for law in self.laws:
             self._judge(law)
-        self._refine([law for law in self.laws if law.free_shape])
+        self._refine([law for law in self.laws if law.free_nonlinear])
         self._reweigh()
         return self
 
@@ -195,7 +195,7 @@ class PartFit:
         law.verdict[symbol] = f"the information criterion falls by {gain:.3g} against a cost of {cost:.3g}"
         if law.seen[symbol]:
             law.amplitudes.append(symbol)
-            law.free_shape = [one for one in law.placed.effect.optional[symbol] if not law.held(one)]
+            law.free_nonlinear = [one for one in law.placed.effect.optional[symbol] if not law.held(one)]
 
     def _effective(self, own: Booleans) -> float:
         """Return how many readings these rows are worth; samples of motion overlap by half."""
@@ -207,7 +207,7 @@ class PartFit:
         """Find the shapes of all that have some, from where they are."""
         from scipy.optimize import least_squares
 
-        where = [(law, symbol) for law in laws for symbol in law.free_shape]
+        where = [(law, symbol) for law in laws for symbol in law.free_nonlinear]
         if not where:
             return
         bounds = [np.log(_shape_bounds(law, symbol, np.abs(self.rows.velocity[self.own[law.joint]])))
@@ -240,7 +240,7 @@ class PartFit:
                     std = float(np.sqrt(covariance[free.index(shape), free.index(shape)]))
                     spec = law.placed.effect.spec(shape)
                     if std > 0.5 * law.shape[shape] and shape != shapes[0]:
-                        law.free_shape.remove(shape)
+                        law.free_nonlinear.remove(shape)
                         law.shape = law.shape | {shape: spec.typical}
                         self._refine([law])
                         free, covariance = self.covariance(law)
@@ -250,7 +250,7 @@ class PartFit:
                 law.seen[symbol] = False
                 law.verdict[symbol] += f", but its 95 % interval ({value:.3g} ± {1.96 * std:.2g} N·m) holds zero"
                 law.amplitudes.remove(symbol)
-                law.free_shape = [one for one in law.free_shape if one not in shapes]
+                law.free_nonlinear = [one for one in law.free_nonlinear if one not in shapes]
                 self.solve()
 
     def covariance(self, law: FrictionLaw) -> tuple[list[str], Floats]:
@@ -308,7 +308,7 @@ class PartFit:
     def _jacobian(self) -> tuple[list[tuple[FrictionLaw, str]], Floats]:
         names, columns = list(self.names), [self.matrix]
         for law in self.laws:
-            for symbol in law.free_shape:
+            for symbol in law.free_nonlinear:
                 small = 1e-4 * law.shape[symbol]
                 ends = [self.whitened(law, law.shape | {symbol: law.shape[symbol] + way * small}) for way in (1, -1)]
                 slope = sum(

@@ -69,7 +69,7 @@ class JointLine:
 
 
 @dataclass(frozen=True)
-class JointCompliance:
+class JointComplianceMatrix:
     """What one joint's own displacements say of it.
 
     Attributes
@@ -96,7 +96,7 @@ class JointCompliance:
         return tuple((COMPONENTS[a], COMPONENTS[b]) for a, b in np.argwhere(told & ~np.eye(6, dtype=np.bool_)))
 
 
-def joint_compliance(motion: JointMotion, n_joints: int = 6) -> JointCompliance:
+def joint_compliance(motion: JointMotion, n_joints: int = 6) -> JointComplianceMatrix:
     """Fit one joint by itself.
 
     Parameters
@@ -106,7 +106,7 @@ def joint_compliance(motion: JointMotion, n_joints: int = 6) -> JointCompliance:
     lines = tuple(_line(motion, axis) for axis in range(6))
     matrix, std = _matrix(motion, lines)
     coupled = NormalDist().inv_cdf(1.0 - FALSE_COUPLINGS / (2.0 * 30.0 * n_joints))
-    return JointCompliance(motion.joint, lines, matrix, std, coupled)
+    return JointComplianceMatrix(motion.joint, lines, matrix, std, coupled)
 
 
 def _line(motion: JointMotion, axis: int) -> JointLine:

@@ -82,7 +82,7 @@ def identify_both_ways(
     alone = without_rods(states)
     jointed = replace(robot, placed=tuple(one for one in robot.placed if one.place.kind != "links"))
     links = measure_links(observe(states, robot.chain), CompliantRobot(robot.chain, ()))
-    rest, held = without_what_rods_see(robot, links)
+    rest, held = without_measured_links(robot, links)
     taken_out = replace(settings, fixed=settings.fixed | held)
     ways: tuple[tuple[Way, LoadStates, CompliantRobot, Settings], ...] = (
         ("links-rigid", alone, jointed, settings),
@@ -103,7 +103,7 @@ def _of_value(one: Parameter, spread: float) -> float:
     return spread * float(one.value) ** 2 if one.spec.inverse and one.value is not None else spread
 
 
-def without_what_rods_see(
+def without_measured_links(
     robot: CompliantRobot, links: tuple[MeasuredLink, ...]
 ) -> tuple[CompliantRobot, frozenset[str]]:
     """Return the model of what is left when the rods' part is out, and its parameters that are held.

@@ -87,7 +87,7 @@ def fit_document(fit: Fit, states: LoadStates) -> dict[str, Any]:
         "warnings": fit_warnings(fit) + [fault.sentence for link in links for fault in link.faults],
         "model": model_document(fit.robot),
         "parameters": [parameter_document(one) for one in fit.parameters],
-        "n_states": fit.data.n_seen,
+        "n_states": fit.data.n_measured,
         "n_runs": len(set(fit.data.run.tolist())),
         "rms": fit_rms(fit),
         "noise": fit.noise_length if noise is not None else None,
@@ -155,14 +155,14 @@ def fit_warnings(fit: Fit) -> list[str]:
             f"{' or the noise is larger than stated' if stated else ''}, "
             "and the stated uncertainties cover the instruments only"
         )
-    lost = _jointly_unidentifiable(fit)
+    in_noise = _jointly_unidentifiable(fit)
     words += [
         f"{effect} at {', '.join(places)}: within the noise, told from none at all by less than three standard "
         "uncertainties"
-        for effect, places in lost.items()
+        for effect, places in in_noise.items()
     ]
     for one in fit.parameters:
-        if one.effect in lost and one.above_noise is False:
+        if one.effect in in_noise and one.above_noise is False:
             continue
         if one.at_bound:
             words.append(f"{one.name} lies on the edge of what is possible")
@@ -175,12 +175,14 @@ def fit_warnings(fit: Fit) -> list[str]:
 
 def _jointly_unidentifiable(fit: Fit) -> dict[str, list[str]]:
     """Return the effects of which several springs are lost in the noise, with the places where they are."""
-    lost: dict[str, list[str]] = {}
+    in_noise: dict[str, list[str]] = {}
     for one in fit.parameters:
         if one.above_noise is False:
-            lost.setdefault(one.effect, []).append(one.place.label)
+            in_noise.setdefault(one.effect, []).append(one.place.label)
     return {
-        effect: list(dict.fromkeys(places)) for effect, places in lost.items() if len(places) >= JOINTLY_UNIDENTIFIABLE
+        effect: list(dict.fromkeys(places))
+        for effect, places in in_noise.items()
+        if len(places) >= JOINTLY_UNIDENTIFIABLE
     }
 
 

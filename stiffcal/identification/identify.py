@@ -20,9 +20,16 @@ from stiffcal.identification.identifiability import Identifiability, check_ident
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
 from stiffcal.identification.noise import Noise, rms_by_measure, rms_length, stated_noise
 from stiffcal.identification.noise_dominated import noise_dominated_parameters
-from stiffcal.identification.observation import Column, Evaluation, Observations, evaluate, free_columns, observe
+from stiffcal.identification.nonlinear_start import lacks_nonlinear_value, start_nonlinear
+from stiffcal.identification.observation import (
+    Evaluation,
+    Observations,
+    ParameterColumn,
+    evaluate,
+    free_columns,
+    observe,
+)
 from stiffcal.identification.reported import amplitudes, bounds_of, reported_parameters, student_95
-from stiffcal.identification.shapes import lacks_shape, start_shapes
 from stiffcal.identification.starting import starting_runs
 from stiffcal.identification.weights import (
     Weights,
@@ -133,7 +140,7 @@ class _Settled:
 
     robot: CompliantRobot
     weights: Weights
-    columns: list[Column]
+    columns: list[ParameterColumn]
     reduced: Reduced
     checked: Identifiability
     iterations: int
@@ -218,7 +225,7 @@ def _gauss_newton(
         n_free = max(1, len(columns) - int(checked.held.sum()))
         change = float(np.linalg.norm(reduced.factor @ (updated - amplitude)) / np.sqrt(n_free))
         amplitude, iterations = updated, iterations + 1
-        robot = _valued(robot, columns, amplitude)
+        robot = _with_estimates(robot, columns, amplitude)
         # Steps contract evenly: the next one is foretold by this one and the ratio to the last.
         predicted_without_pose = change * min(1.0, change / last) if iterations > 1 else change
         settled = change < small or (predicted_without_pose < small and not robust)
@@ -244,22 +251,24 @@ def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> 
     data = problem.data
     whitening = raw_whitening(data, settings.noise or problem.stated)
     columns = [c for c in free_columns(robot, settings.fixed) if c.role is ParameterRole.AMPLITUDE]
-    unshaped = [one for one in robot.placed if lacks_shape(one)]
+    unshaped = [one for one in robot.placed if lacks_nonlinear_value(one)]
     # Laws whose shape is not known yet wait for it: their columns at some typical shape would mislead the others.
     known = [c for c in columns if robot.placed[c.placed] not in unshaped]
     reduced = reduce_blocks(evaluate(robot, data, known, rigid=True), data, whitening)
-    start = _valued(robot, known, _solve(reduced, robot, known, amplitudes(robot, known), settings.noise_dominated)[0])
+    start = _with_estimates(
+        robot, known, _solve(reduced, robot, known, amplitudes(robot, known), settings.noise_dominated)[0]
+    )
     if not unshaped:
         return start
     blocks = list(evaluate(start, data, (), with_sensitivity=wrench_matters(settings.noise)))
     weights = estimate_weights(data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights)
-    return start_shapes(start, data, weights.whitening, settings.fixed)
+    return start_nonlinear(start, data, weights.whitening, settings.fixed)
 
 
 def _check_identifiability(
     reduced: Reduced,
     robot: CompliantRobot,
-    columns: Sequence[Column],
+    columns: Sequence[ParameterColumn],
     noise_dominated: frozenset[str],
     needed: Booleans | None = None,
 ) -> Identifiability:
@@ -267,15 +276,19 @@ def _check_identifiability(
     lower, upper = bounds_of(robot, columns)
     widest = np.where(np.isfinite(upper), np.maximum(np.abs(upper), np.abs(lower)), np.inf)
     under = np.array([name in noise_dominated for name in names], dtype=np.bool_)
-    return check_identifiability(reduced.factor, names, widest, _are_shapes(columns), needed, under)
+    return check_identifiability(reduced.factor, names, widest, _are_nonlinear(columns), needed, under)
 
 
-def _are_shapes(columns: Sequence[Column]) -> Booleans:
+def _are_nonlinear(columns: Sequence[ParameterColumn]) -> Booleans:
     return np.array([column.role is ParameterRole.NONLINEAR for column in columns], dtype=np.bool_)
 
 
 def _solve(
-    reduced: Reduced, robot: CompliantRobot, columns: Sequence[Column], start: Floats, noise_dominated: frozenset[str]
+    reduced: Reduced,
+    robot: CompliantRobot,
+    columns: Sequence[ParameterColumn],
+    start: Floats,
+    noise_dominated: frozenset[str],
 ) -> tuple[Floats, Identifiability]:
     """Solve for the new amplitudes; those that cannot be told apart stay neutral: at zero, shapes where they are.
 
@@ -284,7 +297,7 @@ def _solve(
     """
     checked = _check_identifiability(reduced, robot, columns, noise_dominated)
     lower, upper = bounds_of(robot, columns)
-    shapes = _are_shapes(columns)
+    shapes = _are_nonlinear(columns)
     # A law bends with its shape: no step beyond a factor of two.
     lower = np.where(shapes, np.maximum(lower, start / 2), lower)
     upper = np.where(shapes, np.minimum(upper, start * 2), upper)
@@ -319,7 +332,7 @@ def _solve_free(
     return result
 
 
-def _valued(robot: CompliantRobot, columns: Sequence[Column], amplitude: Floats) -> CompliantRobot:
+def _with_estimates(robot: CompliantRobot, columns: Sequence[ParameterColumn], amplitude: Floats) -> CompliantRobot:
     values: dict[str, float] = {}
     for column, a in zip(columns, amplitude, strict=True):
         one = robot.placed[column.placed]
@@ -380,7 +393,7 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
 def _with_value(
     ambiguity: Ambiguity,
     robot: CompliantRobot,
-    columns: Sequence[Column],
+    columns: Sequence[ParameterColumn],
     names: Sequence[str],
     solved: Sequence[str],
     covariance: Floats,

@@ -18,7 +18,7 @@ from stiffcal.identification.rows import GAUGE, LENGTH, TRANSLATION
 from stiffcal.links.compliance import LinkCompliance, carried_to_target, regress_compliance
 from stiffcal.links.rod_faults import RodFault, find_rod_faults
 from stiffcal.links.rods import LinkEstimate, bounded_by_load, estimate_link
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node
 from stiffcal.model.equilibrium import blocks
@@ -76,7 +76,7 @@ def measure_links(data: Observations, robot: CompliantRobot, sigma: float | None
 
 
 def _measured(
-    data: Observations, robot: CompliantRobot, rods: Rods, shape: BeamShape, rows: Integers, wrench: Floats
+    data: Observations, robot: CompliantRobot, rods: Rods, shape: BeamProperties, rows: Integers, wrench: Floats
 ) -> MeasuredLink:
     index = np.flatnonzero(data.measured_mask[rows].all(axis=0))
     lengths, run, carried = data.measured[np.ix_(rows, index)].T, data.run[index], wrench[index]
@@ -136,10 +136,10 @@ def _share(data: Observations, index: Integers, targets: list[Floats]) -> float:
 
 def links_document(links: tuple[MeasuredLink, ...]) -> list[dict[str, Any]]:
     """Return what `identify` says of links with rods: SI, beam axes, null where not known."""
-    return [_link_document(link) for link in links]
+    return [_measured_link_document(link) for link in links]
 
 
-def _link_document(link: MeasuredLink) -> dict[str, Any]:
+def _measured_link_document(link: MeasuredLink) -> dict[str, Any]:
     estimate, compliance = link.estimate, link.compliance
     return {
         "link": link.link,

@@ -16,7 +16,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.least_squares import take_out_offsets
 from stiffcal.identification.noise import Noise, Whitening
-from stiffcal.identification.observation import Column, Observations, evaluate, free_columns
+from stiffcal.identification.observation import Observations, ParameterColumn, evaluate, free_columns
 from stiffcal.identification.weights import raw_whitening
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
@@ -55,7 +55,7 @@ def noise_dominated_parameters(
     )
 
 
-def _first_order(data: Observations, robot: CompliantRobot, columns: Sequence[Column]) -> Floats:
+def _first_order(data: Observations, robot: CompliantRobot, columns: Sequence[ParameterColumn]) -> Floats:
     """Return the (p, m, n) columns on the rigid chain."""
     return np.concatenate([block.columns for block in evaluate(robot, data, columns, rigid=True)], axis=2)
 

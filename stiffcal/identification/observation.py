@@ -21,7 +21,7 @@ from stiffcal.model.effect import Inputs, NodeLoads, Observed, ParameterRole
 from stiffcal.model.equilibrium import (
     NoBalanceError,
     Rest,
-    Unloaded,
+    WeightOnlyRest,
     blocks,
     displacements,
     find_rest,
@@ -32,9 +32,9 @@ from stiffcal.model.equilibrium import (
 )
 
 __all__ = [
-    "Column",
     "Evaluation",
     "Observations",
+    "ParameterColumn",
     "evaluate",
     "free_columns",
     "lever_of",
@@ -54,7 +54,7 @@ FORCE_STEP, MOMENT_STEP = 1.0, 0.2
 
 
 @dataclass(frozen=True)
-class Column:
+class ParameterColumn:
     """One free parameter of a fit.
 
     Attributes
@@ -90,7 +90,7 @@ class Evaluation:
 def evaluate(
     robot: CompliantRobot,
     data: Observations,
-    columns: Sequence[Column] = (),
+    columns: Sequence[ParameterColumn] = (),
     with_sensitivity: bool = False,
     rigid: bool = False,
 ) -> Iterator[Evaluation]:
@@ -112,7 +112,7 @@ def _evaluate_block(
     robot: CompliantRobot,
     data: Observations,
     part: slice,
-    columns: Sequence[Column],
+    columns: Sequence[ParameterColumn],
     with_sensitivity: bool,
     rigid: bool,
 ) -> Evaluation:
@@ -138,7 +138,7 @@ def _evaluate_block(
     return Evaluation(part, here, found, sensitivity)
 
 
-def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, Unloaded]:
+def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, WeightOnlyRest]:
     """Return where the robot rests under load and under weight alone."""
     inputs = Inputs(data.angles, data.wrench, data.setup)
     try:
@@ -149,7 +149,7 @@ def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, Unloaded]:
     return loaded, unloaded
 
 
-def observed_displacement(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
+def observed_displacement(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: WeightOnlyRest) -> Floats:
     """Return (B, 6, n) predicted displacement of the targets, observation effects included."""
     displacement = np.stack(displacements(model, loaded, unloaded))
     shift = np.zeros_like(displacement)
@@ -164,7 +164,7 @@ def observed_displacement(model: CompliantRobot, data: Observations, loaded: Res
     return np.asarray(displacement + shift)
 
 
-def predicted_rows(data: Observations, displacement: Floats, loaded: Rest, unloaded: Unloaded) -> Floats:
+def predicted_rows(data: Observations, displacement: Floats, loaded: Rest, unloaded: WeightOnlyRest) -> Floats:
     """Return (m, n) what the rows read of the targets' displacements (B, 6, n) and of the links' own."""
     rows = data.layout.of_targets(displacement)
     if data.layout.rods:
@@ -172,7 +172,7 @@ def predicted_rows(data: Observations, displacement: Floats, loaded: Rest, unloa
     return rows
 
 
-def predicted(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: Unloaded) -> Floats:
+def predicted(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: WeightOnlyRest) -> Floats:
     """Return (m, n) what the rows read of the model at rest."""
     return predicted_rows(data, observed_displacement(model, data, loaded, unloaded), loaded, unloaded)
 
@@ -206,7 +206,7 @@ def _levers(loaded: Rest, data: Observations) -> dict[tuple[int, int], Floats]:
 def _law_columns(
     model: CompliantRobot,
     loaded: Rest,
-    unloaded: Unloaded,
+    unloaded: WeightOnlyRest,
     lever: dict[tuple[int, int], Floats],
     rows: dict[tuple[int, str], int],
     found: Floats,
@@ -234,7 +234,7 @@ def _observation_columns(
 
 
 def _difference_columns(
-    model: CompliantRobot, data: Observations, columns: Sequence[Column], here: Floats, found: Floats
+    model: CompliantRobot, data: Observations, columns: Sequence[ParameterColumn], here: Floats, found: Floats
 ) -> None:
     """Fill the columns of shape and set-up parameters by a forward difference of the whole balance."""
     for row, column in enumerate(columns):
@@ -273,10 +273,10 @@ def _sensitivity(model: CompliantRobot, data: Observations, loaded: Rest) -> Flo
     return result
 
 
-def free_columns(robot: CompliantRobot, fixed: frozenset[str] = frozenset()) -> list[Column]:
+def free_columns(robot: CompliantRobot, fixed: frozenset[str] = frozenset()) -> list[ParameterColumn]:
     """Return the robot's free parameters in order; ``fixed`` holds full names that keep their values."""
     return [
-        Column(number, spec.symbol, spec.role)
+        ParameterColumn(number, spec.symbol, spec.role)
         for number, one in enumerate(robot.placed)
         for spec in one.effect.parameters
         if one.parameter_name(spec.symbol) not in fixed and not spec.discrete

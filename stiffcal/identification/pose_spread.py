@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.identification.rows import ROTATION, TRANSLATION, Layout
+from stiffcal.identification.rows import ROTATION, TRANSLATION, RowLayout
 from stiffcal.measurements.load_states import LoadStates
 
 
@@ -36,7 +36,7 @@ class PoseSpread:
         return PoseSpread(self.translation[pick], self.rotation[pick][:, pick])
 
 
-def pose_spread(states: LoadStates, layout: Layout) -> PoseSpread | None:
+def pose_spread(states: LoadStates, layout: RowLayout) -> PoseSpread | None:
     """Return how far the poses of all load states are known; None where no pose comes from points.
 
     Parameters

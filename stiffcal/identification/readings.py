@@ -12,7 +12,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.pose_spread import PoseSpread, pose_spread
-from stiffcal.identification.rows import ROTATION, Layout, layout_of, with_gauges, with_motors, with_rods
+from stiffcal.identification.rows import ROTATION, RowLayout, layout_of, with_gauges, with_motors, with_rods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import turn_between
@@ -47,7 +47,7 @@ class Observations:
     order: StateOrder
     measured: Floats
     measured_mask: Booleans
-    layout: Layout
+    layout: RowLayout
     free_offset: bool
     run: Integers
     setup: MeasurementSetup
@@ -66,7 +66,7 @@ class Observations:
         return int(self.run.shape[0])
 
     @property
-    def n_seen(self) -> int:
+    def n_measured(self) -> int:
         """How many of the n states have a reading."""
         return int(np.count_nonzero(self.measured_mask.any(axis=0)))
 

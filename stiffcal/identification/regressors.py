@@ -23,7 +23,7 @@ from stiffcal.identification.observation import (
 )
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place
-from stiffcal.model.equilibrium import Rest, Unloaded
+from stiffcal.model.equilibrium import Rest, WeightOnlyRest
 
 # Bytes of signatures that one source keeps: those of a hundred candidates for some 2500 full poses.
 MOST_KEPT = 1 << 25
@@ -66,7 +66,7 @@ class Linearised:
     robot: CompliantRobot
     data: Observations
     loaded: Rest
-    unloaded: Unloaded
+    unloaded: WeightOnlyRest
     seen: Floats
     predicted: Floats
     _levers: dict[tuple[int, int], Floats] = field(default_factory=dict)
@@ -93,7 +93,7 @@ class Linearised:
 
     def shapes(self, effect: Effect, place: Place) -> list[dict[str, float]]:
         """Return the combinations of shape parameters to try, from the effect's own grid; empty where nothing shows."""
-        grid = effect.shape_grid(place, self.robot.chain, self.loads)
+        grid = effect.nonlinear_grid(place, self.robot.chain, self.loads)
         return [dict(zip(grid, values, strict=True)) for values in product(*(grid[s].tolist() for s in grid))]
 
     def regressor(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor:

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.fit import Parameter
-from stiffcal.identification.observation import Column
+from stiffcal.identification.observation import ParameterColumn
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterSpec, Place
 
@@ -22,12 +22,12 @@ def amplitude_bounds(spec: ParameterSpec) -> tuple[float, float]:
     return spec.lower, spec.upper
 
 
-def amplitudes(robot: CompliantRobot, columns: Sequence[Column]) -> Floats:
+def amplitudes(robot: CompliantRobot, columns: Sequence[ParameterColumn]) -> Floats:
     """Return the free parameters' present values, as the fit counts them."""
     return np.array([robot.placed[c.placed].amplitude(c.symbol) for c in columns], dtype=np.float64)
 
 
-def bounds_of(robot: CompliantRobot, columns: Sequence[Column]) -> tuple[Floats, Floats]:
+def bounds_of(robot: CompliantRobot, columns: Sequence[ParameterColumn]) -> tuple[Floats, Floats]:
     """Return lower and upper bounds of the amplitudes."""
     lower, upper = [], []
     for column in columns:

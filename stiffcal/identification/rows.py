@@ -95,7 +95,7 @@ class MotorRows:
 
 
 @dataclass(frozen=True)
-class Layout:
+class RowLayout:
     """What the m rows are.
 
     Attributes
@@ -120,7 +120,7 @@ class Layout:
         """True where all rows are components of targets' displacements."""
         return self.gauges is None and not self.rods and self.motors is None
 
-    def part(self, pick: slice | Booleans | Integers) -> Layout:
+    def part(self, pick: slice | Booleans | Integers) -> RowLayout:
         """Return the layout of some states."""
         gauges, motors = self.gauges, self.motors
         if gauges is not None:
@@ -161,15 +161,15 @@ class Layout:
                 rows[rods.row] += rods.matrix[:, component, None]
 
 
-def layout_of(kinds: Sequence[int], bodies: Sequence[int], components: Sequence[int]) -> Layout:
+def layout_of(kinds: Sequence[int], bodies: Sequence[int], components: Sequence[int]) -> RowLayout:
     """Return a layout without gauges and rods."""
     kind, body, component = (np.array(each, dtype=np.int64) for each in (kinds, bodies, components))
-    return Layout(kind, body, component)
+    return RowLayout(kind, body, component)
 
 
 def with_gauges(
-    layout: Layout, measured: list[Floats], states: LoadStates, chain: Chain, reference: Integers | None
-) -> Layout:
+    layout: RowLayout, measured: list[Floats], states: LoadStates, chain: Chain, reference: Integers | None
+) -> RowLayout:
     """Add rows for the gauges, and their readings to ``measured``.
 
     Gauges on one target that no state reads together share a row: a device that presses now along one direction, now
@@ -211,8 +211,8 @@ def with_gauges(
 
 
 def with_rods(
-    layout: Layout, measured: list[Floats], states: LoadStates, chain: Chain, reference: Integers | None
-) -> Layout:
+    layout: RowLayout, measured: list[Floats], states: LoadStates, chain: Chain, reference: Integers | None
+) -> RowLayout:
     """Add rows for the rods, and their changes of length to ``measured``; parameters as in `with_gauges`."""
     change = states.lengths if reference is None else states.lengths - states.lengths[reference]
     column, found = 0, list(layout.rods)
@@ -230,8 +230,8 @@ def with_rods(
 
 
 def with_motors(
-    layout: Layout, measured: list[Floats], states: LoadStates, chain: Chain, reference: Integers
-) -> Layout:
+    layout: RowLayout, measured: list[Floats], states: LoadStates, chain: Chain, reference: Integers
+) -> RowLayout:
     """Add a row for each drive's motor of the clamped runs, and to ``measured`` what the drives had to give.
 
     J (Δd_motor + δ) = −C_fixture W (physics, section 1), read through the pseudo-inverse of J in the run's pose, which
@@ -263,7 +263,7 @@ def with_motors(
     return replace(added, motors=MotorRows(rows, target, matrix))
 
 
-def _extended(layout: Layout, kind: int, body: Integers, component: Integers) -> Layout:
+def _extended(layout: RowLayout, kind: int, body: Integers, component: Integers) -> RowLayout:
     return replace(
         layout,
         kind=np.append(layout.kind, np.full(len(body), kind)).astype(np.int64),

@@ -34,7 +34,7 @@ class DataQuality:
         self._campaign = campaign
         self.logs: dict[tuple[str, str, str], LogQuality] = {}
 
-    def see(self, source: str, file: str, rows: Rows, run: str = "") -> None:
+    def update(self, source: str, file: str, rows: Rows, run: str = "") -> None:
         """Look at rows as they stream past; raises `InputError` at what cannot be.
 
         One file may hold the logs of several runs, each with its own clock: `run` tells them apart.
@@ -53,7 +53,7 @@ class DataQuality:
                 elsewhere=elsewhere,
                 by_the_wall=held.time is not None and held.time.unit == "iso8601",
             )
-        self.logs[key].see(rows.number, rows.time, rows.signals)
+        self.logs[key].update(rows.number, rows.time, rows.signals)
 
     def causes(self) -> list[Fault]:
         """Return channels that stand still or are stuck, as faults: where load and motion contradict, that is why."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stiffcal.ingest.parts import INGEST, NEEDED, PROVENANCE, is_needed, missing_parts
-from stiffcal.ingest.sources import ingest_settings, source_files, sources_elsewhere
-from stiffcal.store.index import FOREIGN, OWN, DamagedError, check_version
+from stiffcal.ingest.sources import ingest_settings, manifest_data_files, sources_elsewhere
+from stiffcal.store.index import FOREIGN, OWN, DamagedStoreError, check_version
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -57,13 +57,13 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
             return Freshness(_damage_of(broken), origin=origin)
         try:
             then = _provenance_of(snapshot)
-        except DamagedError as error:
+        except DamagedStoreError as error:
             return Freshness(f"the store is damaged: {error.faults[0].reason}", origin=origin)
         from stiffcal.store import changed_settings, changed_sources
         from stiffcal.store.origin import known_sources_state
 
         digest = snapshot.index.digest
-        files = source_files(campaign)
+        files = manifest_data_files(campaign)
         if origin == FOREIGN and all((campaign.folder / file).exists() for file in files):
             return Freshness(NOT_YOURS, origin=origin)
         outside = sources_elsewhere(campaign)
@@ -108,7 +108,7 @@ def _damage_of(names: list[str]) -> str:
     return f"the store is damaged: {', '.join(names[:3])}"
 
 
-def without_damaged(store: Store, say: Callable[[str], None]) -> str:
+def without_damaged(store: Store, notify: Callable[[str], None]) -> str:
     """Take what is damaged out of a store whose states are sound, so that it is computed again; say so.
 
     Returns
@@ -122,7 +122,7 @@ def without_damaged(store: Store, say: Callable[[str], None]) -> str:
     if needed:
         return _damage_of(needed)
     if broken:
-        say(f"{store.shown}: {', '.join(broken)}: {next(iter(broken.values()))}: computed again")
+        notify(f"{store.shown}: {', '.join(broken)}: {next(iter(broken.values()))}: computed again")
         with store.begin("mend") as writing:
             writing.needed = is_needed
             writing.keep_rest()
@@ -130,8 +130,8 @@ def without_damaged(store: Store, say: Callable[[str], None]) -> str:
     return ""
 
 
-def say_missing(fresh: Freshness, say: Callable[[str], None]) -> None:
+def warn_missing_sources(fresh: Freshness, notify: Callable[[str], None]) -> None:
     """Say that what is stored is all there is."""
     more = f" and {len(fresh.missing) - 1} more" if len(fresh.missing) > 1 else ""
     whose = "results that were not computed by you are shown" if fresh.origin == FOREIGN else "stored results are shown"
-    say(f"the logs are missing ({fresh.missing[0]}{more}): {whose}")
+    notify(f"the logs are missing ({fresh.missing[0]}{more}): {whose}")

@@ -8,7 +8,7 @@ from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.freshness import NOTHING
 from stiffcal.ingest.parts import CLAMPED, FREE_MOTION, FRICTION, INGEST, PROVENANCE, RECORDINGS, STATES
-from stiffcal.ingest.sources import ingest_settings, source_files, sources_elsewhere
+from stiffcal.ingest.sources import ingest_settings, manifest_data_files, sources_elsewhere
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -36,7 +36,7 @@ def ingest_now(campaign: Campaign, target: Store, reason: str, progress: Progres
     from stiffcal.store import Provenance, hash_sources
 
     folder = campaign.folder
-    files, settings = source_files(campaign), ingest_settings(campaign)
+    files, settings = manifest_data_files(campaign), ingest_settings(campaign)
     outside = sources_elsewhere(campaign)
     changed = "" if reason == NOTHING else reason
     from stiffcal.ingest.reducing import reduce_campaign

@@ -11,7 +11,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.readers import Wanted
+from stiffcal.readers import WantedColumns
 from stiffcal.reduction.logs import Rows, is_there, read_batches
 
 
@@ -91,6 +91,6 @@ def _names_in(campaign: Campaign, name: str) -> list[str]:
     if not is_there(campaign.folder, source, file):
         return []
     found: dict[str, None] = {}
-    for batch in read_batches(campaign.folder, source, file, Wanted((), (column,))):
+    for batch in read_batches(campaign.folder, source, file, WantedColumns((), (column,))):
         found |= dict.fromkeys(batch.texts[column])
     return list(found)

@@ -79,7 +79,7 @@ def propose_sources(campaign: Campaign) -> list[ProposedSource]:
     """
     groups: dict[tuple[str, ...], dict[str, Any]] = {}
     for file in _unnamed(campaign)[:LOOKED_AT]:
-        found = _look(campaign.folder, file)
+        found = _sniff(campaign.folder, file)
         if found is None:
             continue
         device, name, lines = found
@@ -121,9 +121,9 @@ def _in_frames(lines: Sequence[str], frames: set[str]) -> tuple[list[str], list[
 
 
 def _unnamed(campaign: Campaign) -> list[str]:
-    from stiffcal.ingest.sources import source_files
+    from stiffcal.ingest.sources import manifest_data_files
 
-    named = set(source_files(campaign))
+    named = set(manifest_data_files(campaign))
     raw = campaign.folder / "raw"
     found = []
     for path in sorted(raw.rglob("*")) if raw.is_dir() else []:
@@ -134,7 +134,7 @@ def _unnamed(campaign: Campaign) -> list[str]:
     return found
 
 
-def _look(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
+def _sniff(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
     """Return (device, name for its source, lines), or None where nothing is understood."""
     path, kind = folder / file, format_of(file)
     text = _first_bytes(path).decode("latin-1")
@@ -186,11 +186,11 @@ def _text_table(path: Path) -> tuple[SniffedTable, list[str]]:
 
 def _other_table(folder: Path, file: str, log_format: str) -> tuple[SniffedTable, list[str]]:
     """Return the columns that a file of another format names itself."""
-    from stiffcal.campaign.table_sniffing import Column, SniffedTable
+    from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable
     from stiffcal.readers import find_reader
 
     header = find_reader(folder / file, log_format, file).read_header(folder / file, {}, file)
-    columns = tuple(Column(name, name, header.units.get(name), (0.0,)) for name in header.columns)
+    columns = tuple(SniffedColumn(name, name, header.units.get(name), (0.0,)) for name in header.columns)
     return SniffedTable(folder / file, columns, header.n_rows or 0, {}), []
 
 

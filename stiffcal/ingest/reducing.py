@@ -23,11 +23,11 @@ from stiffcal.ingest.recording_tables import recording_columns, recording_name, 
 from stiffcal.measurements.clamped_readings import ClampedReadings, stacked_readings
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.readers import Wanted
+from stiffcal.readers import WantedColumns
 from stiffcal.reduction.blocks import BlockAverager, Blocks
 from stiffcal.reduction.clamped_states import clamped_states
 from stiffcal.reduction.friction_runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
-from stiffcal.reduction.holds import Dropped, Holds, given_holds
+from stiffcal.reduction.holds import Holds, UnusedStretch, given_holds
 from stiffcal.reduction.logs import is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.outliers import reject_outliers
@@ -121,8 +121,8 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     InputError
         A source is faulty, or no load states can be made of it.
     """
-    reading, quality, non_load = ReadingOptions(writing), DataQuality(campaign), NonLoadRuns()
-    gathered, runs = collect_raw_states(campaign, progress, reading, quality, non_load)
+    ingest_options, quality, non_load = ReadingOptions(writing), DataQuality(campaign), NonLoadRuns()
+    gathered, runs = collect_raw_states(campaign, progress, ingest_options, quality, non_load)
     if gathered is None and non_load:
         gathered = no_states()
     if gathered is None:
@@ -157,7 +157,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
 def collect_raw_states(
     campaign: Campaign,
     progress: Progress,
-    reading: ReadingOptions,
+    ingest_options: ReadingOptions,
     quality: DataQuality,
     non_load: NonLoadRuns | None = None,
 ) -> tuple[RawStates | None, list[ReducedRun]]:
@@ -166,45 +166,50 @@ def collect_raw_states(
     progress("reading tables", None)
     parts: list[RawStates] = []
     try:
-        table = tabled_states(campaign.folder, manifest, quality.see)
+        table = tabled_states(campaign.folder, manifest, quality.update)
         if table is not None:
-            parts.append(table if reading.only is None else of_run(table, reading.only))
+            parts.append(table if ingest_options.only is None else of_run(table, ingest_options.only))
     except InputError as error:
-        reading.fault(error)
+        ingest_options.fault(error)
     try:
-        chosen = [(run, sources) for run, sources in logged_runs(campaign) if reading.only in (None, run.id)]
+        chosen = [(run, sources) for run, sources in logged_runs(campaign) if ingest_options.only in (None, run.id)]
     except InputError as error:
-        reading.fault(error)
+        ingest_options.fault(error)
         chosen = []
     runs: list[ReducedRun] = []
     for k, (run, sources) in enumerate(chosen):
-        if reading.collected is not None:  # files that are still to be measured are no faults there
+        if ingest_options.collected is not None:  # files that are still to be measured are no faults there
             named, held = log_files(campaign, run, sources), campaign.manifest.sources
             sources = [name for name, file in named if is_there(campaign.folder, held[name], file)]
         if not sources:
             continue
         logs = _read_logs(
-            campaign, run, sources, partial(_within, progress, k / len(chosen), 1 / len(chosen)), reading, quality
+            campaign,
+            run,
+            sources,
+            partial(_within, progress, k / len(chosen), 1 / len(chosen)),
+            ingest_options,
+            quality,
         )
         try:
             if run.experiment == "clamped":
                 if len(logs) == len(sources):
                     parts += _read_clamped(campaign, run, logs, non_load)
             elif run.experiment == "friction":
-                if len(logs) == len(sources) and not reading.quick:
+                if len(logs) == len(sources) and not ingest_options.quick:
                     non_load.friction_runs.append(friction_run(run, logs))
-            elif reading.quick and logs:
+            elif ingest_options.quick and logs:
                 parts.append(beginning(run, logs))
             elif len(logs) == len(sources):
                 reduced = reduce_run(run, logs, _tabled_holds(campaign, run, sources[0]))
                 runs.append(reduced)
                 parts.append(reduced.states)
         except InputError as error:
-            reading.fault(error)
+            ingest_options.fault(error)
     try:
         non_load.finish(campaign.chain)
     except InputError as error:
-        reading.fault(error)
+        ingest_options.fault(error)
     return (stacked(parts) if parts else None), runs
 
 
@@ -252,7 +257,7 @@ def _read_logs(
     run: Run,
     sources: Sequence[str],
     progress: Progress,
-    reading: ReadingOptions,
+    ingest_options: ReadingOptions,
     quality: DataQuality,
 ) -> dict[str, Blocks]:
     """Read the logs of a run; faulty ones are left out where faults are collected."""
@@ -260,9 +265,9 @@ def _read_logs(
     for k, name in enumerate(sources):
         tell = partial(_within, progress, k / len(sources), 1 / len(sources))
         try:
-            logs[name] = _read_log(campaign, run, name, tell, reading, quality)
+            logs[name] = _read_log(campaign, run, name, tell, ingest_options, quality)
         except InputError as error:
-            reading.fault(error)
+            ingest_options.fault(error)
     return logs
 
 
@@ -313,7 +318,7 @@ def _dropped(reduced: ReducedRun) -> list[dict[str, Any]]:
     return summed_up(reduced.dropped)
 
 
-def summed_up(dropped: Sequence[Dropped]) -> list[dict[str, Any]]:
+def summed_up(dropped: Sequence[UnusedStretch]) -> list[dict[str, Any]]:
     """Sum up what was dropped of a run's logs, by reason."""
     found: dict[str, list[tuple[float, float]]] = {}
     for stretch in dropped:
@@ -330,7 +335,7 @@ def summed_up(dropped: Sequence[Dropped]) -> list[dict[str, Any]]:
 
 
 def _read_log(
-    campaign: Campaign, run: Run, name: str, progress: Progress, reading: ReadingOptions, quality: DataQuality
+    campaign: Campaign, run: Run, name: str, progress: Progress, ingest_options: ReadingOptions, quality: DataQuality
 ) -> Blocks:
     """Stream one log: into the store as it is, into block averages for everything else."""
     source = campaign.manifest.sources[name]
@@ -350,16 +355,16 @@ def _read_log(
         if len(rows) == 0:
             continue
         kept = rows if out.size == 0 else rows.chosen(~np.isin(rows.number, out))
-        quality.see(name, file, kept, run.id)
-        if reading.writing is not None:
+        quality.update(name, file, kept, run.id)
+        if ingest_options.writing is not None:
             if stream is None:
-                stream = reading.writing.stream(recording_name(run.id, name), recording_columns(source, rows))
+                stream = ingest_options.writing.stream(recording_name(run.id, name), recording_columns(source, rows))
             stream.append(recording_table(source, rows))
         averager.add(kept.time, kept.signals)
         # a guess from the first piece is good enough for a bar
         rows_reported = rows_reported or max(len(rows) * size / PIECE_BYTES, float(len(rows)))
         progress(f"reading {file}", min(float(rows.number[-1]) / rows_reported, 1.0) if len(rows) else None)
-        if reading.quick:
+        if ingest_options.quick:
             break
     if stream is not None:
         stream.close()
@@ -376,7 +381,7 @@ def _tabled_holds(campaign: Campaign, run: Run, first: str) -> Holds | None:
     if run.states is None:
         return None
     source = campaign.manifest.sources[first]
-    wanted = Wanted(("start", "end"))
+    wanted = WantedColumns(("start", "end"))
     start: list[Floats] = []
     end: list[Floats] = []
     plain = Source()

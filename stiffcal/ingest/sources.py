@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stiffcal.store import SourceFile
 
 
-def source_files(campaign: Campaign) -> list[str]:
+def manifest_data_files(campaign: Campaign) -> list[str]:
     """Return every data file that the manifest names, as named there, each once."""
     manifest = campaign.manifest
     files: list[str] = []

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.links.rods import LEAST_TORSION, Design, LinkEstimate
+from stiffcal.links.rods import LEAST_TORSION, LinkEstimate, RodDesign
 from stiffcal.measurements.load_states import Attachment
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.beam import (
     FORCE_2,
     FORCE_3,
@@ -162,7 +162,7 @@ def _twist_is_guessed(solved: _Solved, stated: bool) -> bool:
     return bool(_factor(solved.dof, stated) * np.sqrt(solved.covariance[TWIST, TWIST]) > 0.5 * most)
 
 
-def _symmetric_basis(design: Design) -> list[tuple[Floats, Floats]]:
+def _symmetric_basis(design: RodDesign) -> list[tuple[Floats, Floats]]:
     """Return for each coefficient of S what the rods read per wrench (m, 6), and its share of C (6, 6)."""
     basis = []
     for a in range(design.end.shape[1]):
@@ -173,7 +173,7 @@ def _symmetric_basis(design: Design) -> list[tuple[Floats, Floats]]:
     return basis
 
 
-def _beam_basis(rods: Rods, shape: BeamShape) -> list[tuple[Floats, Floats]]:
+def _beam_basis(rods: Rods, shape: BeamProperties) -> list[tuple[Floats, Floats]]:
     """Return the same for an even beam's flexibilities."""
     fields, ends = rod_fields(rods, shape)[:, : len(UNKNOWNS)], end_fields(shape)[:, : len(UNKNOWNS)]
     return [(fields @ per_load, ends @ per_load) for per_load in flexibility_patterns(shape)]

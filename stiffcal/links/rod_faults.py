@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.links.rods import Design, rod_design
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.links.rods import RodDesign, rod_design
+from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
@@ -68,7 +68,7 @@ class RodFault:
 
 
 @dataclass(frozen=True)
-class _Readings:
+class _RodReadings:
     """The rods' readings and what holds them together.
 
     Attributes
@@ -86,7 +86,7 @@ class _Readings:
     time: Floats | None
     run: Integers | None
     columns: Floats | None
-    design: Design
+    design: RodDesign
     used: NDArray[np.bool_]
     signed: bool = True
     growth: Floats | None = None
@@ -98,7 +98,7 @@ class _Trial:
 
     kind: FaultKind | None
     rods: tuple[int, ...]
-    mended: _Readings
+    mended: _RodReadings
     squares: float
     numbers: int
     size: float
@@ -111,7 +111,7 @@ class _Trial:
 
 def find_rod_faults(
     rods: Rods,
-    shape: BeamShape,
+    shape: BeamProperties,
     lengths: Floats,
     wrench: Floats | None = None,
     time: Floats | None = None,
@@ -141,7 +141,7 @@ def find_rod_faults(
     centred = _centred(run, lengths)
     columns = None if columns is None else np.stack([_centred(run, column) for column in columns])
     used = np.ones(len(rods.names), dtype=np.bool_)
-    readings = _Readings(
+    readings = _RodReadings(
         centred, stated, ticking, run, columns, design, used, growth=_growth(rods, run, time, temperature)
     )
     if columns is None and design.redundancy < 1:
@@ -169,13 +169,13 @@ def _growth(rods: Rods, run: Integers | None, time: Floats | None, temperature: 
     return _centred(run, np.outer(warm, rods.length))
 
 
-def _load_columns(rods: Rods, shape: BeamShape, wrench: Floats) -> Floats:
+def _load_columns(rods: Rods, shape: BeamProperties, wrench: Floats) -> Floats:
     """Return (5, n, m): what the rods read per flexibility of an even beam."""
     fields = rod_fields(rods, shape)[:, : len(UNKNOWNS)]
     return np.stack([wrench @ (fields @ per_load).T for per_load in flexibility_patterns(shape)])
 
 
-def _next_fault(rods: Rods, readings: _Readings) -> tuple[RodFault | None, _Readings]:
+def _next_fault(rods: Rods, readings: _RodReadings) -> tuple[RodFault | None, _RodReadings]:
     trials = [trial for trial in _trials(readings) if _is_large(trial, readings)]
     count, sigma = max(_count(readings), 2), readings.sigma
     ranked = sorted(trials, key=lambda trial: trial.score(count, sigma))
@@ -224,14 +224,14 @@ def _closest(ranked: list[_Trial], count: int, sigma: float) -> _Trial:
     return plain[0] if best.kind == "loose" and plain and plain[0].squares <= PLAINER * best.squares else best
 
 
-def _size(trial: _Trial, readings: _Readings) -> float:
+def _size(trial: _Trial, readings: _RodReadings) -> float:
     """Return the rms of what is wrong, m; of rods that grow, their growth."""
     if trial.kind != "warming":
         return trial.size
     return float(np.sqrt(np.mean((trial.mended.lengths - readings.lengths) ** 2)))
 
 
-def _is_large(trial: _Trial, readings: _Readings) -> bool:
+def _is_large(trial: _Trial, readings: _RodReadings) -> bool:
     """Return whether a fault is large enough to be one."""
     if trial.kind != "loose":
         return True
@@ -240,7 +240,7 @@ def _is_large(trial: _Trial, readings: _Readings) -> bool:
     return bool(trial.size > max(LOOSE * should, 2.0 * readings.sigma))
 
 
-def _unexplained(rods: Rods, readings: _Readings, before: float) -> RodFault:
+def _unexplained(rods: Rods, readings: _RodReadings, before: float) -> RodFault:
     off = np.sqrt(np.mean(_left(readings, readings.lengths) ** 2, axis=0)) * readings.used
     names = (rods.names[int(np.argmax(off))],)
     sentence = (
@@ -250,7 +250,7 @@ def _unexplained(rods: Rods, readings: _Readings, before: float) -> RodFault:
     return RodFault("unexplained", names, float(off.max()), before, before, (), sentence)
 
 
-def _trials(readings: _Readings) -> Iterator[_Trial]:
+def _trials(readings: _RodReadings) -> Iterator[_Trial]:
     """Try no fault first, then each fault at each place."""
     count = np.flatnonzero(readings.used)
     known = 0 if readings.columns is None else len(readings.columns)
@@ -276,7 +276,7 @@ def _trials(readings: _Readings) -> Iterator[_Trial]:
             yield from _loose(int(i), readings, left)
 
 
-def _loose(rod: int, readings: _Readings, left: _Readings) -> Iterator[_Trial]:
+def _loose(rod: int, readings: _RodReadings, left: _RodReadings) -> Iterator[_Trial]:
     """Leave a rod out; or, where the load is known, let it answer the load in its own way, for fewer free numbers."""
     squares, numbers = _squares(left)
     off = _left(left, readings.lengths)[:, rod]
@@ -289,13 +289,13 @@ def _loose(rod: int, readings: _Readings, left: _Readings) -> Iterator[_Trial]:
         yield _Trial("loose", (rod,), left, squares + alone, numbers + more, size)
 
 
-def _mended(kind: FaultKind, rods: tuple[int, ...], readings: _Readings, lengths: Floats) -> _Trial:
+def _mended(kind: FaultKind, rods: tuple[int, ...], readings: _RodReadings, lengths: Floats) -> _Trial:
     mended = replace(readings, lengths=lengths)
     size = float(np.sqrt(np.mean((lengths - readings.lengths)[:, list(rods)] ** 2)))
     return _Trial(kind, rods, mended, *_squares(mended), size)
 
 
-def _drifting(rod: int, readings: _Readings) -> _Trial:
+def _drifting(rod: int, readings: _RodReadings) -> _Trial:
     """Take out of one rod what grows with the time since each run began, bent by a square."""
     time = _since_start(readings)
     span = max(float(time.max()), 1e-12)
@@ -311,7 +311,7 @@ def _drifting(rod: int, readings: _Readings) -> _Trial:
     return _Trial("drifting", (rod,), mended, squares, numbers + 2, size)
 
 
-def _warming(readings: _Readings) -> _Trial:
+def _warming(readings: _RodReadings) -> _Trial:
     """Take out of all rods what they grow by with the temperature, at one expansion for all."""
     assert readings.growth is not None
     shown = _left(readings, readings.growth)[:, readings.used].ravel()
@@ -323,7 +323,7 @@ def _warming(readings: _Readings) -> _Trial:
     return _Trial("warming", rods, mended, squares, numbers + 1, expansion)
 
 
-def _since_start(readings: _Readings) -> Floats:
+def _since_start(readings: _RodReadings) -> Floats:
     """Return (n,) seconds since each run's first state: gauges are zeroed with each run."""
     time = np.zeros(len(readings.lengths)) if readings.time is None else readings.time
     if readings.run is None:
@@ -334,13 +334,13 @@ def _since_start(readings: _Readings) -> Floats:
     return np.asarray(time - begun)
 
 
-def _count(readings: _Readings) -> int:
+def _count(readings: _RodReadings) -> int:
     """Return how many numbers hold the rods to each other."""
     n, rods = len(readings.lengths), readings.lengths.shape[1]
     return int(n * (rods if readings.columns is not None else max(rods - len(readings.design.carried), 1)))
 
 
-def _squares(readings: _Readings) -> tuple[float, int]:
+def _squares(readings: _RodReadings) -> tuple[float, int]:
     """Return the squared contradiction of the rods in use, and how many numbers the explanation took."""
     left = _left(readings, readings.lengths)[:, readings.used]
     offsets = 0 if readings.run is None else len(np.unique(readings.run)) * int(readings.used.sum())
@@ -359,7 +359,7 @@ def _centred(run: Integers | None, lengths: Floats) -> Floats:
     return result
 
 
-def _left(readings: _Readings, read: Floats) -> Floats:
+def _left(readings: _RodReadings, read: Floats) -> Floats:
     """Return (n, m) what the load model, or the field alone, leaves of readings; all rods, fitted to those in use."""
     used = readings.used
     if readings.columns is None:

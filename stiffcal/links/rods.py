@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.beam import OTHER_FIELDS, TORSION, UNKNOWNS, end_fields, fibre_fields
 from stiffcal.mechanics.rods import rod_fields
 
@@ -61,7 +61,7 @@ class Torsion:
 
 
 @dataclass(frozen=True)
-class Design:
+class RodDesign:
     """What m rods carry of a link's k unknowns.
 
     Attributes
@@ -111,8 +111,8 @@ class LinkEstimate:
     """
 
     rods: Rods
-    shape: BeamShape
-    design: Design
+    shape: BeamProperties
+    design: RodDesign
     displacement: Floats
     covariance: Floats
     amplitudes: Floats
@@ -161,7 +161,7 @@ class LinkEstimate:
         return np.asarray(factor * np.sqrt(np.diag(self.covariance)))
 
 
-def rod_design(rods: Rods, shape: BeamShape, unknowns: tuple[str, ...] | None = None, spare: int = 0) -> Design:
+def rod_design(rods: Rods, shape: BeamProperties, unknowns: tuple[str, ...] | None = None, spare: int = 0) -> RodDesign:
     """Return which unknowns the rods carry.
 
     Parameters
@@ -178,7 +178,7 @@ def rod_design(rods: Rods, shape: BeamShape, unknowns: tuple[str, ...] | None = 
     >>> from stiffcal.measurements.rods import rods_between
     >>> corners = np.array([[0.05, y, z] for y in (-0.1, 0.1) for z in (-0.08, 0.08)])
     >>> rods = rods_between("swing", corners, corners + [0.8, 0.0, 0.0])
-    >>> rod_design(rods, BeamShape(1.0)).names
+    >>> rod_design(rods, BeamProperties(1.0)).names
     ('tip force 2', 'tip force 3', 'tension')
     """
     fields, ends = rod_fields(rods, shape)[:, : len(UNKNOWNS)], end_fields(shape)[:, : len(UNKNOWNS)]
@@ -197,7 +197,7 @@ def rod_design(rods: Rods, shape: BeamShape, unknowns: tuple[str, ...] | None = 
                 carried = more if _gain(fields[:, more], moved[:, more]) < LARGEST_GAIN else carried
     singular = np.linalg.svd(fields[:, carried], compute_uv=False) if carried else np.ones(1)
     left = tuple(u for u in range(len(UNKNOWNS)) if u not in carried and u not in blind)
-    return Design(
+    return RodDesign(
         tuple(carried), tuple(u for u in blind if u not in carried), left, fields[:, carried] * size[carried],
         ends[:, carried], _gain(fields[:, carried], moved[:, carried]),
         float(singular[0] / max(singular[-1], np.finfo(float).tiny)),
@@ -213,7 +213,7 @@ def _gain(fields: Floats, moved: Floats) -> float:
 
 def estimate_link(
     rods: Rods,
-    shape: BeamShape,
+    shape: BeamProperties,
     lengths: Floats,
     sigma: Floats | None = None,
     unknowns: tuple[str, ...] | None = None,
@@ -252,7 +252,7 @@ def estimate_link(
     )  # fmt: skip
 
 
-def _disagreement(design: Design, solve: Floats, residual: Floats, sigma: Floats) -> Floats:
+def _disagreement(design: RodDesign, solve: Floats, residual: Floats, sigma: Floats) -> Floats:
     """Return (m,) leave-one-rod-out residuals over their standard uncertainty, rms over the states.
 
     Leaving rod i out changes its residual r to r/(1 − h), h its leverage, of standard uncertainty σ/√(1 − h): their
@@ -266,7 +266,9 @@ def _disagreement(design: Design, solve: Floats, residual: Floats, sigma: Floats
     return result
 
 
-def shape_errors(rods: Rods, shape: BeamShape, design: Design, solve: Floats | None = None) -> tuple[ShapeError, ...]:
+def shape_errors(
+    rods: Rods, shape: BeamProperties, design: RodDesign, solve: Floats | None = None
+) -> tuple[ShapeError, ...]:
     """Return what each field that the rods do not carry would do to the estimate of the end.
 
     Parameters
@@ -287,7 +289,7 @@ def shape_errors(rods: Rods, shape: BeamShape, design: Design, solve: Floats | N
     return tuple(errors)
 
 
-def _torsion(rods: Rods, shape: BeamShape, design: Design, lengths: Floats, sigma: Floats) -> Torsion:
+def _torsion(rods: Rods, shape: BeamProperties, design: RodDesign, lengths: Floats, sigma: Floats) -> Torsion:
     if TORSION in design.carried:
         return Torsion(True, None, "the rods see the link's twist")
     bound = twist_bound(rods, shape, lengths, sigma)
@@ -306,7 +308,7 @@ def _torsion(rods: Rods, shape: BeamShape, design: Design, lengths: Floats, sigm
     return Torsion(False, bound, why + says)
 
 
-def twist_bound(rods: Rods, shape: BeamShape, lengths: Floats, sigma: Floats) -> float | None:
+def twist_bound(rods: Rods, shape: BeamProperties, lengths: Floats, sigma: Floats) -> float | None:
     """Return the twist of the link's end above which a rod would have grown by more than it ever read, rad.
 
     A rod is straight: when its ends turn about the twist centre by Δφ against each other it grows by (r Δφ)²/(2 l), r
@@ -348,7 +350,7 @@ def bounded_by_load(torsion: Torsion, moment: Floats, bending: Floats) -> Torsio
     return Torsion(False, bound, why)
 
 
-def describe_design(design: Design) -> tuple[str, ...]:
+def describe_design(design: RodDesign) -> tuple[str, ...]:
     """Return in words what the rods carry, what they take as absent, and what they do not see."""
     sentences = [f"{len(design.matrix)} rods carry {', '.join(design.names) or 'nothing'}"]
     if design.left_out:

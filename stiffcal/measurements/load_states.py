@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.markers import Markers
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.rods import BeamProperties, Rods
 
 # What the frame is called by which a clamped robot is held, among the targets.
 HELD = "held"
@@ -104,7 +104,7 @@ class MeasurementSetup:
     sigma: Sigma = field(default_factory=Sigma)
     tared: str = "run"
     rods: tuple[Rods, ...] = ()
-    beams: tuple[BeamShape, ...] = ()
+    beams: tuple[BeamProperties, ...] = ()
     gauges: tuple[Gauge, ...] = ()
     markers: tuple[Markers | None, ...] = ()
 

@@ -27,7 +27,7 @@ PIECE = 1 << 24
 MOST_BYTES = 1 << 31  # MATLAB itself bounds a variable of this version to 2 GB
 
 
-class DamagedError(ValueError):
+class DamagedElementError(ValueError):
     """The file's elements do not fit into one another."""
 
 
@@ -39,7 +39,7 @@ class _Element:
 
 
 def check_elements(path: Path, shown: str = "") -> None:
-    """Walk through a file; raises `DamagedError` where sizes, kinds and dimensions contradict each other."""
+    """Walk through a file; raises `DamagedElementError` where sizes, kinds and dimensions contradict each other."""
     with open_regular(path) as file:
         head = file.read(HEADER)
         order = {b"IM": "<", b"MI": ">"}.get(head[126:128])
@@ -48,18 +48,18 @@ def check_elements(path: Path, shown: str = "") -> None:
         packed = unpacked = 0
         while tag := file.read(8):
             if len(tag) < 8:
-                raise DamagedError("the file ends in the middle of a variable")
+                raise DamagedElementError("the file ends in the middle of a variable")
             kind, size = struct.unpack(order + "II", tag)
             data = file.read(size) if size <= MOST_BYTES else b""
             if kind not in (MATRIX, COMPRESSED) or len(data) < size or size > MOST_BYTES:
-                raise DamagedError("the file ends in the middle of a variable, or its sizes are damaged")
+                raise DamagedElementError("the file ends in the middle of a variable, or its sizes are damaged")
             if kind == COMPRESSED:
                 packed += size
                 whole = _unpacked(data, unpacked, packed, shown or str(path))
                 unpacked += len(whole)
                 inner = _element(memoryview(whole), 0, order)
                 if inner.kind != MATRIX:
-                    raise DamagedError("a packed variable is none")
+                    raise DamagedElementError("a packed variable is none")
                 data = bytes(inner.data)
             _check_matrix(memoryview(data), order, 0)
 
@@ -81,34 +81,34 @@ def _unpacked(data: bytes, before: int, packed: int, shown: str) -> bytes:
             check_unpacked(before + unpacked, packed, shown)
             left = unpacking.unconsumed_tail
     except zlib.error as error:
-        raise DamagedError(f"a packed variable is damaged ({error})") from None
+        raise DamagedElementError(f"a packed variable is damaged ({error})") from None
     if left or not unpacking.eof:
-        raise DamagedError("a packed variable is cut off, or larger than 2 GB")
+        raise DamagedElementError("a packed variable is cut off, or larger than 2 GB")
     return b"".join(pieces)
 
 
 def _element(data: memoryview, at: int, order: str) -> _Element:
     if at + 8 > len(data):
-        raise DamagedError("a variable ends before its parts")
+        raise DamagedElementError("a variable ends before its parts")
     first, size = struct.unpack_from(order + "II", data, at)
     if first >> 16:  # up to four bytes within the tag
         kind, size = first & 0xFFFF, first >> 16
         if size > 4:
-            raise DamagedError("a short part is too long")
+            raise DamagedElementError("a short part is too long")
         return _Element(kind, data[at + 4 : at + 4 + size], at + 8)
     if at + 8 + size > len(data):
-        raise DamagedError("a part is larger than its variable")
+        raise DamagedElementError("a part is larger than its variable")
     return _Element(first, data[at + 8 : at + 8 + size], at + 8 + (size + 7 & ~7))
 
 
 def _check_matrix(data: memoryview, order: str, depth: int) -> None:
     if depth > MOST_NESTED:
-        raise DamagedError("variables lie in one another too deeply")
+        raise DamagedElementError("variables lie in one another too deeply")
     if not len(data):  # an empty cell
         return
     flags = _element(data, 0, order)
     if flags.kind != 6 or len(flags.data) != 8:
-        raise DamagedError("a variable has no kind")
+        raise DamagedElementError("a variable has no kind")
     (word,) = struct.unpack_from(order + "I", flags.data)
     kind, is_complex = word & 0xFF, bool(word & 0x800)
     if kind in (FUNCTION, OPAQUE):  # a form of MATLAB's own, refused by name later
@@ -116,7 +116,7 @@ def _check_matrix(data: memoryview, order: str, depth: int) -> None:
     shape = _element(data, flags.end, order)
     dimensions = np.frombuffer(shape.data, order + "i4").tolist() if len(shape.data) % 4 == 0 else []
     if shape.kind != 5 or len(dimensions) < 2 or len(dimensions) > 32 or min(dimensions) < 0:
-        raise DamagedError("a variable has no size")
+        raise DamagedElementError("a variable has no size")
     name = _element(data, shape.end, order)
     _numbers(name, (1, 2, 16))
     count, at = math.prod(dimensions), name.end
@@ -129,7 +129,7 @@ def _check_matrix(data: memoryview, order: str, depth: int) -> None:
         for _ in range(count * fields):
             part = _element(data, at, order)
             if part.kind != MATRIX:
-                raise DamagedError("a cell or field is no variable")
+                raise DamagedElementError("a cell or field is no variable")
             _check_matrix(part.data, order, depth + 1)
             at = part.end
         return
@@ -137,13 +137,13 @@ def _check_matrix(data: memoryview, order: str, depth: int) -> None:
         _check_sparse(data, at, order, dimensions)
         return
     if kind not in range(CHARACTERS, FUNCTION):
-        raise DamagedError(f"a variable of unknown kind {kind}")
+        raise DamagedElementError(f"a variable of unknown kind {kind}")
     for _ in range(2 if is_complex else 1):
         part = _element(data, at, order)
         held = _numbers(part, tuple(SIZES))
         # text in UTF-8 may take several bytes a letter
         if held != count and not (kind == CHARACTERS and held >= count):
-            raise DamagedError(f"{held} numbers in a variable of {count}")
+            raise DamagedElementError(f"{held} numbers in a variable of {count}")
         at = part.end
 
 
@@ -153,16 +153,16 @@ def _check_sparse(data: memoryview, at: int, order: str, dimensions: list[int]) 
     values = _element(data, starts.end, order)
     held = _numbers(values, tuple(SIZES))
     if rows.kind != 5 or starts.kind != 5 or len(rows.data) % 4 or len(starts.data) != 4 * (dimensions[1] + 1):
-        raise DamagedError("a sparse matrix has no places")
+        raise DamagedElementError("a sparse matrix has no places")
     row, start = np.frombuffer(rows.data, order + "i4"), np.frombuffer(starts.data, order + "i4")
     inside = start[0] == 0 and (np.diff(start) >= 0).all() and start[-1] <= min(row.size, held)
     if not inside or ((row < 0) | (row >= max(dimensions[0], 1))).any():
-        raise DamagedError("a sparse matrix has places outside itself")
+        raise DamagedElementError("a sparse matrix has places outside itself")
 
 
 def _numbers(part: _Element, kinds: tuple[int, ...]) -> int:
     if part.kind not in kinds or len(part.data) % SIZES[part.kind]:
-        raise DamagedError("a part is of a wrong kind")
+        raise DamagedElementError("a part is of a wrong kind")
     return len(part.data) // SIZES[part.kind]
 
 
@@ -171,8 +171,8 @@ def _fields(data: memoryview, at: int, order: str) -> tuple[int, int]:
     width = _element(data, at, order)
     names = _element(data, width.end, order)
     if width.kind != 5 or len(width.data) != 4:
-        raise DamagedError("a struct's names have no length")
+        raise DamagedElementError("a struct's names have no length")
     (length,) = struct.unpack(order + "i", width.data)
     if not 0 < length <= 4096 or len(names.data) % length:
-        raise DamagedError("a struct's names have no length")
+        raise DamagedElementError("a struct's names have no length")
     return len(names.data) // length, names.end

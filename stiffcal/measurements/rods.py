@@ -74,7 +74,7 @@ def rods_between(
 
 
 @dataclass(frozen=True)
-class BeamShape:
+class BeamProperties:
     """What the displacement field of a link needs to know of it.
 
     Attributes

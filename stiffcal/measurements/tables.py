@@ -18,7 +18,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.columns import table_of, values_of
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo, Sigma
 from stiffcal.measurements.markers import Markers
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.rods import BeamProperties, Rods
 
 SCHEMA = "stiffcal/states/1"
 _WRENCH = ("Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
@@ -293,7 +293,7 @@ def _setup(document: dict[str, Any]) -> MeasurementSetup:
     )  # fmt: skip
 
 
-def _rods_document(rods: Rods, beam: BeamShape) -> dict[str, Any]:
+def _rods_document(rods: Rods, beam: BeamProperties) -> dict[str, Any]:
     """Return the rods on one link; JSON has no NaN, null stands for what is not known."""
     return {
         "link": rods.link,
@@ -323,7 +323,7 @@ def _rods(document: dict[str, Any]) -> Rods:
     return Rods(document["link"], tuple(document["names"]), start, end, warping.reshape(-1, 2), sigma)
 
 
-def _beam(document: dict[str, Any]) -> BeamShape:
+def _beam(document: dict[str, Any]) -> BeamProperties:
     y, z = document["neutral_m"]
     sy, sz = document["twist_centre_m"]
-    return BeamShape(document["length_m"], (y, z), (sy, sz), document["warping_decay_m"], document["warping_hold"])
+    return BeamProperties(document["length_m"], (y, z), (sy, sz), document["warping_decay_m"], document["warping_hold"])

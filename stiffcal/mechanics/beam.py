@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.rods import BeamShape
+from stiffcal.measurements.rods import BeamProperties
 
 # The unknowns in the order in which rods are spent on them (physics, section 6): one for each degree of freedom, then
 # a tip moment for each plane. "2" is bending along x2 (about x3), "3" bending along x3 (about x2).
@@ -32,7 +32,7 @@ OTHER_FIELDS = ("even load 2", "even load 3")
 _U1, _U2, _U3, _PHI1, _PHI2, _PHI3, _CHI = range(7)
 
 
-def fibre_fields(shape: BeamShape, x1: Floats) -> Floats:
+def fibre_fields(shape: BeamProperties, x1: Floats) -> Floats:
     """Return (8, 7, p): the unknowns' fields and `OTHER_FIELDS` along the beam.
 
     Rows are ū1, ū2, ū3, φ1, φ2, φ3 and the warping's amplitude χ (κ where warping is free). Amplitudes: the curvature
@@ -68,7 +68,7 @@ def fibre_fields(shape: BeamShape, x1: Floats) -> Floats:
     return fields
 
 
-def _twist(shape: BeamShape, x: Floats) -> tuple[Floats, Floats]:
+def _twist(shape: BeamProperties, x: Floats) -> tuple[Floats, Floats]:
     """Return twist angle and warping amplitude per unit of twist far from the clamp.
 
     With warping held at x = 0 and free at L, EΓ χ″ = (GJ/(1 − GJ/GIp)) (χ − κ) gives χ = 1 − cosh((L−x)/d)/cosh(L/d)
@@ -85,7 +85,7 @@ def _twist(shape: BeamShape, x: Floats) -> tuple[Floats, Floats]:
     return x - shape.warping_hold * area, 1.0 - held
 
 
-def fields_at_points(shape: BeamShape, points: Floats, warping: Floats) -> Floats:
+def fields_at_points(shape: BeamProperties, points: Floats, warping: Floats) -> Floats:
     """Return (8, p, 3): displacement of material points by the unit fields, beam axes (eq. 4).
 
     Parameters
@@ -108,7 +108,7 @@ def fields_at_points(shape: BeamShape, points: Floats, warping: Floats) -> Float
     return moved
 
 
-def end_fields(shape: BeamShape) -> Floats:
+def end_fields(shape: BeamProperties) -> Floats:
     """Return (6, 8): displacement of the beam axis' outboard end by the unit fields, without warping, m and rad.
 
     Warping is left out: it is no motion of the section as a whole (Ψ has no mean and no tilt).
@@ -116,7 +116,7 @@ def end_fields(shape: BeamShape) -> Floats:
     return np.asarray(axis_fields(shape, np.array([shape.length]))[:, :, 0].T)
 
 
-def axis_fields(shape: BeamShape, x1: Floats) -> Floats:
+def axis_fields(shape: BeamProperties, x1: Floats) -> Floats:
     """Return (8, 6, p): displacements and turns of the beam axis by the unit fields."""
     points = np.column_stack([x1, np.zeros_like(x1), np.zeros_like(x1)])
     moved = fields_at_points(shape, points, np.zeros(len(x1)))
@@ -124,7 +124,7 @@ def axis_fields(shape: BeamShape, x1: Floats) -> Floats:
     return np.concatenate([np.moveaxis(moved, 2, 1), turned], axis=1)
 
 
-def amplitudes_per_end(shape: BeamShape) -> Floats:
+def amplitudes_per_end(shape: BeamProperties) -> Floats:
     """Return (6, 6): the unknowns' amplitudes per unit displacement of the outboard end.
 
     The inverse of `end_fields` for what a wrench at the end makes: all six can be told from the end alone.
@@ -132,7 +132,7 @@ def amplitudes_per_end(shape: BeamShape) -> Floats:
     return np.asarray(np.linalg.inv(end_fields(shape)[:, : len(UNKNOWNS)]))
 
 
-def material_displacement(shape: BeamShape, tip: Floats, points: Floats, warping: Floats | None = None) -> Floats:
+def material_displacement(shape: BeamProperties, tip: Floats, points: Floats, warping: Floats | None = None) -> Floats:
     """Return how material points move when the outboard end has moved by ``tip`` (eq. 4).
 
     Parameters
@@ -149,7 +149,7 @@ def material_displacement(shape: BeamShape, tip: Floats, points: Floats, warping
     --------
     A link of 1 m bent by a force at its end: half-way along it has moved 5/16 as far as there.
 
-    >>> shape = BeamShape(length=1.0)
+    >>> shape = BeamProperties(length=1.0)
     >>> tip = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 1.5]])
     >>> material_displacement(shape, tip, np.array([[0.5, 0.0, 0.0]]))[0, 0].round(12).tolist()
     [0.0, 0.3125, 0.0]
@@ -159,14 +159,14 @@ def material_displacement(shape: BeamShape, tip: Floats, points: Floats, warping
     return np.asarray(np.einsum("ni,ui,upc->npc", tip, amplitudes_per_end(shape), unit))
 
 
-def axis_displacement(shape: BeamShape, tip: Floats, x1: Floats) -> Floats:
+def axis_displacement(shape: BeamProperties, tip: Floats, x1: Floats) -> Floats:
     """Return (n, p, 6): displacements and turns along the beam axis when the outboard end has moved by ``tip``."""
     unit = axis_fields(shape, x1)[: len(UNKNOWNS)]
     return np.asarray(np.einsum("ni,ui,ucp->npc", tip, amplitudes_per_end(shape), unit))
 
 
 def beam_compliance(
-    shape: BeamShape, bending: tuple[float, float], torsion: float, tension: float, product: float = 0.0
+    shape: BeamProperties, bending: tuple[float, float], torsion: float, tension: float, product: float = 0.0
 ) -> Floats:
     """Return the 6×6 compliance of the end of an Euler–Bernoulli cantilever, beam axes about the beam axis' end.
 
@@ -190,7 +190,7 @@ def beam_compliance(
     return np.asarray(end_fields(shape)[:, : len(UNKNOWNS)] @ flexible @ amplitudes_per_load(shape))
 
 
-def amplitudes_per_load(shape: BeamShape) -> Floats:
+def amplitudes_per_load(shape: BeamProperties) -> Floats:
     """Return (6, 6): the unknowns' amplitudes times their rigidity, per unit of the wrench at the axis' end.
 
     A force along x1 off the neutral fibre bends too, one across beside the twist centre twists too.
@@ -206,7 +206,7 @@ def amplitudes_per_load(shape: BeamShape) -> Floats:
     return rows
 
 
-def flexibility_patterns(shape: BeamShape) -> Floats:
+def flexibility_patterns(shape: BeamProperties) -> Floats:
     """Return (5, 6, 6): the unknowns' amplitudes per wrench at the axis' end, for each flexibility of an even beam.
 
     In order: the elements 33, 22 and 23 of the inverse of the bending rigidities, 1/GJ, 1/EA. With x2 and x3 principal

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.rods import BeamShape
-from stiffcal.mechanics.section import Section
+from stiffcal.measurements.rods import BeamProperties
+from stiffcal.mechanics.section import BeamSection
 
 
 @dataclass(frozen=True)
-class LinkBeam:
+class BeamFrame:
     """Where a link bends: its beam frame in the link's joint frame.
 
     Attributes
@@ -35,17 +35,17 @@ class LinkBeam:
     end: Floats
     length: float
     warping_decay: float | None = None
-    section: Section | None = None
+    section: BeamSection | None = None
     expansion: float | None = None
 
     @property
-    def shape(self) -> BeamShape:
+    def shape(self) -> BeamProperties:
         """What the displacement field of the link needs to know: the drawn section's fibres and decay, if drawn."""
         drawn = self.section
         if drawn is None:
-            return BeamShape(self.length, warping_decay=self.warping_decay)
+            return BeamProperties(self.length, warping_decay=self.warping_decay)
         decay = self.warping_decay if self.warping_decay is not None else drawn.warping_decay
-        return BeamShape(self.length, drawn.neutral, drawn.twist_centre, decay, drawn.warping_hold)
+        return BeamProperties(self.length, drawn.neutral, drawn.twist_centre, decay, drawn.warping_hold)
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Chain:
     link_com: Floats
     masses_known: bool
     gravity: Floats
-    beams: dict[str, LinkBeam] = field(default_factory=dict)
+    beams: dict[str, BeamFrame] = field(default_factory=dict)
     compensator: dict[str, object] | None = None
 
     @property

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.beam import UNKNOWNS, amplitudes_per_end, fields_at_points
 
 
-def rod_fields(rods: Rods, shape: BeamShape) -> Floats:
+def rod_fields(rods: Rods, shape: BeamProperties) -> Floats:
     """Return (m, 8): what each rod reads of a unit of each field of `stiffcal.mechanics.beam`, m."""
     along = (rods.end - rods.start) / rods.length[:, None]
     at_end = fields_at_points(shape, rods.end, rods.warping[:, 1])
@@ -17,7 +17,7 @@ def rod_fields(rods: Rods, shape: BeamShape) -> Floats:
     return np.asarray(np.einsum("fmc,mc->mf", at_end - at_start, along))
 
 
-def rod_matrix(rods: Rods, shape: BeamShape) -> Floats:
+def rod_matrix(rods: Rods, shape: BeamProperties) -> Floats:
     """Return (m, 6): what each rod reads per displacement of the link's outboard end, m per m and rad.
 
     Examples
@@ -26,7 +26,7 @@ def rod_matrix(rods: Rods, shape: BeamShape) -> Floats:
 
     >>> from stiffcal.measurements.rods import rods_between
     >>> rods = rods_between("swing", np.zeros((1, 3)), np.array([[1.2, 0.0, 0.0]]))
-    >>> rod_matrix(rods, BeamShape(length=1.2)).round(12).tolist()
+    >>> rod_matrix(rods, BeamProperties(length=1.2)).round(12).tolist()
     [[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]]
     """
     return np.asarray(rod_fields(rods, shape)[:, : len(UNKNOWNS)] @ amplitudes_per_end(shape))

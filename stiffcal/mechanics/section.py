@@ -10,7 +10,7 @@ from stiffcal.arrays import Floats, Integers
 
 
 @dataclass(frozen=True)
-class Section:
+class BeamSection:
     """A section of one material; x2 and x3 as in the beam frame, m.
 
     Attributes

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.mechanics.section import Section
+from stiffcal.mechanics.section import BeamSection
 from stiffcal.mechanics.section_mesh import SectionError, section_mesh, signed_area
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def solve_section(
     holes: Sequence[Floats | Sequence[Sequence[float]]] = (),
     young: float = 1.0,
     shear: float = 1.0,
-) -> Section:
+) -> BeamSection:
     """Solve a drawn section.
 
     Parameters
@@ -83,7 +83,7 @@ def _re_entrant(loop: Floats, *, hole: bool) -> Floats:
     return np.asarray(loop[left > 0.3] if hole else loop[left < -0.3])
 
 
-def _solve(skfem: Any, mesh: Any, young: float, shear: float) -> Section:
+def _solve(skfem: Any, mesh: Any, young: float, shear: float) -> BeamSection:
     from skfem.helpers import dot, grad
 
     basis = skfem.Basis(mesh, skfem.ElementTriP2(), intorder=6)
@@ -118,7 +118,7 @@ def _solve(skfem: Any, mesh: Any, young: float, shear: float) -> Section:
     flows = [potential(mass @ (np.linalg.solve(inertia, unit) @ np.stack([y, z]))) for unit in np.eye(2)]
     shears = [shear / float(flow @ stiffness @ flow) for flow in flows]
     vertices = basis.nodal_dofs[0]
-    return Section(
+    return BeamSection(
         area=area, EA=young * area, EI2=young * second_2, EI3=young * second_3, EI23=young * product,
         GJ=shear * torsion, shear_2=shears[0], shear_3=shears[1],
         neutral=(float(centre[0]), float(centre[1])), twist_centre=(float(pole[0]), float(pole[1])),

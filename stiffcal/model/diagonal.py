@@ -11,7 +11,7 @@ AXES = {"rx": RX, "ry": RY, "rz": RZ, "tx": TX, "ty": TY, "tz": TZ}
 
 
 @dataclass(frozen=True)
-class Give:
+class CompliantAxis:
     """How much a node may give about (or along) an axis.
 
     Attributes
@@ -27,7 +27,7 @@ class Give:
     source: str
 
 
-def diagonal_parameters(turn: Give, shift: Give) -> tuple[ParameterSpec, ...]:
+def diagonal_parameters(turn: CompliantAxis, shift: CompliantAxis) -> tuple[ParameterSpec, ...]:
     """Return the six parameters, rotations first."""
     specs = []
     for symbol in AXES:

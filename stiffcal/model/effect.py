@@ -68,7 +68,7 @@ class ParameterSpec:
         inverse is estimated, because the displacement is linear in that).
     compliance : True where ``1 / value`` is a stiffness that people want to read.
     discrete : True where only some values make sense (an order, the number of a state): such a parameter is tried value
-        by value (`Effect.shape_grid`), never by a derivative.
+        by value (`Effect.nonlinear_grid`), never by a derivative.
     along : the component of the node (`TX` to `RZ`) whose own compliance it is: displacement over load along the same
         axis, all of it, at any load; None elsewhere. Joints that are measured by themselves are compared with these.
     """
@@ -352,7 +352,7 @@ class Effect(ABC):
         """
         return None
 
-    def shape_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
+    def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """Return values of the shape parameters to start or profile from, by symbol, in the light of the data.
 
         Parameters
@@ -386,7 +386,7 @@ class Effect(ABC):
         """
         return self.impossible(values) is None
 
-    def driver(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
+    def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """Return what the residual of this effect follows."""
         return None
 

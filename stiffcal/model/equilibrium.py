@@ -218,7 +218,7 @@ def first_order_displacement(rest: Rest, nodes: Floats | None = None) -> list[Fl
 
 
 @dataclass(frozen=True)
-class Unloaded:
+class WeightOnlyRest:
     """The rest under weight alone, which loads are counted from; state axis last.
 
     Attributes
@@ -236,7 +236,7 @@ class Unloaded:
     terms: list[tuple[PlacedEffect, Term]]
 
 
-def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = TOLERANCE) -> Unloaded:
+def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = TOLERANCE) -> WeightOnlyRest:
     """Find the rest under weight alone: no load, no memory, motors where the reference left them.
 
     States of one pose share it, so that it is found once for each stretch of equal angles.
@@ -256,7 +256,7 @@ def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = 
         raise error.at_state(int(first[error.state])) from None
     frames = rest.targets
     linear = [] if robot.deformed else first_order_displacement(rest)
-    return Unloaded(
+    return WeightOnlyRest(
         targets=[StackedFrame(frame.rotation[:, :, pick], frame.position[:, pick]) for frame in frames],
         linear=[one[:, pick] for one in linear],
         wrench=rest.wrench[:, :, pick],
@@ -265,7 +265,7 @@ def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = 
     )
 
 
-def displacements(robot: CompliantRobot, loaded: Rest, unloaded: Unloaded) -> list[Floats]:
+def displacements(robot: CompliantRobot, loaded: Rest, unloaded: WeightOnlyRest) -> list[Floats]:
     """Return each target's (6, n) displacement from the weight-only state, base axes, m and rad."""
     if robot.deformed:
         return [

@@ -18,12 +18,12 @@ def first_of_run(run: Integers) -> NDArray[np.bool_]:
     return np.concatenate([[True], run[1:] != run[:-1]]) if run.size else np.zeros(0, dtype=np.bool_)
 
 
-def play_from_rest(torque: Floats, slip: float) -> Floats:
+def play_operator_from_rest(torque: Floats, slip: float) -> Floats:
     """Return (n,) the play operator's value after one monotonic move from zero to ``torque``, N·m."""
     return np.asarray(torque - np.clip(torque, -slip, slip))
 
 
-def play(torque: Floats, slip: float, run: Integers, start: Floats | None = None) -> Floats:
+def play_operator(torque: Floats, slip: float, run: Integers, start: Floats | None = None) -> Floats:
     """Return the play operator P_r[τ]: the value stays until it is r behind the torque, then follows at that distance.
 
     P_i = min(max(P_{i-1}, τ_i − r), τ_i + r) (Brokate and Sprekels 1996, section 2.3; a Jenkin element's plastic part).
@@ -42,12 +42,12 @@ def play(torque: Floats, slip: float, run: Integers, start: Floats | None = None
     Examples
     --------
     >>> import numpy as np
-    >>> play(np.array([0.0, 3.0, 5.0, 3.0, 0.0, -2.0]), 1.0, np.zeros(6, dtype=np.int64)).tolist()
+    >>> play_operator(np.array([0.0, 3.0, 5.0, 3.0, 0.0, -2.0]), 1.0, np.zeros(6, dtype=np.int64)).tolist()
     [0.0, 2.0, 4.0, 4.0, 1.0, -1.0]
     """
     lower, upper = torque - slip, torque + slip
     first = first_of_run(run)
-    before = np.zeros(int(first.sum())) if start is None else play_from_rest(start[first], slip)
+    before = np.zeros(int(first.sum())) if start is None else play_operator_from_rest(start[first], slip)
     lower[first] = upper[first] = np.clip(before, lower[first], upper[first])
     step = 1
     # A run's first clamp is a constant: chaining beyond it changes nothing, and so the runs stay apart by themselves.

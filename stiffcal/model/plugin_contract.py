@@ -197,7 +197,7 @@ def _adjusted(effect: Effect, answer: Any, place: Place, inputs: Inputs, values:
     return "" if isinstance(answer.setup, type(inputs.setup)) else "inputs without a setup"
 
 
-def _shape_grid(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any) -> str:
+def _nonlinear_grid(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any) -> str:
     symbols = [spec.symbol for spec in effect.parameters]
     if not isinstance(answer, Mapping) or not all(symbol in symbols for symbol in answer):
         return f"no mapping of the parameters' symbols to arrays: {_shown(answer)}"
@@ -216,7 +216,7 @@ def _places(effect: Effect, answer: Any, chain: Any) -> str:
     return "" if right else f"no list of places of kind {effect.place_kind}: {_shown(answer)}"
 
 
-def _driver(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any) -> str:
+def _covariate(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any) -> str:
     if answer is None:
         return ""
     if not isinstance(answer, Covariate) or not (_is_text(answer.label) and _is_text(answer.unit)):
@@ -261,9 +261,9 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "observation_columns": _observation_columns,
     "observation_shift": _observation_shift,
     "adjusted": _adjusted,
-    "shape_grid": _shape_grid,
+    "shape_grid": _nonlinear_grid,
     "places": _places,
-    "driver": _driver,
+    "driver": _covariate,
     "from_torque_angle": _from_torque_angle,
     "describe": _text,
     "lacking": _text_or_none,

@@ -32,14 +32,14 @@ def rod_views(campaign: Campaign, setup: MeasurementSetup) -> list[CheckedRods]:
     """Return one view per link with rods."""
     import numpy as np
 
-    from stiffcal.planning.rods import rods_can_see
+    from stiffcal.planning.rods import rod_observability
 
     views = []
     for rods, shape in zip(setup.rods, setup.beams, strict=True):
         own_name = campaign.chain.link_names[campaign.chain.beams[rods.link].joint - 1]
         entry = campaign.robot.links.get(rods.link) or campaign.robot.links.get(own_name)
         drawn = None if entry is None or entry.section is None else entry.section.outline
-        view = rods_can_see(rods, shape, None if drawn is None else [np.array(corner) for corner in drawn])
+        view = rod_observability(rods, shape, None if drawn is None else [np.array(corner) for corner in drawn])
         views.append(
             CheckedRods(
                 link=view.link,

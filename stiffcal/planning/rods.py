@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.links.rods import Design, ShapeError, rod_design, shape_errors
-from stiffcal.measurements.rods import BeamShape, Rods, rods_between
+from stiffcal.links.rods import RodDesign, ShapeError, rod_design, shape_errors
+from stiffcal.measurements.rods import BeamProperties, Rods, rods_between
 from stiffcal.mechanics.beam import TORSION, UNKNOWNS
 
 # Uncertainty of a length gauge where none is stated: what the paper's class of gauges reaches.
@@ -26,7 +26,7 @@ class ExtraRod:
     Attributes
     ----------
     start, end : (3,) beam frame, m.
-    tells : unknowns that could be carried with it and could not without.
+    determines : unknowns that could be carried with it and could not without.
     gain_before, gain_after : how much of a rod's error the link's end shows at worst, for the unknowns carried before.
     gain : the same with all that the rods then carry.
     spare : rods beyond the unknowns, with it.
@@ -34,7 +34,7 @@ class ExtraRod:
 
     start: Floats
     end: Floats
-    tells: tuple[str, ...]
+    determines: tuple[str, ...]
     gain_before: float
     gain_after: float
     gain: float
@@ -42,7 +42,7 @@ class ExtraRod:
 
 
 @dataclass(frozen=True)
-class RodView:
+class RodObservability:
     """What the rods on one link can and cannot see.
 
     Attributes
@@ -50,7 +50,7 @@ class RodView:
     link : its name. rods : the rods' names.
     carried, taken_as_absent, blind : unknowns by name.
     spare : rods beyond the unknowns: the check.
-    condition, gain : see `stiffcal.links.rods.Design`.
+    condition, gain : see `stiffcal.links.rods.RodDesign`.
     std : (6,) standard uncertainty of the end's displacement in one state, m and rad; NaN where not seen.
     sigma : of a rod, m: as stated, else `USUAL_SIGMA`. stated : whether it was.
     mistakes : what loads that are not carried do to the estimate.
@@ -74,10 +74,10 @@ class RodView:
     @property
     def sentences(self) -> tuple[str, ...]:
         """The view in words, for `check`."""
-        return (*_seen(self), *_unmeasured(self), *(_advised(rod, self) for rod in self.advice[:1]))
+        return (*_observable(self), *_unmeasured(self), *(_advised(rod, self) for rod in self.advice[:1]))
 
 
-def rods_can_see(rods: Rods, shape: BeamShape, outline: Sequence[Floats] | None = None) -> RodView:
+def rod_observability(rods: Rods, shape: BeamProperties, outline: Sequence[Floats] | None = None) -> RodObservability:
     """Return what rods can and cannot see, and which further rod would help most.
 
     Parameters
@@ -89,10 +89,10 @@ def rods_can_see(rods: Rods, shape: BeamShape, outline: Sequence[Floats] | None 
     Examples
     --------
     >>> corners = np.array([[0.05, y, z] for y in (-0.1, 0.1) for z in (-0.08, 0.08)])
-    >>> view = rods_can_see(rods_between("swing", corners, corners + [0.9, 0.0, 0.0]), BeamShape(1.0))
+    >>> view = rod_observability(rods_between("swing", corners, corners + [0.9, 0.0, 0.0]), BeamProperties(1.0))
     >>> view.blind, view.taken_as_absent, view.spare
     (('torsion',), ('tip moment 2', 'tip moment 3'), 1)
-    >>> view.advice[0].tells
+    >>> view.advice[0].determines
     ('torsion',)
     """
     design = rod_design(rods, shape)
@@ -101,7 +101,7 @@ def rods_can_see(rods: Rods, shape: BeamShape, outline: Sequence[Floats] | None 
     answer = design.end @ np.linalg.pinv(design.matrix)
     std = np.sqrt(answer**2 @ sigma**2)
     std[3] = std[3] if TORSION in design.carried else np.nan
-    return RodView(
+    return RodObservability(
         rods.link, rods.names, design.names, tuple(UNKNOWNS[u] for u in design.left_out),
         tuple(UNKNOWNS[u] for u in design.blind), design.redundancy, design.condition, design.gain, std,
         float(np.sqrt(np.mean(sigma**2))), stated, shape_errors(rods, shape, design),
@@ -109,7 +109,9 @@ def rods_can_see(rods: Rods, shape: BeamShape, outline: Sequence[Floats] | None 
     )  # fmt: skip
 
 
-def _advice(rods: Rods, shape: BeamShape, design: Design, outline: Sequence[Floats] | None) -> tuple[ExtraRod, ...]:
+def _advice(
+    rods: Rods, shape: BeamProperties, design: RodDesign, outline: Sequence[Floats] | None
+) -> tuple[ExtraRod, ...]:
     """Try one more rod at every place; the one that tells most comes first, then the one that steadies most."""
     across = _around(np.asarray(outline) if outline is not None else rods.start[:, 1:])
     tried: list[ExtraRod] = []
@@ -122,27 +124,27 @@ def _advice(rods: Rods, shape: BeamShape, design: Design, outline: Sequence[Floa
                     end = np.array([last * shape.length, *there])
                     tried.append(_with_one_more(rods, shape, design, start, end))
     tried.sort(key=_worth)
-    useful = [rod for rod in tried if rod.tells or rod.gain_after < 0.9 * rod.gain_before]
+    useful = [rod for rod in tried if rod.determines or rod.gain_after < 0.9 * rod.gain_before]
     return tuple(useful[:3])
 
 
 def _worth(rod: ExtraRod) -> tuple[int, list[int], float]:
     """Sort by how much a rod tells, in the order in which rods are spent, then by how well."""
-    tells = [UNKNOWNS.index(name) for name in rod.tells]
-    return -len(tells), tells, rod.gain if tells else rod.gain_after
+    determines = [UNKNOWNS.index(name) for name in rod.determines]
+    return -len(determines), determines, rod.gain if determines else rod.gain_after
 
 
-def _with_one_more(rods: Rods, shape: BeamShape, design: Design, start: Floats, end: Floats) -> ExtraRod:
+def _with_one_more(rods: Rods, shape: BeamProperties, design: RodDesign, start: Floats, end: Floats) -> ExtraRod:
     new = rods_between(rods.link, start[None], end[None])
     more = Rods(
         rods.link, (*rods.names, "new"), np.vstack([rods.start, new.start]), np.vstack([rods.end, new.end]),
         np.vstack([rods.warping, new.warping]), np.append(rods.sigma, np.nan),
     )  # fmt: skip
     whole = rod_design(more, shape)
-    tells = tuple(name for name in whole.names if name not in design.names)
+    determines = tuple(name for name in whole.names if name not in design.names)
     # The same unknowns with one rod more compare; one unknown more is worth its price by what it tells.
     same = rod_design(more, shape, design.names)
-    return ExtraRod(start, end, tells, design.gain, same.gain, whole.gain, whole.redundancy)
+    return ExtraRod(start, end, determines, design.gain, same.gain, whole.gain, whole.redundancy)
 
 
 def _around(points: Floats) -> Floats:
@@ -152,7 +154,7 @@ def _around(points: Floats) -> Floats:
     return np.asarray(distinct[np.argsort(np.arctan2(distinct[:, 1] - middle[1], distinct[:, 0] - middle[0]))])
 
 
-def _seen(view: RodView) -> tuple[str, ...]:
+def _observable(view: RodObservability) -> tuple[str, ...]:
     size = f"{1e6 * view.sigma:.2g} µm" + ("" if view.stated else " (assumed)")
     told = [
         f"{name} ± {_two_digits(1.96e6 * std)} {'µm' if i < 3 else 'µrad'}"
@@ -172,7 +174,7 @@ def _two_digits(value: float) -> str:
     return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
 
 
-def _unmeasured(view: RodView) -> tuple[str, ...]:
+def _unmeasured(view: RodObservability) -> tuple[str, ...]:
     sentences = []
     if "torsion" in view.blind:
         sentences.append(
@@ -189,11 +191,11 @@ def _unmeasured(view: RodView) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _advised(rod: ExtraRod, view: RodView) -> str:
+def _advised(rod: ExtraRod, view: RodObservability) -> str:
     places = " to ".join(
         "[" + ", ".join(f"{1e3 * value:.0f}" for value in point) + "]" for point in (rod.start, rod.end)
     )
-    if rod.tells:
-        return f"one more rod from {places} mm would tell {', '.join(rod.tells)}"
+    if rod.determines:
+        return f"one more rod from {places} mm would tell {', '.join(rod.determines)}"
     times = rod.gain_before / rod.gain_after
     return f"one more rod from {places} mm would make the end of {view.link} known {times:.2g} times better"

@@ -27,18 +27,18 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats
 from stiffcal.campaign.explain import plain_type
 from stiffcal.campaign.file_formats import format_names, log_format, log_formats
-from stiffcal.campaign.typed import Table
+from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular
-from stiffcal.measurements.moments import seconds_of_moments, seconds_of_times
+from stiffcal.measurements.timestamps import seconds_of_times, seconds_of_timestamps
 
 Options: TypeAlias = Mapping[str, object]
 """What the manifest says of a format: the table ``csv = {…}``, ``hdf5 = {…}`` of a source."""
 
 
 @dataclass(frozen=True)
-class Wanted:
+class WantedColumns:
     """The columns that are to be read.
 
     Attributes
@@ -101,7 +101,7 @@ class Header:
     options: dict[str, object] = field(default_factory=dict)
 
 
-class NoOptions(Table):
+class NoOptions(TomlTable):
     """Nothing to say: files of the format describe themselves."""
 
 
@@ -133,14 +133,14 @@ class Reader(ABC):
     endings : what a file's name may end with, each with its dot, in small letters.
     packed_endings : endings of packers behind one of `endings` that are unpacked as well.
     options : the table of options of a source, ``csv = {…}``; its fields are what `read_batches` is given.
-    in_files : False where the logs are no files: `file` of a source is then a table or a query; see `NotAFile`.
+    in_files : False where the logs are no files: `file` of a source is then a table or a query; see `DatabaseReader`.
     fuzz_inputs : what tests of hostile input start from; none only where the logs are no files.
     """
 
     name: ClassVar[str]
     endings: ClassVar[tuple[str, ...]] = ()
     packed_endings: ClassVar[tuple[str, ...]] = ()
-    options: ClassVar[type[Table]] = NoOptions
+    options: ClassVar[type[TomlTable]] = NoOptions
     in_files: ClassVar[bool] = True
     fuzz_inputs: ClassVar[tuple[FuzzInput, ...]] = ()
 
@@ -149,11 +149,11 @@ class Reader(ABC):
         """Return True where the file's ending or first bytes are of this format."""
 
     @abstractmethod
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
         """Return the columns; with `wanted`, check that these are there."""
 
     @abstractmethod
-    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
         """Yield the rows in order, streamed. Raises `InputError` at the first fault, with its place."""
 
     @abstractmethod
@@ -161,7 +161,7 @@ class Reader(ABC):
         """Return where data row `row` (from 1) stands in the file, e.g. ``line 12``."""
 
 
-class NotAFile(Reader):
+class DatabaseReader(Reader):
     """A format whose logs are no files: `file` of the manifest reaches it as the option ``from``."""
 
     in_files = False
@@ -211,7 +211,7 @@ def _suggest_format(name: str, known: Sequence[str]) -> str:
 # ---- what every reader has to say -----------------------------------------------------------------------------------
 
 
-def check_columns(wanted: Wanted, columns: Sequence[str], shown: str, place: str, hint: str = "") -> None:
+def check_columns(wanted: WantedColumns, columns: Sequence[str], shown: str, place: str, hint: str = "") -> None:
     """Raise `InputError` naming every wanted column that is missing or not unique, with the nearest name there is."""
     faults, missing = [], []
     for name in wanted.names:
@@ -265,7 +265,7 @@ _KINDS = {str: "text", int: "a whole number", float: "a number", bool: "true or 
 
 
 def check_options(
-    options: Options, table: type[Table], name: str, shown: str, further: Mapping[str, type] | None = None
+    options: Options, table: type[TomlTable], name: str, shown: str, further: Mapping[str, type] | None = None
 ) -> None:
     """Raise `InputError` for an option that `table` and `further` (not of the manifest) lack, or of the wrong type."""
     known = {key: plain_type(option.annotation) for key, option in table.model_fields.items()} | dict(further or {})
@@ -291,7 +291,9 @@ def nearest_option(key: str, known: Sequence[str], table: str) -> str:
     return f"did you mean {table}.{near[0]}?" if near else f"options: {', '.join(known)}"
 
 
-def first_not_finite(numbers: Mapping[str, Floats], wanted: Wanted, first_row: int) -> tuple[int, str, float] | None:
+def first_not_finite(
+    numbers: Mapping[str, Floats], wanted: WantedColumns, first_row: int
+) -> tuple[int, str, float] | None:
     """Return (row, column, value) of the first cell that is not a finite number, or None.
 
     Cells of the columns in ``wanted.gaps`` may be NaN, never infinite.
@@ -336,7 +338,9 @@ def check_there(path: Path, shown: str) -> None:
 
 
 @contextmanager
-def whole(what: str, shown: str, mend: str = "copy it again from its origin, or log again") -> Iterator[None]:
+def damaged_file_errors(
+    what: str, shown: str, mend: str = "copy it again from its origin, or log again"
+) -> Iterator[None]:
     """Turn whatever a library says of a damaged file, in errors of every kind, into one line.
 
     Parameters
@@ -348,11 +352,11 @@ def whole(what: str, shown: str, mend: str = "copy it again from its origin, or 
     except InputError:
         raise
     except Exception as error:
-        said = (str(error).strip("'").splitlines() or [type(error).__name__])[0]
-        raise InputError.at(FaultCode.FILE_DAMAGED, shown, "", f"no whole {what} ({said})", mend) from None
+        message = (str(error).strip("'").splitlines() or [type(error).__name__])[0]
+        raise InputError.at(FaultCode.FILE_DAMAGED, shown, "", f"no whole {what} ({message})", mend) from None
 
 
-def common_length(lengths: Mapping[str, int], wanted: Wanted, shown: str) -> int:
+def common_length(lengths: Mapping[str, int], wanted: WantedColumns, shown: str) -> int:
     """Return the number of rows of the wanted columns; raises `InputError` where they differ or there are none."""
     chosen = {name: lengths[name] for name in wanted.names}
     if len(set(chosen.values())) > 1:
@@ -374,7 +378,7 @@ def common_length(lengths: Mapping[str, int], wanted: Wanted, shown: str) -> int
 
 
 def batch_of_columns(
-    read: Callable[[str, int, int], NDArray[Any]], wanted: Wanted, start: int, end: int, shown: str
+    read: Callable[[str, int, int], NDArray[Any]], wanted: WantedColumns, start: int, end: int, shown: str
 ) -> Batch:
     """Return rows `start` to before `end` (from 0); ``read(name, start, end)`` gives numbers, words or times.
 
@@ -396,7 +400,7 @@ def batch_of_columns(
             numbers[name] = values.astype(np.float64, copy=False)
             continue
         if kind == "M" and name in wanted.times:
-            numbers[name] = seconds_of_moments(values)
+            numbers[name] = seconds_of_timestamps(values)
             continue
         if kind not in "SUOiu":
             reason = f"it holds {values.dtype}, not words"

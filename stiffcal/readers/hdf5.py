@@ -26,7 +26,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.campaign.typed import Name, Table
+from stiffcal.campaign.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import COLUMNS
@@ -39,15 +39,15 @@ from stiffcal.readers import (
     Header,
     Options,
     Reader,
-    Wanted,
+    WantedColumns,
     batch_of_columns,
     check_columns,
     check_options,
     check_there,
     common_length,
+    damaged_file_errors,
     nearest_name,
     text_of,
-    whole,
 )
 
 BATCH_ROWS = 1 << 16
@@ -57,7 +57,7 @@ UNIT_ATTRIBUTES = ("unit", "units")
 SCALING_ATTRIBUTES = ("scale_factor", "add_offset", "scale", "offset", "gain")
 
 
-class Hdf5Options(Table):
+class Hdf5Options(TomlTable):
     """Where in an HDF5 file the columns lie.
 
     Attributes
@@ -104,7 +104,7 @@ class Hdf5Reader(Reader):
         """Return True for a file that begins like HDF5, or is named so."""
         return path.suffix.lower() in (*self.endings, ".he5") or bool(path.is_file() and h5py.is_hdf5(path))
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
         """Return the columns of the group."""
         shown = shown or str(path)
         with _open(path, options, shown) as (columns, place):
@@ -113,7 +113,7 @@ class Hdf5Reader(Reader):
             lengths = set(columns.lengths.values())
             return Header(columns.names, columns.units, lengths.pop() if len(lengths) == 1 else None)
 
-    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
         """Yield the rows in batches.
 
         Raises
@@ -144,7 +144,7 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, s
     check_there(path, shown)
     group_name = str(options.get("group") or "/")
     mend = "close the program that writes it, copy it again, or log again"
-    with whole("HDF5 file", shown, mend), h5py.File(path, "r") as file:
+    with damaged_file_errors("HDF5 file", shown, mend), h5py.File(path, "r") as file:
         try:
             group = _inside(file, group_name, shown)
         except KeyError:
@@ -176,7 +176,7 @@ def _inside(group: h5py.Group, name: str, shown: str) -> Any:
         raise _lies_elsewhere(name, shown) from None
 
 
-def _check_columns(wanted: Wanted, columns: Columns, shown: str, place: str) -> None:
+def _check_columns(wanted: WantedColumns, columns: Columns, shown: str, place: str) -> None:
     for name in wanted.names:
         if name in columns.elsewhere:
             raise _lies_elsewhere(name, shown)
@@ -200,9 +200,9 @@ def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
         for name, item in datasets.items()
         if item.dtype.names is None and (item.ndim == 1 or (item.ndim == 2 and item.shape[1] == 1))
     }
-    whole = [item for name, item in datasets.items() if name not in flat and item.ndim > 0]
-    if not flat and not elsewhere and len(whole) == 1:
-        return _columns_of_dataset(whole[0], shown)
+    damaged_file_errors = [item for name, item in datasets.items() if name not in flat and item.ndim > 0]
+    if not flat and not elsewhere and len(damaged_file_errors) == 1:
+        return _columns_of_dataset(damaged_file_errors[0], shown)
 
     readers = {name: by_chunk(partial(_rows_of, item), item, 0, item.shape[0]) for name, item in flat.items()}
 
@@ -278,7 +278,7 @@ def _unit(dataset: Any) -> str:
     return found[0] if len(found) == 1 else ""
 
 
-def _checked_length(columns: Columns, wanted: Wanted, shown: str) -> int:
+def _checked_length(columns: Columns, wanted: WantedColumns, shown: str) -> int:
     n_rows = common_length(columns.lengths, wanted, shown)
     check_sizes({name: columns.datasets[name] for name in wanted.names}, n_rows, shown)
     for name in wanted.names:

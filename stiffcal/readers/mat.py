@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from stiffcal.campaign.typed import Name, Table
+from stiffcal.campaign.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
@@ -42,14 +42,14 @@ from stiffcal.readers import (
     Header,
     Options,
     Reader,
-    Wanted,
+    WantedColumns,
     batch_of_columns,
     check_columns,
     check_options,
     check_there,
     common_length,
+    damaged_file_errors,
     nearest_name,
-    whole,
 )
 
 BATCH_ROWS = 1 << 16
@@ -77,7 +77,7 @@ class Vector:
     dataset: Any = None
 
 
-class MatOptions(Table):
+class MatOptions(TomlTable):
     """Where in a MAT file the columns lie.
 
     Attributes
@@ -125,7 +125,7 @@ class MatReader(Reader):
         except OSError:
             return False
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
         """Return the columns of the variable; MAT files state no units."""
         shown = shown or str(path)
         with _open(path, options, shown) as (columns, place):
@@ -134,7 +134,7 @@ class MatReader(Reader):
             lengths = {column.n_rows for column in columns.values()}
             return Header(tuple(columns), {}, lengths.pop() if len(lengths) == 1 else None)
 
-    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
         """Yield the rows in batches.
 
         Raises
@@ -172,7 +172,7 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[dict[str, 
     check_there(path, shown)
     variable = str(options.get("variable") or "")
     place = f"variable {variable}" if variable else ""
-    with whole("MAT file", shown, "copy it again from its origin, or save it again"):
+    with damaged_file_errors("MAT file", shown, "copy it again from its origin, or save it again"):
         if h5py.is_hdf5(path):
             with h5py.File(path, "r") as file:
                 yield _columns(_Tree73(file, shown), options, shown), place

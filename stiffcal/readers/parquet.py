@@ -14,20 +14,20 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.typed import Table
+from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS, ROWS, check_unpacked
 from stiffcal.measurements.columns import values_of
-from stiffcal.measurements.moments import seconds_of_times
+from stiffcal.measurements.timestamps import seconds_of_times
 from stiffcal.readers import (
     Batch,
     FuzzInput,
     Header,
     Options,
     Reader,
-    Wanted,
+    WantedColumns,
     check_columns,
     check_options,
     check_there,
@@ -38,7 +38,7 @@ BATCH_ROWS = 1 << 16
 NANOSECONDS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
 
 
-class ParquetOptions(Table):
+class ParquetOptions(TomlTable):
     """Nothing to say yet: a Parquet file carries names and types itself."""
 
 
@@ -66,7 +66,7 @@ class ParquetReader(Reader):
         except OSError:
             return False
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
         """Return the columns; units where a column's metadata holds ``unit`` or ``units``."""
         shown = shown or str(path)
         with _open(path, options, shown) as file:
@@ -80,7 +80,7 @@ class ParquetReader(Reader):
                         units[column.name] = column.metadata[key].decode("utf-8", "replace")
             return Header(columns, units, file.metadata.num_rows)
 
-    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
         """Yield the rows in batches.
 
         Raises
@@ -140,7 +140,7 @@ def _open(path: Path, options: Options, shown: str, words: Sequence[str] = ()) -
         ) from None
 
 
-def _check_sizes(file: parquet.ParquetFile, wanted: Wanted, size: int, shown: str) -> None:
+def _check_sizes(file: parquet.ParquetFile, wanted: WantedColumns, size: int, shown: str) -> None:
     """Refuse a table whose columns take far more memory than the file has bytes: runs of one value are stored once.
 
     By the rows alone: in a damaged footer pyarrow ends the whole program where it is asked for a row group.
@@ -152,7 +152,7 @@ def _check_sizes(file: parquet.ParquetFile, wanted: Wanted, size: int, shown: st
     check_unpacked(8 * file.metadata.num_rows * len(chosen), size, shown)
 
 
-def _check_kind(file: parquet.ParquetFile, index: int, wanted: Wanted, shown: str) -> None:
+def _check_kind(file: parquet.ParquetFile, index: int, wanted: WantedColumns, shown: str) -> None:
     """Refuse lists, and words where numbers are wanted, before the library takes memory for all of them."""
     column = file.schema.column(index)
     words = column.physical_type == "BYTE_ARRAY" and column.logical_type.type != "DECIMAL"
@@ -168,7 +168,7 @@ def _leaves(file: parquet.ParquetFile | parquet.FileMetaData) -> tuple[str, ...]
     return tuple(file.schema.column(index).path for index in range(len(file.schema)))
 
 
-def _batch(records: pa.RecordBatch, wanted: Wanted, first_row: int, shown: str) -> Batch:
+def _batch(records: pa.RecordBatch, wanted: WantedColumns, first_row: int, shown: str) -> Batch:
     numbers: dict[str, Floats] = {}
     texts: dict[str, list[str]] = {}
     for name in wanted.names:

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.campaign.typed import Name, Table
+from stiffcal.campaign.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
@@ -33,15 +33,15 @@ from stiffcal.readers import (
     Header,
     Options,
     Reader,
-    Wanted,
+    WantedColumns,
     batch_of_columns,
     check_columns,
     check_options,
     check_there,
     common_length,
+    damaged_file_errors,
     missing_library,
     nearest_name,
-    whole,
 )
 
 BATCH_ROWS = 1 << 16
@@ -50,7 +50,7 @@ WAVEFORM_TIME = "time"
 FEW_SCALINGS = 100  # of a channel, or values in the table of one
 
 
-class TdmsOptions(Table):
+class TdmsOptions(TomlTable):
     """Where in a TDMS file the channels lie: the group; may be left out where only one group has any."""
 
     group: Name | None = None
@@ -82,7 +82,7 @@ class TdmsReader(Reader):
         except OSError:
             return False
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
         """Return the channels of the group."""
         shown = shown or str(path)
         with _open(path, options, shown) as (channels, place):
@@ -92,7 +92,7 @@ class TdmsReader(Reader):
             units = {name: unit for name, channel in channels.items() if (unit := _unit(name, channel))}
             return Header(tuple(channels), units, lengths.pop() if len(lengths) == 1 else None)
 
-    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
         """Yield the rows in batches.
 
         Raises
@@ -111,7 +111,7 @@ class TdmsReader(Reader):
                 channel = channels[name]
                 if isinstance(channel, _Waveform):
                     return channel.times(start, end)
-                with whole("TDMS file", shown):
+                with damaged_file_errors("TDMS file", shown):
                     return np.asarray(channel.read_data(start, end - start))
 
             for start in range(0, n_rows, BATCH_ROWS):
@@ -149,13 +149,13 @@ def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Mapping[st
         raise missing_library("tdms", shown) from None
     # Opened here, as the library lets go of no file that it cannot read.
     with open_regular(path, shown) as raw:
-        with whole("TDMS file", shown):
+        with damaged_file_errors("TDMS file", shown):
             # What it logs of a damaged file is said below, as a fault.
             log_manager.set_level(logging.CRITICAL)
             file = TdmsFile.open(raw)
         with file:
             _check_finished(file, shown)
-            with whole("TDMS file", shown):
+            with damaged_file_errors("TDMS file", shown):
                 group = _group(file, options, shown)
                 _check_scalings((file, group, *group.channels()), shown)
                 COLUMNS.check(len(group.channels()), shown, f"group {group.name}")

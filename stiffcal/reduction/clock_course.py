@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.clocks import ClockOffset, SharedSignal, offset_near
+from stiffcal.reduction.clocks import SharedSignal, SourceClockOffset, offset_near
 
 PIECES = 6
 LEAST_PIECES = 4
@@ -25,8 +25,8 @@ CLEARLY = 4.0  # times the squares left by a straight line that a step must save
 
 
 def clock_courses(
-    run: str, shared: Sequence[SharedSignal], clocks: Mapping[str, ClockOffset]
-) -> tuple[dict[str, ClockOffset], list[str]]:
+    run: str, shared: Sequence[SharedSignal], clocks: Mapping[str, SourceClockOffset]
+) -> tuple[dict[str, SourceClockOffset], list[str]]:
     """Look how the clocks run beside that of the load.
 
     Parameters

@@ -52,7 +52,7 @@ class SharedSignal:
 
 
 @dataclass(frozen=True)
-class ClockOffset:
+class SourceClockOffset:
     """How much more a source's clock shows than the first source's, s."""
 
     value: Number
@@ -79,7 +79,9 @@ class ClockOffset:
         return self.rate is not None
 
 
-def align_clocks(signals: Sequence[SharedSignal], given: Mapping[str, float] | None = None) -> dict[str, ClockOffset]:
+def align_clocks(
+    signals: Sequence[SharedSignal], given: Mapping[str, float] | None = None
+) -> dict[str, SourceClockOffset]:
     """Find every source's clock against the first one's.
 
     Parameters
@@ -93,10 +95,10 @@ def align_clocks(signals: Sequence[SharedSignal], given: Mapping[str, float] | N
     """
     given = dict(given or {})
     first = signals[0]
-    found = {first.source: ClockOffset(0.0, 0.0)}
+    found = {first.source: SourceClockOffset(0.0, 0.0)}
     for signal in signals[1:]:
         if signal.source in given:
-            found[signal.source] = ClockOffset(float(given[signal.source]), 0.0, "given in the manifest")
+            found[signal.source] = SourceClockOffset(float(given[signal.source]), 0.0, "given in the manifest")
     waiting = [signal for signal in signals[1:] if signal.source not in found]
     reasons: dict[str, str] = {}
     # the load first: what follows it is best aligned to it
@@ -113,32 +115,32 @@ def align_clocks(signals: Sequence[SharedSignal], given: Mapping[str, float] | N
             assert base.value is not None
             assert base.std is not None
             assert offset.std is not None
-            found[signal.source] = ClockOffset(base.value + offset.value, float(np.hypot(base.std, offset.std)))
+            found[signal.source] = SourceClockOffset(base.value + offset.value, float(np.hypot(base.std, offset.std)))
             break
         else:
-            found[signal.source] = ClockOffset(None, None, reasons.get(signal.source, "no other log to align to"))
+            found[signal.source] = SourceClockOffset(None, None, reasons.get(signal.source, "no other log to align to"))
     return {signal.source: found[signal.source] for signal in signals}
 
 
-def offset_between(one: SharedSignal, other: SharedSignal) -> ClockOffset:
+def offset_between(one: SharedSignal, other: SharedSignal) -> SourceClockOffset:
     """Return how much more ``other``'s clock shows than ``one``'s."""
     if not moves(one.values):
-        return ClockOffset(None, None, f"{one.source} shows only noise")
+        return SourceClockOffset(None, None, f"{one.source} shows only noise")
     if not moves(other.values):
-        return ClockOffset(None, None, f"{other.source} shows only noise: nothing shared with {one.source}")
+        return SourceClockOffset(None, None, f"{other.source} shows only noise: nothing shared with {one.source}")
     if other.leads and not one.leads:
         turned = offset_between(other, one)
-        return ClockOffset(None if turned.value is None else -turned.value, turned.std, turned.reason)
+        return SourceClockOffset(None if turned.value is None else -turned.value, turned.std, turned.reason)
     coarse = _coarse_lag(one, other)
     if isinstance(coarse, str):
-        return ClockOffset(None, None, coarse)
+        return SourceClockOffset(None, None, coarse)
     return _refined(one, other, coarse)
 
 
-def offset_near(one: SharedSignal, other: SharedSignal, lag: float) -> ClockOffset:
+def offset_near(one: SharedSignal, other: SharedSignal, lag: float) -> SourceClockOffset:
     """Return how much more ``other``'s clock shows than ``one``'s, where it is nearly known."""
     if not moves(one.values) or not moves(other.values):
-        return ClockOffset(None, None, "one of them shows only noise")
+        return SourceClockOffset(None, None, "one of them shows only noise")
     return _refined(one, other, lag)
 
 
@@ -242,12 +244,12 @@ def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
     return lags.astype(np.float64), overlap * np.log(about / left), 1.0 - left / about
 
 
-def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> ClockOffset:
+def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> SourceClockOffset:
     """Refine a lag on the ramps between holds (on equal windows where there are no holds)."""
     width = max(_interval(other.time), _interval(one.time))
     windows = _windows(one, one.holds, width)
-    if not _follows_steps(windows, one, other, lag):
-        return ClockOffset(None, None, f"{other.source} does not follow the load steps that {one.source} saw")
+    if not _steps_agree(windows, one, other, lag):
+        return SourceClockOffset(None, None, f"{other.source} does not follow the load steps that {one.source} saw")
     noise = np.maximum(noise_of(other.values), 1e-6 * np.maximum(np.ptp(other.values, axis=0), 1e-300))
     white = other.values / noise
     running = Integral(one.time, one.values / np.maximum(noise_of(one.values), 1e-9 * np.ptp(one.values) + 1e-300))
@@ -256,7 +258,7 @@ def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> ClockOffset:
     for _ in range(MOST_STEPS):
         steps, weights = ramp_answers(windows, running, other.time, white, lag, scale)
         if steps.size == 0:
-            return ClockOffset(None, None, f"no load step is seen by both {one.source} and {other.source}")
+            return SourceClockOffset(None, None, f"no load step is seen by both {one.source} and {other.source}")
         mean, gentle = robust_mean(steps, weights)
         before, move = move, float(np.clip(mean, -scale, scale))
         if np.isfinite(before) and move * before < 0.0 and abs(move) > 0.5 * abs(before):
@@ -266,12 +268,12 @@ def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> ClockOffset:
             break
     spread = spread_of(steps, weights, gentle, width)
     if abs(move) > max(spread, SETTLED_S):
-        return ClockOffset(None, None, f"the lag between {one.source} and {other.source} does not settle")
+        return SourceClockOffset(None, None, f"the lag between {one.source} and {other.source} does not settle")
     # Ramps come into the windows and leave them: what the lag still moves by is not known of it.
-    return ClockOffset(lag, spread if abs(move) < SETTLED_S else float(np.hypot(spread, move)))
+    return SourceClockOffset(lag, spread if abs(move) < SETTLED_S else float(np.hypot(spread, move)))
 
 
-def _follows_steps(
+def _steps_agree(
     windows: Sequence[tuple[float, float, float]], one: SharedSignal, other: SharedSignal, lag: float
 ) -> bool:
     """Tell whether the steps of one log follow those of the other, linearly, beyond chance.

@@ -133,7 +133,7 @@ def check_work(
     negative = int((sign.work[present] < 0.0).sum())
     if 2 * negative <= present.size and sign.explained > FOLLOWS:
         return []
-    swapped = _swapped_columns(chosen, chain, sign.explained, columns)
+    swapped = _swapped_column_fault(chosen, chain, sign.explained, columns)
     if swapped:
         return [Fault(FaultCode.WRENCH_MISMATCH, file, f"{place}.columns", *swapped)]
     if 2 * negative <= present.size and sign.explained > FOLLOWS_NOT:
@@ -181,7 +181,7 @@ def _count_loads(states: LoadStates) -> int:
     return len(np.unique(np.round(np.concatenate([states.joints[loaded], direction], axis=1), 1), axis=0))
 
 
-def _swapped_columns(
+def _swapped_column_fault(
     states: LoadStates, chain: Chain, explained: float, columns: tuple[str, ...]
 ) -> tuple[str, str] | None:
     """Return reason and mend where another order of the force's columns explains the deflection, and this does not."""

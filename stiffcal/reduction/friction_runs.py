@@ -15,11 +15,11 @@ from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, 
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.blocks import Blocks
-from stiffcal.reduction.clocks import ClockOffset
+from stiffcal.reduction.clocks import SourceClockOffset
 from stiffcal.reduction.free_motion import free_motion
-from stiffcal.reduction.holds import Dropped
+from stiffcal.reduction.holds import UnusedStretch
 from stiffcal.reduction.motion_clocks import torque_clock
-from stiffcal.reduction.steady import JointLog, Moved, angle_noise, readings_of, steady_passes
+from stiffcal.reduction.steady import JointLog, JointPass, angle_noise, readings_of, steady_passes
 
 # A joint moves when it travels this far, more than this share of the widest, and out of its noise: others are held by
 # their servos within arc seconds, and give by some 1e-4 rad when a neighbour accelerates.
@@ -48,7 +48,7 @@ class FrictionRun:
     angle: Floats
     torque: Floats
     velocity: Floats | None
-    clocks: Mapping[str, ClockOffset] = field(default_factory=dict)
+    clocks: Mapping[str, SourceClockOffset] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class FrictionReduction:
 
     steady: SteadyReadings | None
     motion: FreeMotion | None
-    dropped: Mapping[str, tuple[Dropped, ...]] = field(default_factory=dict)
+    dropped: Mapping[str, tuple[UnusedStretch, ...]] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
 
@@ -123,7 +123,7 @@ def friction_run(run: Run, logs: Mapping[str, Blocks]) -> FrictionRun:
 
 
 def _in_common(
-    time: Floats, logs: Mapping[str, Blocks], sources: list[str], lead: str, clocks: Mapping[str, ClockOffset]
+    time: Floats, logs: Mapping[str, Blocks], sources: list[str], lead: str, clocks: Mapping[str, SourceClockOffset]
 ) -> tuple[float, float]:
     """Return from when to when all sources logged, s on the lead's clock."""
     first, last = float(time[0]), float(time[-1])
@@ -139,18 +139,18 @@ def _evenly(even: Floats, time: Floats, values: Floats) -> Floats:
     return np.stack([np.interp(even, time, column) for column in values.T], axis=1)
 
 
-def _given_clocks(run: Run, logs: Mapping[str, Blocks]) -> dict[str, ClockOffset]:
+def _given_clocks(run: Run, logs: Mapping[str, Blocks]) -> dict[str, SourceClockOffset]:
     """Return the clocks that are known without looking: the first source's, and what the manifest says."""
-    given = {name: ClockOffset(value, 0.0, "given in the manifest") for name, value in run.clock_ahead_s.items()}
-    return {next(iter(logs)): ClockOffset(0.0, 0.0), **{name: given[name] for name in logs if name in given}}
+    given = {name: SourceClockOffset(value, 0.0, "given in the manifest") for name, value in run.clock_ahead_s.items()}
+    return {next(iter(logs)): SourceClockOffset(0.0, 0.0), **{name: given[name] for name in logs if name in given}}
 
 
 def _find_clock(
-    run: Run, clocks: dict[str, ClockOffset], torque: str, lead: str, time: Floats, angle: Floats, blocks: Blocks
+    run: Run, clocks: dict[str, SourceClockOffset], torque: str, lead: str, time: Floats, angle: Floats, blocks: Blocks
 ) -> None:
     """Find the torques' clock against that of the angles, one of which is known; raise where it cannot be found."""
     moved = [k - 1 for k in _moving(angle)]
-    found = ClockOffset(None, None, "no joint moved")
+    found = SourceClockOffset(None, None, "no joint moved")
     if moved:
         found = torque_clock(time, angle[:, moved], blocks.time, blocks.mean["joints.torque"][:, moved])
     if found.value is None:
@@ -160,9 +160,9 @@ def _find_clock(
             f"give clock_ahead_s = {{ {torque if lead in clocks else lead} = … }} for this run",
         )  # fmt: skip
     if lead in clocks:
-        clocks[torque] = ClockOffset((clocks[lead].value or 0.0) + found.value, found.std)
+        clocks[torque] = SourceClockOffset((clocks[lead].value or 0.0) + found.value, found.std)
     else:
-        clocks[lead] = ClockOffset((clocks[torque].value or 0.0) - found.value, found.std)
+        clocks[lead] = SourceClockOffset((clocks[torque].value or 0.0) - found.value, found.std)
 
 
 def _source_of(logs: Mapping[str, Blocks], signal: str) -> str | None:
@@ -184,7 +184,7 @@ def _no_torque(place: str, logs: Mapping[str, Blocks]) -> InputError:
 
 
 def _on_clock(
-    run: Run, logs: Mapping[str, Blocks], source: str, signal: str, lead: str, clocks: Mapping[str, ClockOffset]
+    run: Run, logs: Mapping[str, Blocks], source: str, signal: str, lead: str, clocks: Mapping[str, SourceClockOffset]
 ) -> Floats:
     """Return a signal at the times of the lead's log."""
     blocks = logs[source]
@@ -239,9 +239,9 @@ def reduce_friction(runs: Sequence[FrictionRun], chain: Chain) -> FrictionReduct
     found = [_passes(run, k, moved[k][0]) if len(moved[k]) == 1 else ([], []) for k, run in enumerate(runs)]
     # a joint that holds its velocity in one run is measured that way, and runs that never held one are dropped
     held = {moved[k][0] for k, (passes, lost) in enumerate(found) if len(passes) > len(lost)}
-    passes: list[Moved] = []
+    passes: list[JointPass] = []
     motions: list[FreeMotion] = []
-    dropped: dict[str, tuple[Dropped, ...]] = {}
+    dropped: dict[str, tuple[UnusedStretch, ...]] = {}
     warnings: list[str] = []
     for k, run in enumerate(runs):
         if len(moved[k]) == 1 and moved[k][0] in held:
@@ -284,16 +284,16 @@ def _moved(run: FrictionRun, chain: Chain) -> list[int]:
     return [run.moved_joint] if run.moved_joint is not None and len(moved) == 1 else moved
 
 
-def _passes(run: FrictionRun, number: int, joint: int) -> tuple[list[Moved], list[Dropped]]:
+def _passes(run: FrictionRun, number: int, joint: int) -> tuple[list[JointPass], list[UnusedStretch]]:
     k = joint - 1
     velocity = None if run.velocity is None else run.velocity[:, k]
     held, lost = steady_passes(JointLog(run.time, run.angle[:, k], run.torque[:, k], velocity))
     others = run.angle.mean(axis=0)
     others[k] = 0.0
-    return [Moved(one, number, joint, others) for one in held], lost
+    return [JointPass(one, number, joint, others) for one in held], lost
 
 
-def _words(run: FrictionRun, chain: Chain, joint: int, lost: Sequence[Dropped]) -> list[str]:
+def _words(run: FrictionRun, chain: Chain, joint: int, lost: Sequence[UnusedStretch]) -> list[str]:
     name = chain.joint_names[joint - 1]
     told: dict[str, int] = {}
     for one in lost:
@@ -304,7 +304,7 @@ def _words(run: FrictionRun, chain: Chain, joint: int, lost: Sequence[Dropped]) 
     ]
 
 
-def _steady(infos: tuple[RunInfo, ...], passes: Sequence[Moved]) -> SteadyReadings | None:
+def _steady(infos: tuple[RunInfo, ...], passes: Sequence[JointPass]) -> SteadyReadings | None:
     if not passes:
         return None
     readings = readings_of(passes)

@@ -40,7 +40,7 @@ class FrozenChannels:
     _began: int = 0
     _before: Floats | None = None
 
-    def see(self, number: NDArray[np.int64], values: Floats) -> None:
+    def update(self, number: NDArray[np.int64], values: Floats) -> None:
         """Look at a batch: rows' numbers (n,), values (k, n)."""
         if number.size == 0:
             return

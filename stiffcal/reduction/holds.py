@@ -36,7 +36,7 @@ EDGE_SHARE = 0.03  # of a hold: the window that looks for its edges, and the mar
 
 
 @dataclass(frozen=True)
-class Dropped:
+class UnusedStretch:
     """A stretch of a log that no state uses: start and end in s on the first source's clock, and why."""
 
     start: float
@@ -61,7 +61,7 @@ class Holds:
     end: Floats
     reached: Floats
     left: Floats
-    dropped: tuple[Dropped, ...] = ()
+    dropped: tuple[UnusedStretch, ...] = ()
 
     def __len__(self) -> int:
         return int(self.start.shape[0])
@@ -102,7 +102,7 @@ def find_holds(time: Floats, values: Floats) -> Holds:
     3
     """
     if time.size < 8:
-        return _none(Dropped(0.0, 0.0, "too few readings to see a hold"))
+        return _none(UnusedStretch(0.0, 0.0, "too few readings to see a hold"))
     white, tolerance = _whitened(values)
     kept, pauses = _levels(time, white, tolerance)
     for _ in range(MOST_LOOKS):
@@ -115,13 +115,15 @@ def find_holds(time: Floats, values: Floats) -> Holds:
         tolerance = _tolerance(white)
         kept, pauses = _levels(time, white, tolerance)
     else:
-        return _none(Dropped(float(time[0]), float(time[-1]), "the noise of the holds is another one at every look"))
+        return _none(
+            UnusedStretch(float(time[0]), float(time[-1]), "the noise of the holds is another one at every look")
+        )
     if not kept:
-        return _none(Dropped(float(time[0]), float(time[-1]), "the load was never held"))
+        return _none(UnusedStretch(float(time[0]), float(time[-1]), "the load was never held"))
     return _with_edges(time, white, kept, pauses, tolerance)
 
 
-def _none(dropped: Dropped) -> Holds:
+def _none(dropped: UnusedStretch) -> Holds:
     nothing = np.zeros(0)
     return Holds(nothing, nothing, nothing, nothing, (dropped,))
 
@@ -350,8 +352,12 @@ def _with_edges(
     reached, left = time[edges[:, 0]], time[edges[:, 1]]
     margin = np.minimum(EDGE_SHARE * (left - reached), 0.25 * (left - reached))
     start, end = reached + margin, left - margin
-    dropped = [Dropped(float(time[piece.first]), float(time[piece.last - 1]), BRIEF, brief=True) for piece in pauses]
-    dropped += [Dropped(float(end[k - 1]), float(start[k]), "load changing or settling") for k in range(1, len(kept))]
+    dropped = [
+        UnusedStretch(float(time[piece.first]), float(time[piece.last - 1]), BRIEF, brief=True) for piece in pauses
+    ]
+    dropped += [
+        UnusedStretch(float(end[k - 1]), float(start[k]), "load changing or settling") for k in range(1, len(kept))
+    ]
     start, end, ends = _short_ends(start, end)
     dropped += ends
     return Holds(start, end, reached, left, tuple(sorted(dropped, key=lambda stretch: stretch.start)))
@@ -379,7 +385,7 @@ def _edges(white: Floats, piece: _Piece, lowest: int, highest: int, tolerance: f
     return min(first, begin), max(last, stop - 1)
 
 
-def _short_ends(start: Floats, end: Floats) -> tuple[Floats, Floats, list[Dropped]]:
+def _short_ends(start: Floats, end: Floats) -> tuple[Floats, Floats, list[UnusedStretch]]:
     """Cut the open ends of a log to the usual hold, next to the load.
 
     Before the first load and after the last nobody says when the hold began or ended; minutes of it would be another
@@ -389,11 +395,15 @@ def _short_ends(start: Floats, end: Floats) -> tuple[Floats, Floats, list[Droppe
         return start, end, []
     usual = float(np.median(end[1:-1] - start[1:-1]))
     start, end = start.copy(), end.copy()
-    dropped: list[Dropped] = []
+    dropped: list[UnusedStretch] = []
     if end[0] - start[0] > LONG_END * usual:
-        dropped.append(Dropped(float(start[0]), float(end[0] - usual), "before the first load: longer than the holds"))
+        dropped.append(
+            UnusedStretch(float(start[0]), float(end[0] - usual), "before the first load: longer than the holds")
+        )
         start[0] = end[0] - usual
     if end[-1] - start[-1] > LONG_END * usual:
-        dropped.append(Dropped(float(start[-1] + usual), float(end[-1]), "after the last load: longer than the holds"))
+        dropped.append(
+            UnusedStretch(float(start[-1] + usual), float(end[-1]), "after the last load: longer than the holds")
+        )
         end[-1] = start[-1] + usual
     return start, end, dropped

@@ -13,10 +13,10 @@ from dataclasses import replace
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.readers import Batch, Wanted
+from stiffcal.readers import Batch, WantedColumns
 
 
-def names_in_file(wanted: Wanted, columns: Callable[[], Sequence[str]]) -> dict[str, str]:
+def names_in_file(wanted: WantedColumns, columns: Callable[[], Sequence[str]]) -> dict[str, str]:
     r"""Return wanted names and what the file calls them, where it composes their letters in another way.
 
     Parameters
@@ -26,7 +26,7 @@ def names_in_file(wanted: Wanted, columns: Callable[[], Sequence[str]]) -> dict[
 
     Examples
     --------
-    >>> ascii(names_in_file(Wanted(("Fx", "Kr\u00e4fte")), lambda: ["Fx", "Kra\u0308fte"]))
+    >>> ascii(names_in_file(WantedColumns(("Fx", "Kr\u00e4fte")), lambda: ["Fx", "Kra\u0308fte"]))
     "{'Kr\\xe4fte': 'Kra\\u0308fte'}"
     """
     if all(name.isascii() for name in wanted.names):
@@ -44,13 +44,13 @@ def names_in_file(wanted: Wanted, columns: Callable[[], Sequence[str]]) -> dict[
     return found
 
 
-def in_file_words(wanted: Wanted, names: Mapping[str, str]) -> Wanted:
+def in_file_words(wanted: WantedColumns, names: Mapping[str, str]) -> WantedColumns:
     """Return what is wanted by the names that the file has."""
 
     def renamed(columns: Iterable[str]) -> tuple[str, ...]:
         return tuple(names.get(column, column) for column in columns)
 
-    return Wanted(
+    return WantedColumns(
         renamed(wanted.numbers), renamed(wanted.texts), renamed(wanted.times), frozenset(renamed(wanted.gaps))
     )
 

@@ -19,7 +19,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import quaternion_from_rotation, rotation_from_rpy, rotation_from_vector
 from stiffcal.quantities import unit
-from stiffcal.readers import Batch, NotAFile, Wanted, find_reader
+from stiffcal.readers import Batch, DatabaseReader, WantedColumns, find_reader
 from stiffcal.reduction.log_names import in_file_words, in_manifest_words, names_in_file, with_run_names_checked
 
 _CONDITIONS: dict[str, Callable[[Floats, float], NDArray[np.bool_]]] = {
@@ -288,7 +288,7 @@ def _batches(folder: Path, source: Source, files: Mapping[str, str]) -> Iterator
     yield _side_by_side(folder, source, files)
 
 
-def read_batches(folder: Path, source: Source, file: str, wanted: Wanted) -> Iterator[Batch]:
+def read_batches(folder: Path, source: Source, file: str, wanted: WantedColumns) -> Iterator[Batch]:
     """Yield the batches of one file of a source, as they stand there."""
     path = folder / file
     if not is_there(folder, source, file):
@@ -317,7 +317,7 @@ def fingerprint_of(source: Source, file: str) -> tuple[int, str]:
     InputError
         It cannot be reached.
     """
-    reader = cast(NotAFile, find_reader(Path(file), source.format, file))
+    reader = cast(DatabaseReader, find_reader(Path(file), source.format, file))
     return reader.fingerprint(reader_options(source, reader.name, file))
 
 
@@ -327,7 +327,7 @@ def place_of_row(folder: Path, source: Source, file: str, row: int) -> str:
     return str(reader.place_of_row(folder / file, reader_options(source, reader.name, file), row))
 
 
-def wanted_columns(source: Source, signals: tuple[str, ...] | None) -> Wanted:
+def wanted_columns(source: Source, signals: tuple[str, ...] | None) -> WantedColumns:
     """Return what is read of a file: all of the source, or only some of its signals."""
     texts: list[str] = []
     times: list[str] = []
@@ -345,7 +345,7 @@ def wanted_columns(source: Source, signals: tuple[str, ...] | None) -> Wanted:
         numbers += signal.column_names()
         if isinstance(signal, Pose) and signal.markers:
             gaps |= {column for marker in signal.markers.values() for column in marker.columns}
-    return Wanted(
+    return WantedColumns(
         tuple(dict.fromkeys(numbers)), tuple(dict.fromkeys(texts)), tuple(dict.fromkeys(times)), frozenset(gaps)
     )
 
@@ -360,7 +360,7 @@ def _side_by_side(folder: Path, source: Source, files: Mapping[str, str]) -> Bat
         wanted = wanted_columns(source, (signal,))
         if signal in extra and extra[signal] is not None:
             column = str(extra[signal])
-            wanted = Wanted((), (column,)) if signal == "run" else Wanted((column,))
+            wanted = WantedColumns((), (column,)) if signal == "run" else WantedColumns((column,))
         if not wanted.names:
             raise InputError.at(
                 FaultCode.SOURCE_UNKNOWN,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.clocks import ClockOffset
+from stiffcal.reduction.clocks import SourceClockOffset
 from stiffcal.reduction.free_motion import smoothed
 
 MOST_POINTS = 1 << 15
@@ -23,7 +23,7 @@ NEARBY_S = 0.3
 PARTS = 4
 
 
-def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats) -> ClockOffset:
+def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats) -> SourceClockOffset:
     """Return by how much the torques' clock is ahead of that of the angles.
 
     Parameters
@@ -39,7 +39,7 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
     even = np.arange(time[0], time[-1], step)
     away = np.arange(other_time[0], other_time[-1], step)
     if min(even.size, away.size) < 4 * WINDOW:
-        return ClockOffset(None, None, "the logs are too short to be aligned")
+        return SourceClockOffset(None, None, "the logs are too short to be aligned")
     moved = np.stack([np.interp(even, time, column) for column in angle.T], axis=1)
     place, velocity, acceleration = smoothed(moved, WINDOW, step)
     even = even[WINDOW // 2 : WINDOW // 2 + velocity.shape[0]]
@@ -48,7 +48,7 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
     needed = np.stack([np.interp(away, other_time, column) for column in torque.T], axis=1)
     coarse = _coarse(way, needed, step)
     if coarse is None:
-        return ClockOffset(None, None, "the torques fit the motion at more than one time: the strokes repeat")
+        return SourceClockOffset(None, None, "the torques fit the motion at more than one time: the strokes repeat")
     lag = coarse + float(away[0] - even[0])
     designs = [
         np.stack([way[:, k], velocity[:, k], acceleration[:, k], np.cos(place[:, k]), np.sin(place[:, k]),
@@ -58,7 +58,7 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
     whole = np.ones(even.size, dtype=np.bool_)
     value, left = _refined(designs, even, other_time, torque, lag, NEARBY_S, whole)
     if left > 1.0 - LEAST_EXPLAINED:
-        return ClockOffset(None, None, "the torques do not follow the motion")
+        return SourceClockOffset(None, None, "the torques do not follow the motion")
     parts = np.array_split(np.arange(even.size), PARTS)
     answers = []
     for part in parts:
@@ -69,7 +69,7 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
         answers.append(_refined(designs, even, other_time, torque, value, 0.1 * NEARBY_S, inside)[0])
     spread = float(np.std(answers, ddof=1) / np.sqrt(len(answers))) if len(answers) > 1 else step
     # the direction of motion is known sample by sample
-    return ClockOffset(value, max(spread, step / np.sqrt(12.0)))
+    return SourceClockOffset(value, max(spread, step / np.sqrt(12.0)))
 
 
 def _coarse(way: Floats, torque: Floats, step: float) -> float | None:

@@ -48,7 +48,7 @@ def reject_outliers(states: LoadStates) -> LoadStates:
     --------
     See ``tests/reduction/test_screening.py``.
     """
-    reasons = bumped_readings(states)
+    reasons = outlier_readings(states)
     if not reasons:
         return states
     width = max(max(len(reason) for reason in reasons.values()), 1)
@@ -68,7 +68,7 @@ def load_is_good(states: LoadStates) -> Booleans:
     return np.asarray(states.used | remembered)
 
 
-def bumped_readings(states: LoadStates) -> dict[int, str]:
+def outlier_readings(states: LoadStates) -> dict[int, str]:
     """Return the indices of readings that contradict their neighbours and repeats, and why in words."""
     readings, n_lengths = _readings(states)
     if readings.shape[1] == 0:
@@ -393,4 +393,4 @@ class _RunReadings:
         return False
 
 
-__all__ = ["BUMPED", "bumped_readings", "load_is_good", "reject_outliers"]
+__all__ = ["BUMPED", "load_is_good", "outlier_readings", "reject_outliers"]

@@ -68,7 +68,7 @@ class LogQuality:
     gaps: list[tuple[float, float]] = field(default_factory=list)
     frozen: dict[tuple[str, int], FrozenChannels] = field(default_factory=dict)
 
-    def see(self, number: NDArray[np.int64], time: Floats, signals: dict[str, Floats]) -> None:
+    def update(self, number: NDArray[np.int64], time: Floats, signals: dict[str, Floats]) -> None:
         """Look at a batch: rows' numbers (n,), time (n,) s, signals name to (c, n) in SI.
 
         Raises
@@ -80,16 +80,16 @@ class LogQuality:
             return
         self.n_rows += int(number.size)
         if self.sampled:
-            self._see_time(number, time)
+            self._update_time(number, time)
         for name, values in signals.items():
             with np.errstate(invalid="ignore"):
                 low, high = np.fmin.reduce(values, axis=1), np.fmax.reduce(values, axis=1)
-            self._see_ends(name, values, low, high)
-            self._see_range(name, number, values, low, high)
+            self._update_extremes(name, values, low, high)
+            self._update_range(name, number, values, low, high)
             if self.sampled:
-                self._see_still(name, number, values)
+                self._update_frozen(name, number, values)
 
-    def _see_time(self, number: NDArray[np.int64], time: Floats) -> None:
+    def _update_time(self, number: NDArray[np.int64], time: Floats) -> None:
         before = np.concatenate([[self.last_s], time[:-1]])
         step = time - before
         if not np.nanmin(step, initial=np.inf) > 0.0:
@@ -128,7 +128,7 @@ class LogQuality:
         slack = max(10.0 * self.interval, 1.0) if self.intervals else 10.0
         return np.asarray(self.by_the_wall & (np.abs(np.abs(step) - HOUR_S) < slack))
 
-    def _see_still(self, name: str, number: NDArray[np.int64], values: Floats) -> None:
+    def _update_frozen(self, name: str, number: NDArray[np.int64], values: Floats) -> None:
         """Look for readings that stop changing, and for a target that is given as zeros."""
         kind = name.split(".")[0]
         if kind in ("position", "marker"):
@@ -146,9 +146,9 @@ class LogQuality:
         else:
             return
         for k, group in enumerate(groups):
-            self.frozen.setdefault((name, k), FrozenChannels()).see(number, values[group])
+            self.frozen.setdefault((name, k), FrozenChannels()).update(number, values[group])
 
-    def _see_ends(self, name: str, values: Floats, low: Floats, high: Floats) -> None:
+    def _update_extremes(self, name: str, values: Floats, low: Floats, high: Floats) -> None:
         if name not in self.low:
             self.low[name], self.high[name] = low, high
         else:
@@ -159,7 +159,7 @@ class LogQuality:
                 for k in np.flatnonzero((end == extreme) & (low != high)):
                     counts[k] = max(counts[k], _longest_row(values[k] == end[k]))
 
-    def _see_range(self, name: str, number: NDArray[np.int64], values: Floats, low: Floats, high: Floats) -> None:
+    def _update_range(self, name: str, number: NDArray[np.int64], values: Floats, low: Floats, high: Floats) -> None:
         kind = name.split(".")[0]
         if kind == "quaternion":
             length = np.sqrt(np.einsum("cn,cn->n", values, values))

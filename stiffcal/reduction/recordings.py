@@ -14,8 +14,8 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clock_course import clock_courses
-from stiffcal.reduction.clocks import ClockOffset, SharedSignal, align_clocks, moves
-from stiffcal.reduction.holds import BRIEF, Dropped, Holds, find_holds
+from stiffcal.reduction.clocks import SharedSignal, SourceClockOffset, align_clocks, moves
+from stiffcal.reduction.holds import BRIEF, Holds, UnusedStretch, find_holds
 from stiffcal.reduction.states import RawStates
 from stiffcal.reduction.swept_loads import find_sweeps, is_swept
 
@@ -41,9 +41,9 @@ class ReducedRun:
     """
 
     states: RawStates
-    clocks: dict[str, ClockOffset]
+    clocks: dict[str, SourceClockOffset]
     holds: Holds
-    dropped: tuple[Dropped, ...]
+    dropped: tuple[UnusedStretch, ...]
     warnings: tuple[str, ...]
     passes: int = 0
 
@@ -100,7 +100,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         end = np.minimum(holds.end, blocks.end[-1] - ahead + blocks.interval)
         seen = end - start >= LEAST_EXCITED * (holds.end - holds.start)
         for k in np.flatnonzero(keep & ~seen):
-            dropped.append(Dropped(float(holds.start[k]), float(holds.end[k]), f"{source} was not logging"))
+            dropped.append(UnusedStretch(float(holds.start[k]), float(holds.end[k]), f"{source} was not logging"))
         if (~seen).sum() > MISSED * len(holds):
             warnings.append(_missed(run.id, source, int((~seen).sum()), len(holds)))
         keep &= seen
@@ -134,7 +134,7 @@ def beginning(run: Run, logs: Mapping[str, Blocks]) -> RawStates:
 
 
 def _found_holds(
-    run: Run, shared: list[SharedSignal], clocks: Mapping[str, ClockOffset], devices: Set[str]
+    run: Run, shared: list[SharedSignal], clocks: Mapping[str, SourceClockOffset], devices: Set[str]
 ) -> tuple[Holds, int]:
     """Find holds in the load, else in what moved most clearly, and bring them to the first source's clock.
 
@@ -166,7 +166,9 @@ def _found_holds(
     return Holds(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0)), 0
 
 
-def _ahead(run: Run, source: str, logs: Mapping[str, Blocks], clock: ClockOffset, warnings: list[str]) -> float | None:
+def _ahead(
+    run: Run, source: str, logs: Mapping[str, Blocks], clock: SourceClockOffset, warnings: list[str]
+) -> float | None:
     """Return a log's clock offset, None where it stands still and any time will do."""
     if clock.value is not None:
         return clock.value

@@ -109,7 +109,7 @@ def register_frames(
             )  # fmt: skip
     mask = readings.reference if chosen is None else chosen
     states = readings.select(mask & readings.used & np.isfinite(readings.position).all(axis=(1, 2)))
-    problem = _Problem(manifest, chain, states, names, tracker)
+    problem = _RegistrationProblem(manifest, chain, states, names, tracker)
     n_poses = _different_poses(states.joints)
     least = 3 if problem.full_pose or len(names) == 1 else 4
     if n_poses < least:
@@ -145,7 +145,7 @@ def _different_poses(joints: Floats) -> int:
     return int(pose_groups(joints, np.nextafter(np.radians(1.0), np.inf)).max(initial=-1)) + 1
 
 
-class _Problem:
+class _RegistrationProblem:
     """Residuals of readings against kinematics as a function of small changes of the frames."""
 
     def __init__(

@@ -80,8 +80,8 @@ def tabled_states(
             rows = _joined(list(read_rows(folder, name, source, files, seen)))
             parts.append(_labelled(manifest, name, run, rows, shown))
             _check_order(parts[-1], shown, partial(_place, folder, source, files))
-        table = _stacked(parts)
-        gathered = table if gathered is None else _beside(gathered, table, name)
+        table = _concatenated(parts)
+        gathered = table if gathered is None else _joined_side_by_side(gathered, table, name)
     return gathered
 
 
@@ -189,7 +189,7 @@ def of_run(gathered: RawStates, name: str) -> RawStates:
     return pick(gathered, np.array([run == name for run in gathered.run], dtype=np.bool_))
 
 
-def _stacked(parts: Sequence[RawStates]) -> RawStates:
+def _concatenated(parts: Sequence[RawStates]) -> RawStates:
     if len(parts) == 1:
         return parts[0]
     return RawStates(
@@ -206,7 +206,7 @@ def _stacked(parts: Sequence[RawStates]) -> RawStates:
 
 def stacked(parts: Sequence[RawStates]) -> RawStates:
     """Return the states of several runs one after the other; a signal that one of them lacks is NaN there."""
-    return _stacked(parts)
+    return _concatenated(parts)
 
 
 def _stacked_signals(parts: Sequence[Mapping[str, Floats]], counts: Sequence[int]) -> dict[str, Floats]:
@@ -219,10 +219,10 @@ def _stacked_signals(parts: Sequence[Mapping[str, Floats]], counts: Sequence[int
     }
 
 
-def _beside(one: RawStates, other: RawStates, source: str) -> RawStates:
+def _joined_side_by_side(one: RawStates, other: RawStates, source: str) -> RawStates:
     """Put the signals of a second table beside the first's, row by row; below it where it holds other runs."""
     if not set(one.run) & set(other.run):
-        return _stacked([one, other])
+        return _concatenated([one, other])
     if one.run != other.run:
         reason = f"has {len(other.run)} states in other runs than the first table's {len(one.run)}"
         raise InputError.at(

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.holds import Dropped
+from stiffcal.reduction.holds import UnusedStretch
 
 # A turn of the motion counts when it goes back by more than this share of the whole travel, and by more than noise.
 TURN_SHARE = 0.02
@@ -125,7 +125,7 @@ def turning_points(angle: Floats) -> list[int]:
     return list(dict.fromkeys([*turns, len(values) - 1]))
 
 
-def steady_passes(log: JointLog) -> tuple[list[Pass], list[Dropped]]:
+def steady_passes(log: JointLog) -> tuple[list[Pass], list[UnusedStretch]]:
     """Find the stretches at constant velocity, and say which strokes have none.
 
     Returns
@@ -137,13 +137,15 @@ def steady_passes(log: JointLog) -> tuple[list[Pass], list[Dropped]]:
     strokes = [_without_rests(log.angle, first, last) for first, last in pairwise(turning_points(log.angle))]
     longest = max(abs(float(log.angle[last] - log.angle[first])) for first, last in strokes)
     passes: list[Pass] = []
-    dropped: list[Dropped] = []
+    dropped: list[UnusedStretch] = []
     for first, last in strokes:
-        held = _held(log.time[first : last + 1], log.angle[first : last + 1], noise)
+        held = _longest_steady_piece(log.time[first : last + 1], log.angle[first : last + 1], noise)
         if held is not None:
             passes.append(_pass_of(log, slice(first + held[0], first + held[1] + 1)))
         elif abs(float(log.angle[last] - log.angle[first])) > 0.5 * longest:  # others are moves to the start
-            dropped.append(Dropped(float(log.time[first]), float(log.time[last]), _never_held(log, first, last)))
+            dropped.append(
+                UnusedStretch(float(log.time[first]), float(log.time[last]), _never_steady(log, first, last))
+            )
     return passes, dropped
 
 
@@ -157,7 +159,7 @@ def _without_rests(angle: Floats, first: int, last: int) -> tuple[int, int]:
     return first + max(int(moving[0]) - 1, 0), first + min(int(moving[-1]) + 1, last - first)
 
 
-def _never_held(log: JointLog, first: int, last: int) -> str:
+def _never_steady(log: JointLog, first: int, last: int) -> str:
     stroke = slice(first, last + 1)
     time, angle = log.time[stroke], log.angle[stroke]
     size = abs(float(angle[-1] - angle[0]))
@@ -169,7 +171,7 @@ def _never_held(log: JointLog, first: int, last: int) -> str:
     )
 
 
-def _held(time: Floats, angle: Floats, noise: float) -> tuple[int, int] | None:
+def _longest_steady_piece(time: Floats, angle: Floats, noise: float) -> tuple[int, int] | None:
     """Return first and last sample of the longest piece of a stroke at constant velocity, None where there is none."""
     n = time.size
     width = max(4, n // PIECES)
@@ -239,7 +241,7 @@ def _slope(time: Floats, value: Floats) -> float:
 
 
 @dataclass(frozen=True)
-class Moved:
+class JointPass:
     """A pass, and what has to be alike for passes to be compared.
 
     Attributes
@@ -257,7 +259,7 @@ class Moved:
 class SteadyTorque:
     """A pass reduced to a torque at a velocity over the stretch that its level shares."""
 
-    moved: Moved
+    moved: JointPass
     stretch: int
     low: float
     high: float
@@ -268,7 +270,7 @@ class SteadyTorque:
     set_aside: str
 
 
-def readings_of(passes: Sequence[Moved]) -> list[SteadyTorque]:
+def readings_of(passes: Sequence[JointPass]) -> list[SteadyTorque]:
     """Bring passes at one speed together and average each over the stretch of angle that all of them cover.
 
     Parameters
@@ -294,7 +296,7 @@ def readings_of(passes: Sequence[Moved]) -> list[SteadyTorque]:
     return [found[k] for k in range(len(passes))]
 
 
-def _reading(moved: Moved, stretch: int, low: float, high: float, why: str) -> SteadyTorque:
+def _reading(moved: JointPass, stretch: int, low: float, high: float, why: str) -> SteadyTorque:
     """Average a pass between two angles, to a fraction of a sample: weight must be alike in both directions."""
     held = moved.held
     slope = _slope(held.time, held.angle)
@@ -311,7 +313,7 @@ def _reading(moved: Moved, stretch: int, low: float, high: float, why: str) -> S
     return SteadyTorque(moved, stretch, low, high, held.velocity, torque, scatter, int(inside.size), why)
 
 
-def _levels(passes: Sequence[Moved]) -> list[list[int]]:
+def _levels(passes: Sequence[JointPass]) -> list[list[int]]:
     """Return indices of passes of one joint, with the others alike, at one speed."""
     levels: list[list[int]] = []
     taken: set[int] = set()
@@ -331,7 +333,7 @@ def _levels(passes: Sequence[Moved]) -> list[list[int]]:
     return sorted(levels)
 
 
-def _same_pose(one: Moved, other: Moved) -> bool:
+def _same_pose(one: JointPass, other: JointPass) -> bool:
     return bool(np.abs(one.others - other.others).max(initial=0.0) < SAME_POSE_RAD)
 
 

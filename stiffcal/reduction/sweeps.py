@@ -20,7 +20,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.reduction.blocks import Blocks, noise_of
-from stiffcal.reduction.clocks import ClockOffset
+from stiffcal.reduction.clocks import SourceClockOffset
 
 # What an encoder behind a gear shows of a joint that is held: below a fifth of an arc second nothing has moved.
 STANDS_RAD = 1e-6
@@ -37,7 +37,7 @@ LEAST_OVERLAP = 0.6
 _MOST_POINTS = 1 << 13
 
 
-def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadings, dict[str, ClockOffset]]:
+def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadings, dict[str, SourceClockOffset]]:
     """Return the readings of one clamped run, on the clock of the log of motor angles, and the clocks.
 
     Parameters
@@ -62,7 +62,7 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
     angles = logs[sources["joints"][0]]
     n, width = len(angles), angles.mean["joints"].shape[1]
     torque = angles.mean.get("joints.torque", np.full((n, width), np.nan))
-    wrench, clocks = np.full((n, 6), np.nan), {sources["joints"][0]: ClockOffset(0.0, 0.0)}
+    wrench, clocks = np.full((n, 6), np.nan), {sources["joints"][0]: SourceClockOffset(0.0, 0.0)}
     two_clocks = False
     if sources["wrench"]:
         name = sources["wrench"][0]
@@ -108,12 +108,12 @@ def _at(blocks: Blocks, name: str, time: Floats) -> Floats:
     return np.stack(columns, axis=1)
 
 
-def _clock(run: Run, name: str, angles: Blocks, other: Blocks) -> ClockOffset:
+def _clock(run: Run, name: str, angles: Blocks, other: Blocks) -> SourceClockOffset:
     """Return how much more the other log's clock shows than that of the angles."""
     if other is angles:
-        return ClockOffset(0.0, 0.0)
+        return SourceClockOffset(0.0, 0.0)
     if name in run.clock_ahead_s:
-        return ClockOffset(float(run.clock_ahead_s[name]), 0.0, "given in the manifest")
+        return SourceClockOffset(float(run.clock_ahead_s[name]), 0.0, "given in the manifest")
     joints = angles.mean["joints"]
     moved = joints[:, int(np.argmax(np.ptp(joints, axis=0)))]
     offset = lag_of(angles.time, moved, other.time, other.mean["wrench"])
@@ -126,7 +126,7 @@ def _clock(run: Run, name: str, angles: Blocks, other: Blocks) -> ClockOffset:
     return offset
 
 
-def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> ClockOffset | None:
+def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> SourceClockOffset | None:
     """Return by how much the wrench's clock is ahead, from the force that follows the motion; None where none does.
 
     First the lag at which both logs agree best over all they have in common; then the one at which the force is most
@@ -170,7 +170,7 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> C
     halves = time < np.median(time), time >= np.median(time)
     fine = np.linspace(value - 2.0 * step, value + 2.0 * step, 41)
     own = [fine[int(np.argmin([_openness(time[h], angle[h], other_time, force, lag) for lag in fine]))] for h in halves]
-    return ClockOffset(float(value), float(max(0.5 * abs(own[0] - own[1]), 0.05 * step)))
+    return SourceClockOffset(float(value), float(max(0.5 * abs(own[0] - own[1]), 0.05 * step)))
 
 
 def leading_component(wrench: Floats) -> Floats | None:

@@ -18,7 +18,7 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.reduction.holds import Dropped, Holds
+from stiffcal.reduction.holds import Holds, UnusedStretch
 
 # Levels per side of zero: ten per cent of the largest load apart, so that none is taken for its neighbour
 # (`load_cycles.SAME_LEVEL_SHARE` is eight).
@@ -40,7 +40,7 @@ AT_REST = 0.02
 
 
 @dataclass(frozen=True)
-class Swept:
+class SweptPasses:
     """The passes of a swept load.
 
     Attributes
@@ -92,7 +92,7 @@ def turning_points(load: Floats, least: float) -> Integers:
     return np.array(turns, dtype=np.int64)
 
 
-def find_sweeps(time: Floats, values: Floats) -> Swept | None:
+def find_sweeps(time: Floats, values: Floats) -> SweptPasses | None:
     """Find the states of a swept load; None where the load does not sweep.
 
     Parameters
@@ -132,8 +132,8 @@ def find_sweeps(time: Floats, values: Floats) -> Swept | None:
         return None
     windows += _rest(time[last:])
     start, stop = (np.array(side) for side in zip(*_apart(windows), strict=True))
-    between = (Dropped(float(time[0]), float(time[-1]), "between the loads at which a sweep is read"),)
-    return Swept(Holds(start, stop, start.copy(), stop.copy(), between), passes)
+    between = (UnusedStretch(float(time[0]), float(time[-1]), "between the loads at which a sweep is read"),)
+    return SweptPasses(Holds(start, stop, start.copy(), stop.copy(), between), passes)
 
 
 def is_swept(time: Floats, values: Floats) -> bool:

@@ -40,7 +40,7 @@ class Facts:
 
 
 @dataclass(frozen=True)
-class Column:
+class TableColumn:
     """A table's column.
 
     Attributes
@@ -60,10 +60,10 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class TableBlock:
     """A table that breaks over pages and repeats its header there."""
 
-    columns: tuple[Column, ...]
+    columns: tuple[TableColumn, ...]
     rows: tuple[tuple[str, ...], ...]
     caption: str
 
@@ -86,11 +86,11 @@ class Picture:
     caption: str
 
 
-Block: TypeAlias = Paragraph | Items | Subheading | Facts | Table | Picture
+Block: TypeAlias = Paragraph | Items | Subheading | Facts | TableBlock | Picture
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A section of the report: its heading and what stands under it."""
 
     title: str

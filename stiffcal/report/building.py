@@ -11,7 +11,17 @@ from typing import Any
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing
-from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.blocks import (
+    Block,
+    Facts,
+    Items,
+    LeftOut,
+    Paragraph,
+    Picture,
+    ReportSection,
+    Subheading,
+    TableBlock,
+)
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.sections import all_sections
@@ -72,9 +82,9 @@ def _kind(content: ReportContent) -> str:
     )
 
 
-def lay_out(content: ReportContent) -> list[Section]:
+def lay_out(content: ReportContent) -> list[ReportSection]:
     """Lay out all sections that have something to show; the last one names the others, with the reason."""
-    sections: list[Section] = []
+    sections: list[ReportSection] = []
     reasons: list[str] = []
     for module in all_sections():
         made = module.section(content)
@@ -83,11 +93,11 @@ def lay_out(content: ReportContent) -> list[Section]:
         elif made is not None:
             sections.append(made)
     if reasons:
-        sections.append(Section(_LEFT_OUT_TITLE, (Items(tuple(reasons)),)))
+        sections.append(ReportSection(_LEFT_OUT_TITLE, (Items(tuple(reasons)),)))
     return sections
 
 
-def _as_data(sections: Sequence[Section], folder: Path, progress: Progress) -> list[dict[str, Any]]:
+def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress) -> list[dict[str, Any]]:
     """Turn sections into what the template reads, drawing each picture into `folder`."""
     n_pictures = sum(isinstance(block, Picture) for section in sections for block in section.blocks)
     drawn = 0
@@ -109,7 +119,7 @@ def _as_data(sections: Sequence[Section], folder: Path, progress: Progress) -> l
 
 
 def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:
-    kinds = {Paragraph: "paragraph", Items: "items", Subheading: "subheading", Facts: "facts", Table: "table"}
+    kinds = {Paragraph: "paragraph", Items: "items", Subheading: "subheading", Facts: "facts", TableBlock: "table"}
     return {"kind": kinds[type(block)], "before_picture": before_picture, **asdict(block)}
 
 

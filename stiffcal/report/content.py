@@ -23,7 +23,7 @@ BRANCHES = ("loading", "unloading", "")
 
 
 @dataclass(frozen=True)
-class SourceFile:
+class ReportSource:
     """A file the results rest on.
 
     Attributes
@@ -39,7 +39,7 @@ class SourceFile:
 
 
 @dataclass(frozen=True)
-class Provenance:
+class ReportProvenance:
     """Where the report comes from.
 
     Attributes
@@ -57,7 +57,7 @@ class Provenance:
     robot: str
     date: str
     versions: tuple[tuple[str, str], ...] = ()
-    sources: tuple[SourceFile, ...] = ()
+    sources: tuple[ReportSource, ...] = ()
     settings: tuple[tuple[str, str], ...] = ()
 
 
@@ -231,7 +231,7 @@ class EffectPicture:
 
 
 @dataclass(frozen=True)
-class EffectEvidence:
+class EvidenceFigure:
     """The residual in unseen poses against what drives an effect, without and with it (n load states).
 
     Attributes
@@ -258,7 +258,7 @@ class EffectEvidence:
     effect: str
     where: Document
     missing: bool
-    driver: str
+    covariate: str
     unit: str
     rotational: bool
     lever: float | None
@@ -293,7 +293,7 @@ class ReportContent:
     identify, validate, history, ingest : JSON documents of the interface, section 4; None where not made.
     instruments : the sensors.
     set_aside : what was not used and why.
-    drivers : what residuals are to be plotted against, most telling first.
+    covariates : what residuals are to be plotted against, most telling first.
     load_paths : predicted paths of loads.
     diagnose : the `diagnose` document of the present fit; None where there is none.
     not_diagnosed : why there is none, in words.
@@ -302,7 +302,7 @@ class ReportContent:
     extra : documents and arrays of later sections, by section name.
     """
 
-    provenance: Provenance
+    provenance: ReportProvenance
     runs: tuple[ReportRun, ...]
     joint_names: tuple[str, ...]
     states: ReportStates | None = None
@@ -312,10 +312,10 @@ class ReportContent:
     ingest: Document | None = None
     instruments: tuple[Instrument, ...] = ()
     set_aside: tuple[SetAside, ...] = ()
-    drivers: tuple[ResidualCovariate, ...] = ()
+    covariates: tuple[ResidualCovariate, ...] = ()
     load_paths: tuple[LoadPath, ...] = ()
     diagnose: Document | None = None
     not_diagnosed: str = "the model has not been diagnosed yet: run “stiffcal diagnose”"
     earlier_diagnoses: tuple[Document, ...] = ()
-    evidence: tuple[EffectEvidence, ...] = ()
+    evidence: tuple[EvidenceFigure, ...] = ()
     extra: dict[str, Any] = field(default_factory=dict)

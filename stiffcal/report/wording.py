@@ -191,14 +191,14 @@ def unit_words(unit: str) -> str:
     return unit.replace("*", "·").replace("^2", "²").replace("^3", "³").replace("degC", "°C")
 
 
-def effect_words(entry: Any) -> str:
+def effect_text(entry: Any) -> str:
     """Write one entry of a model's list of effects: a name, or its table from model.toml.
 
     Examples
     --------
-    >>> effect_words("backlash 4"), effect_words({"type": "backlash", "joints": [4]})
+    >>> effect_text("backlash 4"), effect_text({"type": "backlash", "joints": [4]})
     ('backlash 4', 'backlash, joint 4')
-    >>> effect_words({"type": "joint-compliance", "joints": "all"})
+    >>> effect_text({"type": "joint-compliance", "joints": "all"})
     'joint-compliance, all joints'
     """
     if isinstance(entry, str):
@@ -237,7 +237,7 @@ def _single_places(model: Any) -> list[str]:
             kinds = [kind for kind in ("joints", "links", "pairs") if isinstance(entry.get(kind), list)]
             parts = [{"type": entry["type"], kind: [member]} for kind in kinds for member in entry[kind]]
             single = parts or single
-        found += [effect_words(one) for one in single]
+        found += [effect_text(one) for one in single]
     return found
 
 
@@ -252,4 +252,4 @@ def model_words(model: Any) -> str:
     effects = model.get("effects", []) if isinstance(model, dict) else model
     if isinstance(effects, str):
         return effects
-    return "; ".join(effect_words(entry) for entry in effects or []) or "no effect"
+    return "; ".join(effect_text(entry) for entry in effects or []) or "no effect"

@@ -24,13 +24,13 @@ from stiffcal.diagnosis.evidence import EffectEvidence
 from stiffcal.experiments.friction import FrictionFit
 from stiffcal.experiments.friction_rows import steady_rows
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, Layout
+from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, RowLayout
 from stiffcal.identification.state_tables import observed_table
 from stiffcal.ingest.recording_tables import recording_table
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.markers import Markers
-from stiffcal.measurements.rods import BeamShape, rods_between
+from stiffcal.measurements.rods import BeamProperties, rods_between
 from stiffcal.measurements.tables import states_table
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
@@ -44,7 +44,7 @@ from stiffcal.schemas.table_columns import (
     OBSERVED,
     RECORDING,
     STATES,
-    Meaning,
+    ColumnDescription,
 )
 from stiffcal.store import table_of
 from stiffcal.workflow.evidence import evidence_columns
@@ -66,7 +66,7 @@ _TOLD = {
 }
 
 
-def specimens() -> dict[str, tuple[pa.Table, Mapping[str, Meaning]]]:
+def specimens() -> dict[str, tuple[pa.Table, Mapping[str, ColumnDescription]]]:
     """Return each table of the store with one row, as its writer makes it, and what its columns mean."""
     states = _states()
     observed = observed_table(states, _observations(states), np.zeros((8, 1)), np.zeros((8, 1)))
@@ -116,7 +116,7 @@ def table_schema(name: str) -> dict[str, Any]:
     }
 
 
-def _column(kind: str, meaning: Meaning) -> dict[str, Any]:
+def _column(kind: str, meaning: ColumnDescription) -> dict[str, Any]:
     name = _TYPES[kind]
     told: dict[str, Any] = {"description": meaning.text, "type": [name, "null"] if meaning.missing else name}
     return told | ({"unit": meaning.unit} if meaning.unit else {}) | {"parquet": kind}
@@ -154,7 +154,7 @@ def _states() -> LoadStates:
         True,
         np.eye(4),
         rods=(rods,),
-        beams=(BeamShape(1.0),),
+        beams=(BeamProperties(1.0),),
         gauges=(gauge,),
         markers=(Markers(("a",), np.zeros((1, 3))),),
     )
@@ -176,7 +176,7 @@ def _observations(states: LoadStates) -> Observations:
         angles=np.zeros((1, 1)), wrench=np.zeros((6, 1)),
         order=StateOrder(_FIRST, _ONE, _ONE, np.zeros((1, 1)), _ONE, _ONE),
         measured=np.zeros((8, 1)), measured_mask=np.ones((8, 1), dtype=np.bool_),
-        layout=Layout(kinds, np.zeros(8, dtype=np.int64), numbers, gauges),
+        layout=RowLayout(kinds, np.zeros(8, dtype=np.int64), numbers, gauges),
         free_offset=True, run=_FIRST, setup=states.setup, index=_FIRST,
     )  # fmt: skip
 

@@ -96,16 +96,16 @@ def simulate_clamped(
     assert isinstance(program, MotionProgram)
     # Without a memory the same motor angles meet the same wrench: each place is solved once.
     some, again = _distinct(program.joints[:, program.moved - 1], robot.has_memory)
-    held = _Held(robot, _nodes_of(program, some), planned.load_point, tool, fixture, int(again[0]))
-    wrench, balance = held.solve(planned.name)
+    clamped = _ClampedRobot(robot, _nodes_of(program, some), planned.load_point, tool, fixture, int(again[0]))
+    wrench, balance = clamped.solve(planned.name)
     later = np.append(True, np.diff(program.node) > 0.0)  # without a rest before or after, two nodes share a moment
     moving = np.gradient(program.joints[later], program.node[later], axis=0)[np.cumsum(later) - 1]
     drives = robot.chain.drive_axes
     torque = -(balance.joint_torque @ drives)[again] + _friction(robot, moving)
     done = replace(program, wrench_at_node=wrench[again], torque=torque)
-    setup = replace(held.setup, targets=tuple(frames.values()), target_names=tuple(frames))
+    setup = replace(clamped.setup, targets=tuple(frames.values()), target_names=tuple(frames))
     model = robot.chain.model_angles(program.joints[some])
-    seen = solve_balance(robot, model, wrench, setup, held.order)
+    seen = solve_balance(robot, model, wrench, setup, clamped.order)
     position, turn, unloaded = {}, {}, {}
     for body, name in enumerate(frames):
         places, rotations = seen.target_position[again, body], seen.target_rotation[again, body]
@@ -142,7 +142,7 @@ def _friction(robot: CompliantRobot, velocity: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class _Held:
+class _ClampedRobot:
     """A robot whose flange is held, over the nodes of one motion; ``start`` is the node in which it was clamped."""
 
     robot: CompliantRobot
@@ -192,13 +192,13 @@ class _Held:
         none = np.zeros((len(model), 6))
         rest = self._balance(model, none, setup, order, name)
         weight = rest.joint_torque @ chain.drive_axes
-        held, turned = rest.target_position[self.start, 0], rest.target_rotation[self.start, 0]
-        coupling = inverse @ (self._beside(model[self.start], drives) + self.fixture) @ inverse.T
+        position, rotation = rest.target_position[self.start, 0], rest.target_rotation[self.start, 0]
+        coupling = inverse @ (self._other_compliance(model[self.start], drives) + self.fixture) @ inverse.T
         sagged = drives.angle_of(weight)
 
         def left_of(load: Floats, balance: Balance) -> Floats:
-            moved = balance.target_position[:, 0] - held
-            turn = vector_from_rotation(balance.target_rotation[:, 0] @ turned.T)
+            moved = balance.target_position[:, 0] - position
+            turn = vector_from_rotation(balance.target_rotation[:, 0] @ rotation.T)
             return np.asarray((np.concatenate([moved, turn], axis=1) + load @ self.fixture.T) @ inverse.T)
 
         motion = left_of(none, rest)
@@ -253,7 +253,7 @@ class _Held:
         except NoBalanceError as error:
             raise error.of_load(FILE_NAME, f'runs "{name}"', "lower clamped.amplitude_deg") from None
 
-    def _beside(self, model: Floats, drives: _Drives) -> Floats:
+    def _other_compliance(self, model: Floats, drives: _Drives) -> Floats:
         """Return (6, 6) the compliance that is not the drives', by unit wrenches."""
         unit = np.concatenate([np.zeros((1, 6)), np.eye(6)])
         poses = np.repeat(model[None], 7, axis=0)

@@ -28,7 +28,7 @@ from stiffcal.model.equilibrium import solve_balance
 from stiffcal.simulation.correction import Correction
 from stiffcal.simulation.secant import SecantSteps
 from stiffcal.simulation.settings import FILE_NAME, Controller
-from stiffcal.simulation.true_motion import Settle, ToolWeight, TrueRun, play
+from stiffcal.simulation.true_motion import RestSolver, ToolWeight, TrueRun, solve_true_runs
 
 # The controller runs from before any log starts until after all have stopped, s.
 _NON_LOAD_RUNS = 5.0
@@ -46,13 +46,13 @@ def controllers_model(robot: CompliantRobot, controller: Controller) -> Complian
     placed = tuple(one for one in robot.placed if one.effect.name in controller.effects)
     missing = [name for name in controller.effects if name not in {one.effect.name for one in placed}]
     if missing:
-        held = ", ".join(sorted({one.effect.name for one in robot.placed}))
+        in_model = ", ".join(sorted({one.effect.name for one in robot.placed}))
         raise InputError.at(
             FaultCode.EFFECT_ABSENT,
             FILE_NAME,
             "controller.effects",
             f"the model file holds no {missing[0]}",
-            f"it holds: {held}",
+            f"it holds: {in_model}",
         )
     model = replace(robot, placed=placed)
     unknown = [name for name in controller.parameters if name not in model.values()]
@@ -74,7 +74,7 @@ def compensated(
     controller: Controller,
     frames: Mapping[str, Attachment],
     tool: ToolWeight,
-    settle: Settle | None = None,
+    settle: RestSolver | None = None,
 ) -> list[TrueRun]:
     """Return runs as they go with the controller correcting.
 
@@ -83,7 +83,7 @@ def compensated(
     robot : as it really is.
     true_run : the runs without correction.
     controller : its model, filter and delay.
-    frames, tool, settle : as in `play`.
+    frames, tool, settle : as in `solve_true_runs`.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def compensated(
     steps = SecantSteps(np.ones(len(offsets)), offsets.shape[1])
     for _ in range(_MOST_ROUNDS):
         corrections = _by_run(true_run, offsets)
-        on_runs = play(robot, planned_runs, frames, tool, settle, corrections)
+        on_runs = solve_true_runs(robot, planned_runs, frames, tool, settle, corrections)
         left = _joined(_offsets(model, on, tool) for on in on_runs) - offsets if guided else np.zeros_like(offsets)
         if np.abs(left).max(initial=0.0) <= _SETTLED * np.abs(offsets).max(initial=0.0):
             break

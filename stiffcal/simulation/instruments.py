@@ -46,7 +46,7 @@ _QUATERNION_DECIMALS = 9
 
 
 @dataclass(frozen=True)
-class Samples:
+class SamplingContext:
     """When one device reads in one run, and where the run is then.
 
     Attributes
@@ -143,7 +143,7 @@ def frames_measured_by(signal: Signal) -> tuple[str, ...]:
     return ()
 
 
-def true_reading(signal: Signal, samples: Samples, place: str) -> SignalSamples:
+def true_reading(signal: Signal, samples: SamplingContext, place: str) -> SignalSamples:
     """Return what a signal would show without any error.
 
     Parameters
@@ -195,7 +195,7 @@ def true_reading(signal: Signal, samples: Samples, place: str) -> SignalSamples:
     )
 
 
-def _lengths(signal: Lengths, samples: Samples, place: str) -> SignalSamples:
+def _lengths(signal: Lengths, samples: SamplingContext, place: str) -> SignalSamples:
     """Changes of rods, of what the displacement of their link's end does to them, and of their getting warmer."""
     found = []
     for name in signal.columns:
@@ -211,7 +211,7 @@ def _lengths(signal: Lengths, samples: Samples, place: str) -> SignalSamples:
     return SignalSamples(Channels(("length_m",) * len(found)), np.stack(found, axis=1))
 
 
-def _wrench(signal: Wrench, samples: Samples) -> SignalSamples:
+def _wrench(signal: Wrench, samples: SamplingContext) -> SignalSamples:
     """Force and moment as the sensor's axes and origin see them, both moved along with the robot."""
     true_run = samples.true_run
     load = true_run.wrench_at(samples.path)
@@ -232,7 +232,7 @@ def _wrench(signal: Wrench, samples: Samples) -> SignalSamples:
     )
 
 
-def _markers(signal: Pose, samples: Samples) -> SignalSamples:
+def _markers(signal: Pose, samples: SamplingContext) -> SignalSamples:
     """Places of a body's markers in the instrument's own axes, (n, 3 m), in the manifest's order."""
     origin, axes = samples.stand(signal.frame)
     position, rotation = samples.place(signal.body or "target")
@@ -243,7 +243,7 @@ def _markers(signal: Pose, samples: Samples) -> SignalSamples:
     return SignalSamples(Channels(("translation_m",) * (3 * len(seen))), np.concatenate(seen, axis=1))
 
 
-def _pose(signal: Pose, samples: Samples) -> SignalSamples:
+def _pose(signal: Pose, samples: SamplingContext) -> SignalSamples:
     """Place of the body in the instrument's own axes."""
     origin, axes = samples.stand(signal.frame)
     position, rotation = samples.place(signal.body or "target")
@@ -255,7 +255,7 @@ def _pose(signal: Pose, samples: Samples) -> SignalSamples:
     return SignalSamples(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), value, turned)
 
 
-def _joints(signal: Joints, samples: Samples, place: str) -> SignalSamples:
+def _joints(signal: Joints, samples: SamplingContext, place: str) -> SignalSamples:
     """What the controller shows: held motors stand where they are, driven ones where they are driven.
 
     Motor-side logs carry motor angles, velocities and torques; currents are torques over the torque constant.

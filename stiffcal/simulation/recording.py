@@ -17,7 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.quantities import unit
-from stiffcal.simulation.instruments import Samples, SignalSamples, as_columns, decimals_of, true_reading
+from stiffcal.simulation.instruments import SamplingContext, SignalSamples, as_columns, decimals_of, true_reading
 from stiffcal.simulation.logs import Column
 from stiffcal.simulation.markers import hidden_in_holds, without_hidden
 from stiffcal.simulation.sensors import (
@@ -56,7 +56,7 @@ def stream(seed: int, use: Stream, *place: int) -> np.random.Generator:
 
 
 @dataclass(frozen=True)
-class Stage:
+class RecordingContext:
     """What all recordings of a campaign share.
 
     Attributes
@@ -130,7 +130,7 @@ class DeviceLog:
 
 
 def devices_of(
-    stage: Stage, sources: Mapping[str, Source], run: int, logs_run: Callable[[str], bool] = lambda _: True
+    stage: RecordingContext, sources: Mapping[str, Source], run: int, logs_run: Callable[[str], bool] = lambda _: True
 ) -> list[Device]:
     """Switch on the devices for one run, each at its own moment with its own clock.
 
@@ -166,7 +166,7 @@ def devices_of(
     return devices
 
 
-def record(stage: Stage, device: Device) -> DeviceLog:
+def record(stage: RecordingContext, device: Device) -> DeviceLog:
     """Return what one device writes in one run.
 
     Raises
@@ -183,7 +183,7 @@ def record(stage: Stage, device: Device) -> DeviceLog:
             kept_rows = np.flatnonzero(program.level > 0.0)
     else:
         time = sample_times(device.sensor, device.clock, device.stops)
-    samples = Samples(
+    samples = SamplingContext(
         true_run, time, program.path(time), stage.frames, stage.settings.robot, stage.misplaced(device.run),
         stage.gear_ratio, stage.rods,
     )  # fmt: skip
@@ -219,7 +219,7 @@ def _rows(column: Column, rows: NDArray[np.int64]) -> Column:
 
 
 def _disturbed(
-    stage: Stage, device: Device, signal: int, truth: SignalSamples, samples: Samples
+    stage: RecordingContext, device: Device, signal: int, truth: SignalSamples, samples: SamplingContext
 ) -> tuple[SignalSamples, tuple[int, ...]]:
     """Return a signal with its errors, and the holds that a knock has spoilt."""
     program = samples.true_run.planned.program

@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
-from stiffcal.campaign.typed import Interval, NotNegative, Placement, Positive, Table, WrongValueError
+from stiffcal.campaign.typed import Interval, NotNegative, Placement, Positive, TomlTable, WrongValueError
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 
@@ -39,7 +39,7 @@ Direction = Annotated[
 ]
 
 
-class Amounts(Table):
+class Amounts(TomlTable):
     """An amount per axis for each quantity that an instrument may read; zero where it is not said."""
 
     force_N: NotNegative = 0.0
@@ -54,14 +54,14 @@ class Amounts(Table):
     current_A: NotNegative = Field(0.0, description="logged motor currents")
 
 
-class Bumps(Table):
+class Bumps(TomlTable):
     """Readings spoilt by a knock against the instrument: whole holds, picked by the seed."""
 
     per_run: int = Field(0, ge=0, description="spoilt holds in each run")
     size: Amounts = Field(Amounts(), description="length of the error, in a direction drawn for each")
 
 
-class Sensor(Table):
+class Sensor(TomlTable):
     """How one source (logging device) errs: noise, clock, log."""
 
     rate_hz: Positive | None = Field(None, description="samples per second; needed where the log is over time")
@@ -89,7 +89,7 @@ class Sensor(Table):
     decimals: dict[str, int] = Field({}, description="decimals written, by column name; else 6 (time 4)")
 
 
-class Loads(Table):
+class Loads(TomlTable):
     """One run's load cycles. A force (and moment) that keeps its direction in the base and its place on the robot."""
 
     point: str = Field("load_point", description="the frame in which the load acts")
@@ -133,7 +133,7 @@ class Loads(Table):
         return self
 
 
-class Clamping(Table):
+class Clamping(TomlTable):
     """One clamped run: a motor driven to and fro while the flange is held."""
 
     point: str = Field("flange", description="the frame that the fixture holds")
@@ -149,7 +149,7 @@ class Clamping(Table):
     )
 
 
-class FrictionMotion(Table):
+class FrictionMotion(TomlTable):
     """One friction run: a joint driven to and fro in the air about its pose, at one velocity after another."""
 
     speeds_rad_s: Annotated[list[Positive], Field(min_length=1)] = Field(
@@ -168,7 +168,7 @@ class FrictionMotion(Table):
     ripple_per_turn: NotNegative = Field(100.0, description="waves of it on one turn of the joint")
 
 
-class Controller(Table):
+class Controller(TomlTable):
     """How the controller corrects in runs with ``compensation = "on"`` in campaign.toml (001, Fig. 3; 002, Fig. 5)."""
 
     cycle_s: Positive = Field(0.004, description="from one reading to the next (002: 4 ms, 001: 1 ms)")
@@ -182,7 +182,7 @@ class Controller(Table):
     )
 
 
-class SimulatedRun(Table):
+class SimulatedRun(TomlTable):
     """One run: where the robot stands, and what differs from `[loads]`, `[clamped]` or `[friction]`."""
 
     id: str = Field(description="the run's id in campaign.toml")
@@ -193,7 +193,7 @@ class SimulatedRun(Table):
     pause_before_s: NotNegative = Field(300.0, description="time between the run before and this one")
 
 
-class TrueRobot(Table):
+class TrueRobot(TomlTable):
     """What the robot has beyond robot.toml and model.toml."""
 
     position_error_m: NotNegative = Field(
@@ -205,7 +205,7 @@ class TrueRobot(Table):
     warming_K_per_hour: float = 0.0
 
 
-class SimulationSettings(Table):
+class SimulationSettings(TomlTable):
     """`simulate.toml` in full."""
 
     schema_: Literal["stiffcal/simulate/1"] = Field(alias="schema")
@@ -272,7 +272,7 @@ def parse_settings(document: dict[str, Any]) -> SimulationSettings:
                 Fault(FaultCode.NAME_DUPLICATE, FILE_NAME, place, "there are two runs of this name", "rename one")
             )
         seen.add(run.id)
-        kinds: tuple[tuple[str, dict[str, Any], type[Table]], ...] = (
+        kinds: tuple[tuple[str, dict[str, Any], type[TomlTable]], ...] = (
             ("loads", run.loads, Loads),
             ("clamped", run.clamped, Clamping),
             ("friction", run.friction, FrictionMotion),

@@ -34,10 +34,10 @@ from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.friction import StrokesProgram, simulate_friction
 from stiffcal.simulation.logs import Column, dialect_of, write_log
 from stiffcal.simulation.motion import MotionProgram
-from stiffcal.simulation.recording import Device, DeviceLog, Stage, devices_of, record
+from stiffcal.simulation.recording import Device, DeviceLog, RecordingContext, devices_of, record
 from stiffcal.simulation.scene import draw_acts, robot_with_values, rods_on_links, tool_weight, true_frames
 from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
-from stiffcal.simulation.true_motion import Settle, play
+from stiffcal.simulation.true_motion import RestSolver, solve_true_runs
 from stiffcal.simulation.truth import TRUTH_FILE, truth_document
 
 
@@ -47,7 +47,7 @@ def simulate_campaign(
     out: Path,
     seed: int | None = None,
     progress: Progress = no_progress,
-    settle: Settle | None = None,
+    settle: RestSolver | None = None,
 ) -> dict[str, Any]:
     """Write a simulated campaign folder.
 
@@ -103,8 +103,8 @@ def simulate_campaign(
 
 
 def simulate_runs(
-    campaign: Campaign, settings: SimulationSettings, seed: int, settle: Settle | None = None
-) -> tuple[CompliantRobot, Stage]:
+    campaign: Campaign, settings: SimulationSettings, seed: int, settle: RestSolver | None = None
+) -> tuple[CompliantRobot, RecordingContext]:
     """Draw the load cycles and find where the robot (``settle``, or the model file's) really is, without instruments.
 
     Raises
@@ -128,7 +128,7 @@ def simulate_runs(
     planned_runs = draw_acts(campaign, settings, frames, seed)
     tool = tool_weight(campaign.manifest)
     held = [planned for planned in planned_runs if not isinstance(planned.program, MotionProgram)]
-    true_run = {one.planned.name: one for one in play(robot, held, frames, tool, settle)}
+    true_run = {one.planned.name: one for one in solve_true_runs(robot, held, frames, tool, settle)}
     on = {run.id for run in campaign.manifest.runs if run.compensation == "on"}
     correcting = [one for name, one in true_run.items() if name in on]
     for one in compensated(robot, correcting, settings.controller, frames, tool, settle):
@@ -140,7 +140,7 @@ def simulate_runs(
             fixture = np.diag(settings.clamping_of(run).fixture_compliance)
             true_run[planned.name] = simulate_clamped(robot, planned, frames, tool, fixture)
     runs, rods = tuple(true_run[planned.name] for planned in planned_runs), rods_on_links(campaign)
-    return robot, Stage(settings, frames, runs, seed, campaign.chain.gear_ratio, rods)
+    return robot, RecordingContext(settings, frames, runs, seed, campaign.chain.gear_ratio, rods)
 
 
 def _logs_run(manifest: Manifest, run: str, source: str) -> bool:

@@ -4,7 +4,7 @@ The robot is `stiffcal.model.equilibrium`, solved in the holds and at a few load
 interpolated in proportion to the load. A ramp moves the target by some 0.5 mm; what the straight line between two
 balances a third of that apart leaves out is the curvature of the law over it, nanometres on a smooth law.
 
-Another robot may answer in its place (`Settle`): a physics engine with no law of ours in it, or a real one's record.
+Another robot may answer in its place (`RestSolver`): a physics engine without our laws, or a real one's record.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class TrueRun:
         return np.asarray(value[after - 1] * (1.0 - share) + value[after] * share)
 
 
-class Settle(Protocol):
+class RestSolver(Protocol):
     """A robot, seen from outside: asked for loads in the order in which they act, it says where it comes to rest."""
 
     def __call__(self, joints: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder) -> Places:
@@ -132,12 +132,12 @@ class _Nodes:
     first: Integers  # (b,) index of the first node of each balance
 
 
-def play(
+def solve_true_runs(
     robot: CompliantRobot,
     planned_runs: Sequence[PlannedRun],
     frames: Mapping[str, Attachment],
     tool: ToolWeight,
-    settle: Settle | None = None,
+    settle: RestSolver | None = None,
     told: Mapping[str, Floats] | None = None,
 ) -> list[TrueRun]:
     """Solve all runs in one batch.
@@ -166,8 +166,8 @@ def play(
         nodes = [_nodes_of(planned) for planned in group]
         joints = [_joints_of(planned, mine, told) for planned, mine in zip(group, nodes, strict=True)]
         wrench = [planned.program.wrench_at(mine.path[mine.first]) for planned, mine in zip(group, nodes, strict=True)]
-        asked = _Asked(group, nodes, np.concatenate(joints), frames, tool)
-        solve = partial(_solve, robot, asked, settle=settle or _balanced(robot))
+        batch = _LoadPointBatch(group, nodes, np.concatenate(joints), frames, tool)
+        solve = partial(_solve, robot, batch, settle=settle or _balanced(robot))
         stiffness = [planned.loads.guide_N_per_m for planned in group]
         sizes, at = [mine.first.size for mine in nodes], names.index(point)
         try:
@@ -234,7 +234,7 @@ def _joints_of(planned: PlannedRun, nodes: _Nodes, told: Mapping[str, Floats] | 
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _LoadPointBatch:
     """Runs with one load point: what is solved, at which logged angles (b, L), and what is looked at."""
 
     planned_runs: Sequence[PlannedRun]
@@ -244,27 +244,27 @@ class _Asked:
     tool: ToolWeight
 
 
-def _solve(robot: CompliantRobot, asked: _Asked, wrench: Floats, settle: Settle) -> Places:
+def _solve(robot: CompliantRobot, batch: _LoadPointBatch, wrench: Floats, settle: RestSolver) -> Places:
     """Find the places in several runs with one load point under wrenches (b, 6); observation effects included."""
     setup = MeasurementSetup(
         wrench_axes=_BASE,
-        wrench_point=asked.planned_runs[0].load_point,
-        targets=tuple(asked.frames.values()),
-        target_names=tuple(asked.frames),
+        wrench_point=batch.planned_runs[0].load_point,
+        targets=tuple(batch.frames.values()),
+        target_names=tuple(batch.frames),
         moments_measured=True,
         base_from_tracker=np.eye(4),
-        tool_mass=asked.tool.mass,
-        tool_com=asked.tool.com,
+        tool_mass=batch.tool.mass,
+        tool_com=batch.tool.com,
     )
-    logged = asked.logged
-    order = _order_of(robot, asked.planned_runs, asked.nodes)
+    logged = batch.logged
+    order = _order_of(robot, batch.planned_runs, batch.nodes)
     places = settle(robot.chain.model_angles(logged), wrench, setup, order)
     shift = _observed_shift(robot, places.displacement, order)
     turned = rotation_from_vector(shift[..., 3:]) @ places.rotation
     return Places(places.position + shift[..., :3], turned, places.displacement + shift, places.nodes)
 
 
-def _balanced(robot: CompliantRobot) -> Settle:
+def _balanced(robot: CompliantRobot) -> RestSolver:
     """Return the exact balance as the robot that is asked."""
 
     def settle(joints: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder) -> Places:

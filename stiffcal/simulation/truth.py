@@ -12,7 +12,7 @@ import numpy as np
 
 from stiffcal.mechanics.low_pass import LowPass
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.simulation.recording import Device, DeviceLog, Stage
+from stiffcal.simulation.recording import Device, DeviceLog, RecordingContext
 from stiffcal.simulation.settings import Amounts, Controller, Sensor
 
 TRUTH_FILE = "truth.json"
@@ -21,7 +21,7 @@ TRUTH_SCHEMA = "stiffcal/truth/1"
 
 def truth_document(
     robot: CompliantRobot,
-    stage: Stage,
+    stage: RecordingContext,
     switched_on: Sequence[Sequence[Device]],
     logs: Sequence[Sequence[DeviceLog]],
     controller: Controller | None = None,
@@ -84,7 +84,7 @@ def _noise(sensor: Sensor) -> dict[str, dict[str, float]]:
     }
 
 
-def _run(stage: Stage, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> dict[str, Any]:
+def _run(stage: RecordingContext, devices: Sequence[Device], logs: Sequence[DeviceLog]) -> dict[str, Any]:
     """Return what is true of one run."""
     true_run = stage.true_run[devices[0].run]
     program = true_run.planned.program

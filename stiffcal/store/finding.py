@@ -8,7 +8,7 @@ from pathlib import Path
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.store.generations import CURRENT, all_generations, current_folder, place_of
-from stiffcal.store.index import INDEX, DamagedError, error_of_reading, file_of, read_index
+from stiffcal.store.index import INDEX, DamagedStoreError, error_of_reading, file_of, read_index
 from stiffcal.store.inside import is_refused, is_there, open_inside
 from stiffcal.store.origin import verify
 from stiffcal.trust.notices import notice
@@ -69,7 +69,7 @@ def is_whole(store: Path, folder: Path, shown: str) -> bool:
                 inside = file_of(name, ending)
                 with open_inside(store, f"{place}/{inside}") as file:
                     verify(file, folder / inside, entry, shown, name)
-    except DamagedError:
+    except DamagedStoreError:
         return False
     except OSError as error:
         if is_refused(error):

@@ -167,7 +167,7 @@ def _replace_text(path: Path, text: str) -> None:
 
 
 @contextmanager
-def held(store: Path, folder: Path, shown: str = "store") -> Iterator[bool]:
+def pinned(store: Path, folder: Path, shown: str = "store") -> Iterator[bool]:
     """Hold a generation against removal while it is read; yields False where it was removed already.
 
     Raises

@@ -41,7 +41,7 @@ ENDINGS = {"tables": ".parquet", "documents": ".json"}
 _KINDS = tuple(ENDINGS)
 
 
-class DamagedError(InputError):
+class DamagedStoreError(InputError):
     """A part of a store cannot be used: it is not what was written, or not there."""
 
 
@@ -65,7 +65,8 @@ def error_of_reading(error: OSError, shown: str, place: str) -> InputError:
     Returns
     -------
     InputError
-        An `UnreadableError` where the system refuses, a `DamagedError` where the part is not there or no plain file.
+        An `UnreadableError` where the system refuses, a `DamagedStoreError` where the part is missing or no plain
+        file.
 
     Examples
     --------
@@ -78,7 +79,7 @@ the history is kept as far as it can be read [store-damaged]
     """
     words = error.strerror or str(error)
     if not is_refused(error):
-        return DamagedError.at(FaultCode.STORE_DAMAGED, shown, place, f"damaged ({words})", REBUILD)
+        return DamagedStoreError.at(FaultCode.STORE_DAMAGED, shown, place, f"damaged ({words})", REBUILD)
     no_right = error.errno in (errno.EACCES, errno.EPERM)
     mend = "get the right to read it" if no_right else MENDS.get(error.errno or 0, "look whether the disk is in order")
     return UnreadableError.at(
@@ -169,7 +170,9 @@ def read_index(store: Path, place: str, shown: str) -> Index:
     except OSError as error:
         raise error_of_reading(error, shown, INDEX) from None
     if len(content) > MOST_BYTES:
-        raise DamagedError.at(FaultCode.STORE_DAMAGED, shown, INDEX, f"damaged (more than {MOST_BYTES} bytes)", REBUILD)
+        raise DamagedStoreError.at(
+            FaultCode.STORE_DAMAGED, shown, INDEX, f"damaged (more than {MOST_BYTES} bytes)", REBUILD
+        )
     return parse_index(content, shown)
 
 
@@ -191,7 +194,7 @@ def parse_index(content: bytes, shown: str) -> Index:
             raise ValueError(f"schema {str(schema)[:80]!r}")
         tables, documents = (_entries(document[kind], kind, hashed=schema == SCHEMA) for kind in _KINDS)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise DamagedError.at(FaultCode.STORE_DAMAGED, shown, INDEX, f"damaged ({error})", REBUILD) from None
+        raise DamagedStoreError.at(FaultCode.STORE_DAMAGED, shown, INDEX, f"damaged ({error})", REBUILD) from None
     return Index(tables, documents, hashlib.sha256(content).hexdigest())
 
 

@@ -15,7 +15,7 @@ from typing import IO, Any
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.store.index import FOREIGN, ORIGINS, OWN, REBUILD, TRUSTED_PLACE, DamagedError, Entry, Index
+from stiffcal.store.index import FOREIGN, ORIGINS, OWN, REBUILD, TRUSTED_PLACE, DamagedStoreError, Entry, Index
 from stiffcal.trust.record import CommittedGeneration, open_record
 
 ENTRY_LISTS = {"history": "fits", "load_paths": "paths", "diagnoses": "entries"}
@@ -136,4 +136,4 @@ def hash_of(file: IO[bytes]) -> str:
 
 def damaged(shown: str, name: str, why: str) -> InputError:
     """Return the error of a file that is not what was written."""
-    return DamagedError.at(FaultCode.STORE_DAMAGED, shown, name, f"damaged ({why})", REBUILD)
+    return DamagedStoreError.at(FaultCode.STORE_DAMAGED, shown, name, f"damaged ({why})", REBUILD)

@@ -15,7 +15,7 @@ from stiffcal.store.index import (
     ENDINGS,
     FOREIGN,
     OWN,
-    DamagedError,
+    DamagedStoreError,
     Entry,
     Index,
     error_of_reading,
@@ -37,7 +37,7 @@ _COMPARED_BYTES = 1 << 22
 
 
 @dataclass
-class Previous:
+class PreviousGeneration:
     """The generation that held when a writer began; there may be none.
 
     Attributes
@@ -80,7 +80,7 @@ class Previous:
             return None
         try:
             return self.snapshot.read_document(name)
-        except DamagedError:
+        except DamagedStoreError:
             return None
 
     def grown(self, kind: str, name: str) -> dict[str, Any] | None:
@@ -132,7 +132,7 @@ class Previous:
 
     def _entries(self, name: str) -> dict[str, Any] | None:
         """Return a document that grows, as far as it can be read; what is not what was written is foreign."""
-        with suppress(DamagedError):
+        with suppress(DamagedStoreError):
             return self.snapshot.read_document(name)
         try:
             with open_inside(self.snapshot.store, self._place("documents", name)) as file:
@@ -186,7 +186,7 @@ class Previous:
         notice(f"{goal}: a damaged part of the store was moved here with its history")
 
 
-def previous_generation(store: Store, folder: Path | None) -> Previous:
+def previous_generation(store: Store, folder: Path | None) -> PreviousGeneration:
     """Return what is known of the generation that holds; of a damaged index, that there may be a history.
 
     Raises
@@ -199,11 +199,11 @@ def previous_generation(store: Store, folder: Path | None) -> Previous:
     if folder is not None:
         try:
             index = read_index(store.folder, place_of(store.folder, folder), store.shown)
-        except DamagedError:
+        except DamagedStoreError:
             documents = {name: Entry(0, origin=FOREIGN) for name in ENTRY_LISTS if _is_there(folder, name)}
             index = Index(documents=documents)
     snapshot = Snapshot(store.folder, found, index, store.shown, store.address, store.remote)
-    return Previous(snapshot, folder is not None)
+    return PreviousGeneration(snapshot, folder is not None)
 
 
 def _is_there(folder: Path, name: str) -> bool:

@@ -119,11 +119,11 @@ def versions() -> dict[str, str]:
     >>> sorted(versions())[:2]
     ['h5py', 'numpy']
     """
-    return dict(_versions())
+    return dict(_package_versions())
 
 
 @cache
-def _versions() -> tuple[tuple[str, str], ...]:
+def _package_versions() -> tuple[tuple[str, str], ...]:
     from stiffcal import __version__
 
     found = {"python": sys.version.split()[0], "stiffcal": __version__}

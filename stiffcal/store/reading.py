@@ -14,8 +14,8 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import Columns
 from stiffcal.store.finding import ATTEMPTS, find_generation, nothing_stored
-from stiffcal.store.generations import LOCK, current_folder, has_others, held, place_of, remove_others
-from stiffcal.store.index import INDEX, OWN, REBUILD, DamagedError, read_index
+from stiffcal.store.generations import LOCK, current_folder, has_others, pinned, place_of, remove_others
+from stiffcal.store.index import INDEX, OWN, REBUILD, DamagedStoreError, read_index
 from stiffcal.store.inside import is_there
 from stiffcal.store.locking import writer_lock
 from stiffcal.store.snapshot import Snapshot
@@ -79,12 +79,12 @@ class Store:
             folder = self._current()
             if folder is None:
                 raise nothing_stored(self.shown)
-            with held(self.folder, folder, self.shown) as still_there:
+            with pinned(self.folder, folder, self.shown) as still_there:
                 if still_there:
                     index = read_index(self.folder, place_of(self.folder, folder), self.shown)
                     yield Snapshot(self.folder, folder, index, self.shown, self.address, self.remote)
                     return
-        raise DamagedError.at(
+        raise DamagedStoreError.at(
             FaultCode.STORE_DAMAGED, self.shown, "current", "the generation it names cannot be read", REBUILD
         )
 
@@ -113,7 +113,7 @@ class Store:
         with ExitStack() as stack:
             try:
                 snapshot = stack.enter_context(self.snapshot())
-            except DamagedError as error:
+            except DamagedStoreError as error:
                 notice(f"{error}")
                 snapshot = None
             yield snapshot

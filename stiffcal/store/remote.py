@@ -38,7 +38,7 @@ from stiffcal.errors import InputError, one_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import mask
 from stiffcal.store.generations import CURRENT, GENERATIONS, current_folder, is_generation_name, switch
-from stiffcal.store.index import INDEX, MOST_BYTES, REBUILD, DamagedError
+from stiffcal.store.index import INDEX, MOST_BYTES, REBUILD, DamagedStoreError
 
 LEASE_S = 60.0
 RENEW_S = 10.0
@@ -115,7 +115,7 @@ class Remote:
                 while chunk := source.read(CHUNK):
                     left -= len(chunk)
                     if left < 0:
-                        raise DamagedError.at(
+                        raise DamagedStoreError.at(
                             FaultCode.STORE_DAMAGED,
                             self.shown,
                             name,
@@ -123,7 +123,7 @@ class Remote:
                             REBUILD,
                         )
                     target.write(chunk)
-        except DamagedError:
+        except DamagedStoreError:
             fresh.unlink(missing_ok=True)
             raise
         except FileNotFoundError:

@@ -17,7 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import DOCUMENT, PIECE
 from stiffcal.store.generations import place_of
-from stiffcal.store.index import OWN, DamagedError, Entry, Index, error_of_reading, file_of, parse_json
+from stiffcal.store.index import OWN, DamagedStoreError, Entry, Index, error_of_reading, file_of, parse_json
 from stiffcal.store.inside import is_refused, open_inside
 from stiffcal.store.origin import (
     damaged,
@@ -143,7 +143,7 @@ class Snapshot:
                 try:
                     with self._verified(name, ending, entry):
                         pass
-                except DamagedError as error:
+                except DamagedStoreError as error:
                     found[name] = error.faults[0].reason
         return found
 
@@ -165,12 +165,14 @@ class Snapshot:
         with file:
             try:
                 verify(file, path, entry, self.shown, name)
-            except DamagedError as error:
+            except DamagedStoreError as error:
                 if not name.startswith(RECORDINGS):
                     raise
                 # No command compares recordings but the one that reads them: without the file, ingest makes it anew.
                 mend = f"remove {path} and run stiffcal ingest again"
-                raise DamagedError.at(FaultCode.STORE_DAMAGED, self.shown, name, error.faults[0].reason, mend) from None
+                raise DamagedStoreError.at(
+                    FaultCode.STORE_DAMAGED, self.shown, name, error.faults[0].reason, mend
+                ) from None
             yield file
 
     @contextmanager

@@ -36,7 +36,7 @@ from stiffcal.store.hashed_file import HashedFile
 from stiffcal.store.index import ENDINGS, INDEX, OWN, SCHEMA, Entry, file_of
 from stiffcal.store.locking import writer_lock
 from stiffcal.store.origin import damaged, remember
-from stiffcal.store.previous import Previous, previous_generation
+from stiffcal.store.previous import PreviousGeneration, previous_generation
 
 # Rows of one Parquet row group: 15 MB of seven float64 columns held in memory while a log streams through.
 ROW_GROUP = 1 << 18
@@ -152,7 +152,7 @@ class Writing:
     needed : whether something of a name must not be left out by `keep_rest` where it is damaged.
     """
 
-    def __init__(self, store: Store, command: str, old: Previous, ticket: Ticket | None) -> None:
+    def __init__(self, store: Store, command: str, old: PreviousGeneration, ticket: Ticket | None) -> None:
         self.committed = False
         self.sources_state: str | None = None
         self.origin = OWN

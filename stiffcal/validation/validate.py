@@ -98,7 +98,7 @@ def _largest_of(values: Floats, data: Observations) -> dict[str, float | None]:
 def _slice(label: str, low: float, high: float, members: Booleans | Integers, heldout: HeldoutResiduals) -> Slice:
     data = heldout.data.part(members)
     values = heldout.residual[:, members]
-    return Slice(label, low, high, data.n_seen, rms_of(values, data), _largest_of(values, data))
+    return Slice(label, low, high, data.n_measured, rms_of(values, data), _largest_of(values, data))
 
 
 def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None = None) -> Validation:
@@ -148,7 +148,7 @@ def _by_body(heldout: HeldoutResiduals) -> list[Slice]:
             own = np.where(data.measured_mask, heldout.residual, 0.0)
             moved = rms_of(np.where(data.measured_mask, heldout.displacement, 0.0), data)
             largest = _largest_of(own, data)
-            slices.append(Slice(name, np.nan, np.nan, data.n_seen, rms_of(own, data), largest, moved))
+            slices.append(Slice(name, np.nan, np.nan, data.n_measured, rms_of(own, data), largest, moved))
     return slices
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stiffcal.workflow.steps import Document, Ingested
 
 if TYPE_CHECKING:
-    from stiffcal.experiments.joint_lines import JointCompliance, JointLine
+    from stiffcal.experiments.joint_lines import JointComplianceMatrix, JointLine
     from stiffcal.experiments.joint_motion import JointMotion
 
 
@@ -46,7 +46,7 @@ def bodies_document(data: Ingested) -> Document:
     return found
 
 
-def _joint(motion: JointMotion, found: JointCompliance) -> dict[str, Any]:
+def _joint(motion: JointMotion, found: JointComplianceMatrix) -> dict[str, Any]:
     return {
         "joint": motion.joint,
         "between": [motion.inboard or "base", motion.outboard],

@@ -11,7 +11,7 @@ from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faul
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.proposals import propose_sources
 from stiffcal.planning.rod_views import rod_views
-from stiffcal.reduction.clocks import ClockOffset
+from stiffcal.reduction.clocks import SourceClockOffset
 from stiffcal.workflow.check_results import (
     CheckedColumn,
     CheckedJoint,
@@ -127,7 +127,7 @@ def _with_non_load_runs(campaign: Campaign, runs: Sequence[CheckedRun], non_load
             n_readings=n_readings,
             set_aside=[str(dropped["why"]) for dropped in entry["dropped"]],
             largest_force_N=None,
-            clock_ahead_s={source: ClockOffset(**clock) for source, clock in entry["clock_ahead_s"].items()},
+            clock_ahead_s={source: SourceClockOffset(**clock) for source, clock in entry["clock_ahead_s"].items()},
         )
     return list(listed.values())
 
@@ -137,9 +137,9 @@ def _unusable(campaign: Campaign, non_load: NonLoadRuns) -> tuple[list[str], lis
     unusable: list[str] = []
     remarks = list(non_load.warnings)
     if non_load.clamped:
-        from stiffcal.workflow.clamped import contradictions_of
+        from stiffcal.workflow.clamped import check_clamped_runs
 
-        unusable, of_clamped = contradictions_of(campaign, non_load.clamped)
+        unusable, of_clamped = check_clamped_runs(campaign, non_load.clamped)
         remarks += of_clamped
     return unusable + _without_friction(campaign, non_load), remarks
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent
 from stiffcal.ingest.proposals import ProposedSource
 from stiffcal.planning.rod_views import CheckedRods
-from stiffcal.reduction.clocks import ClockOffset
+from stiffcal.reduction.clocks import SourceClockOffset
 from stiffcal.reduction.registration import RegistrationSummary
 
 
@@ -70,7 +70,7 @@ class CheckedRun:
     """Null without load states."""
     work_J: Annotated[Number, NOT_PROMISED] = None
     """What the load has done on the robot."""
-    clock_ahead_s: Annotated[dict[str, ClockOffset], NOT_PROMISED]
+    clock_ahead_s: Annotated[dict[str, SourceClockOffset], NOT_PROMISED]
     """Of each source, against the first."""
 
 

@@ -208,7 +208,7 @@ def clamped_result(campaign: Campaign, readings: ClampedReadings | None) -> Clam
     return ClampedResult(tuple(runs), tuple(joints_of(runs)))
 
 
-def contradictions_of(campaign: Campaign, parts: Sequence[ClampedReadings]) -> tuple[list[str], list[str]]:
+def check_clamped_runs(campaign: Campaign, parts: Sequence[ClampedReadings]) -> tuple[list[str], list[str]]:
     """Return why runs cannot be used, and what contradicts itself in the others, in words, before anything is fitted.
 
     Parameters

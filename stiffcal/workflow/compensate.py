@@ -180,7 +180,7 @@ def _judgement(
 
     assert options.judge is not None
     other = fitted_robot(
-        load_campaign(options.judge, check_files=False), RunContext(progress=context.progress, say=context.say)
+        load_campaign(options.judge, check_files=False), RunContext(progress=context.progress, notify=context.notify)
     )
     if other.campaign.chain.joint_names != fitted.campaign.chain.joint_names:
         raise InputError.at(
@@ -235,15 +235,17 @@ def _corrected_poses(path: CompensationPath, found: Corrected) -> list[Corrected
 
 
 def _warnings(path: CompensationPath, found: Corrected, options: CompensateRequest) -> list[str]:
-    said = list(path.doubts)
+    sentences = list(path.doubts)
     only = found.position_reached & ~found.reached
     if options.orientation and only.any():
         worst = 1e3 * float(np.abs(found.after[only, 3:]).max())
         lines = ", ".join(str(line) for line in path.table.lines[only][:5]) + (", …" if only.sum() > 5 else "")
         held = sorted({name for names in found.held for name in names})
         why = f"{', '.join(held)} at its limit" if held else "beside a singular pose"
-        said.append(f"line {lines}: the position is reached, of the orientation up to {worst:.2g} mrad remain ({why})")
-    return said
+        sentences.append(
+            f"line {lines}: the position is reached, of the orientation up to {worst:.2g} mrad remain ({why})"
+        )
+    return sentences
 
 
 def _table(result: CompensateResult, path: CompensationPath) -> dict[str, Any]:

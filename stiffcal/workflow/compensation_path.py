@@ -252,12 +252,12 @@ def _wrench(
     fitted: FittedRobot, setup: MeasurementSetup, table: WrittenTable, joints: Floats, forces: Forces
 ) -> Floats:
     own = any(name in table.numbers for name in AXES)
-    said = [name for name in ("everywhere", "segments", "log") if getattr(forces, name) is not None]
-    if len(said) + own != 1:
+    options_given = [name for name in ("everywhere", "segments", "log") if getattr(forces, name) is not None]
+    if len(options_given) + own != 1:
         mend = "give the forces once: columns Fx … Tz of the path, --force, --segments or --log"
-        reason = "no forces are given" if not said and not own else "forces are given more than once"
+        reason = "no forces are given" if not options_given and not own else "forces are given more than once"
         raise InputError.at(
-            FaultCode.OPTION_CONFLICT, table.file if own or not said else "command line", "", reason, mend
+            FaultCode.OPTION_CONFLICT, table.file if own or not options_given else "command line", "", reason, mend
         )
     if forces.log is None and (forces.filter_hz is not None or forces.tool is not None):
         option = "--filter" if forces.filter_hz is not None else "--tool"
@@ -277,13 +277,13 @@ def _wrench(
             )
         return np.repeat(np.array([given + [0.0] * (6 - len(given))]), len(table), axis=0)
     if forces.segments is not None:
-        return _by_segment(table, forces.segments)
+        return _segment_wrenches(table, forces.segments)
     if forces.log is not None:
         return _logged(fitted, setup, table, joints, forces)
     return table.block(AXES)
 
 
-def _by_segment(table: WrittenTable, file: Path) -> Floats:
+def _segment_wrenches(table: WrittenTable, file: Path) -> Floats:
     if "segment" not in table.words:
         raise InputError.at(
             FaultCode.COLUMN_MISSING,

@@ -44,7 +44,7 @@ def run_demo(folder: Path, context: RunContext | None = None) -> Document:
     """
     context = context or RunContext()
     folder = Path(folder)
-    context.say(f"copying the example to {folder} and making its raw logs from their seed")
+    context.notify(f"copying the example to {folder} and making its raw logs from their seed")
     simulate_campaign(EXAMPLE, folder, None, context.progress)
     with replacing(folder / "README.md") as beside:  # not through a link that lies there
         shutil.copyfile(EXAMPLE / "README.md", beside)

@@ -25,7 +25,7 @@ _LARGEST = 1e150
 MODEL_SCHEMAS = ("stiffcal/model-export/1", "stiffcal/identify/1")
 
 
-def judgement(
+def check_thresholds(
     data: Ingested, identified: Document, validation: Document, context: RunContext, file: ThresholdsFile | None = None
 ) -> Document:
     """Hold a validated fit to the campaign's thresholds.

@@ -33,7 +33,7 @@ class Where(TypedDict, total=False):
     pairs: list[list[int]]
 
 
-class EffectHeld(TypedDict):
+class ModelEffect(TypedDict):
     """An effect of a model, with its places."""
 
     type: str
@@ -46,7 +46,7 @@ class Model(TypedDict):
     """What a model holds."""
 
     balance: Literal["deformed", "first-order"]
-    effects: list[EffectHeld]
+    effects: list[ModelEffect]
 
 
 class Threshold(TypedDict):

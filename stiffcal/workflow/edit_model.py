@@ -72,7 +72,7 @@ def edit_model(
     n_joints = campaign.chain.n_joints
     changes = []
     if action == "add":
-        changes += _replaced(campaign, catalogue[effect], given)
+        changes += _remove_replaced(campaign, catalogue[effect], given)
         new = add_effect(campaign.folder, effect, **given, n_joints=n_joints)
         if new or not curved:
             changes.append(
@@ -172,7 +172,7 @@ def _check_possible(effect: str, given: Mapping[str, Sequence[Any]], possible: S
             )
 
 
-def _replaced(campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]) -> list[str]:
+def _remove_replaced(campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]) -> list[str]:
     """Take out what the new effect includes or excludes at the same places, and say so."""
     from stiffcal.campaign.model_editing import remove_effect
     from stiffcal.campaign.model_file import place_names

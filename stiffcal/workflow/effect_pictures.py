@@ -18,7 +18,7 @@ from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-from stiffcal.mechanics.chain import Chain, LinkBeam
+from stiffcal.mechanics.chain import BeamFrame, Chain
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place, StateOrder
@@ -48,7 +48,7 @@ PICTURES = (".svg", ".png", ".pdf")
 
 
 @dataclass(frozen=True)
-class Example:
+class LeverExample:
     """Loads on the lever.
 
     Attributes
@@ -81,7 +81,7 @@ def lever() -> tuple[Chain, MeasurementSetup]:
         limits=np.tile([-np.inf, np.inf], (2, 1)), gear_ratio=np.ones(2), gear_orders=((), ()),
         mechanical=np.zeros(2, dtype=np.bool_), bearing=np.zeros(2), link_names=("link", "arm"),
         link_mass=np.zeros(2), link_com=np.zeros((2, 3)), masses_known=True, gravity=np.zeros(3),
-        beams={"link": LinkBeam(1, end, FIRST)}, compensator=SPRING,
+        beams={"link": BeamFrame(1, end, FIRST)}, compensator=SPRING,
     )  # fmt: skip
     tool = Attachment(3, np.eye(4))
     beside = np.eye(4)
@@ -163,21 +163,21 @@ def sketch_effect(name: str, plugins: PluginCode | None = None) -> list[str]:
     return [] if picture is None else sketch(picture)
 
 
-def _examples(effect: Effect, places: Sequence[Place], chain: Chain) -> Iterator[Example]:
+def _examples(effect: Effect, places: Sequence[Place], chain: Chain) -> Iterator[LeverExample]:
     """Return load cycles along each line; for effects that follow a joint's angle, poses under one load."""
     if not places:
         return
     probe = NodeLoads(np.zeros((6, 6, 1)), np.zeros((2, 1)), _order(1))
-    driver = effect.driver(places[0], chain, probe)
+    covariate = effect.covariate(places[0], chain, probe)
     for line in LINES:
         yield (
             _poses(np.array(line))
-            if driver is not None and driver.unit == "rad" and "angle" in driver.label
+            if covariate is not None and covariate.unit == "rad" and "angle" in covariate.label
             else (_cycles(np.array(line)))
         )
 
 
-def _cycles(line: Floats) -> Example:
+def _cycles(line: Floats) -> LeverExample:
     """Return the force up and down along a line, then against it, twice over."""
     up = np.linspace(0.0, 1.0, 21)
     one = np.concatenate([up, up[-2::-1], -up[1:], -up[-2::-1]])
@@ -187,12 +187,12 @@ def _cycles(line: Floats) -> Example:
     wrench[:, :3] = LARGEST_FORCE * level[:, None] * line
     unloading = np.abs(level) < np.abs(np.concatenate([[0.0], level[:-1]]))
     angles = np.tile(np.radians([20.0, -35.0]), (len(level), 1))
-    return Example(
+    return LeverExample(
         angles, wrench, order, line, LARGEST_FORCE * level, f"force along {_line_words(line)} [N]", unloading
     )
 
 
-def _poses(line: Floats) -> Example:
+def _poses(line: Floats) -> LeverExample:
     """Return one load in poses all through the joints' turn."""
     angle = np.linspace(-np.pi, np.pi, 73)
     wrench = np.zeros((len(angle), 6))
@@ -200,7 +200,7 @@ def _poses(line: Floats) -> Example:
     both = np.stack([angle, np.full_like(angle, np.pi / 5.0)], axis=1)
     order = replace(_order(len(angle)), run=np.arange(len(angle), dtype=np.int64))
     label = f"angle of joint 1 [°], under {LARGEST_FORCE:.0f} N along {_line_words(line)}"
-    return Example(both, wrench, order, line, np.degrees(angle), label, np.zeros(len(angle), dtype=np.bool_))
+    return LeverExample(both, wrench, order, line, np.degrees(angle), label, np.zeros(len(angle), dtype=np.bool_))
 
 
 def _line_words(line: Floats) -> str:
@@ -218,7 +218,7 @@ def _order(n: int, level: Floats | None = None) -> StateOrder:
 
 
 def _drawn(
-    effect: Effect, place: Place, chain: Chain, setup: MeasurementSetup, example: Example
+    effect: Effect, place: Place, chain: Chain, setup: MeasurementSetup, example: LeverExample
 ) -> tuple[float, EffectPicture] | None:
     """Return how much of the effect shows at its usual size, and the picture with it enlarged."""
     springs = _springs()
@@ -255,7 +255,7 @@ def _drawn(
     return shown / whole, _as_picture(effect, example, axis, without[:, axis] * 1e3, with_it[:, axis] * 1e3)
 
 
-def _as_picture(effect: Effect, example: Example, axis: int, without: Floats, with_it: Floats) -> EffectPicture:
+def _as_picture(effect: Effect, example: LeverExample, axis: int, without: Floats, with_it: Floats) -> EffectPicture:
     """Return the picture; where all cycles run on one curve, that curve once."""
     x, unloading = example.x, example.unloading
     once, number = np.unique(x, return_inverse=True)
@@ -323,14 +323,14 @@ def _springs() -> tuple[PlacedEffect, ...]:
 
 
 def _usual(
-    effect: Effect, place: Place, robot: CompliantRobot, setup: MeasurementSetup, example: Example
+    effect: Effect, place: Place, robot: CompliantRobot, setup: MeasurementSetup, example: LeverExample
 ) -> dict[str, float] | None:
     """Return values of usual size, shapes from the middle of the effect's grid; None where no shape shows."""
     values = {spec.symbol: spec.typical for spec in effect.parameters}
     balance = solve_balance(robot, example.angles, example.wrench, setup, example.order)
     wrench = np.zeros((6, 6, len(example.x)))
     wrench[1, 5], wrench[3, 5] = balance.joint_torque[:, 0], balance.joint_torque[:, 1]
-    grid = effect.shape_grid(place, robot.chain, NodeLoads(wrench, example.angles.T, example.order))
+    grid = effect.nonlinear_grid(place, robot.chain, NodeLoads(wrench, example.angles.T, example.order))
     for symbol, found in grid.items():
         if not len(found):
             return None
@@ -347,7 +347,7 @@ def _scaled(effect: Effect, place: Place, usual: dict[str, float], factor: float
     return PlacedEffect(effect, place, values)
 
 
-def _deflection(robot: CompliantRobot, setup: MeasurementSetup, example: Example) -> Floats:
+def _deflection(robot: CompliantRobot, setup: MeasurementSetup, example: LeverExample) -> Floats:
     """Return (n, 3) m, the target's displacement as the tracker sees it."""
     balance = solve_balance(robot, example.angles, example.wrench, setup, example.order)
     displacement = np.ascontiguousarray(np.moveaxis(balance.displacement, 0, -1))

@@ -47,20 +47,20 @@ def evidence_of(data: Ingested, search: Search) -> tuple[dict[str, Any], list[Do
     present = {f"{one.effect.name} {one.place.label}": one.effect.name for one in search.first.fit.robot.placed}
     missing = [found.candidate.name for found in search.found]
     beyond = [name for name, effect in present.items() if effect not in basic]
-    held = {*present} | {f"{name} j{joint}" for name in basic for joint in range(1, campaign.chain.n_joints + 1)}
+    in_model = {*present} | {f"{name} j{joint}" for name in basic for joint in range(1, campaign.chain.n_joints + 1)}
     catalogue, _ = all_effects(campaign)
     found = {
         f"{one.placed.effect.name} {one.placed.place.label}": one
-        for one in evidence_for(search.final_scan, {*missing, *beyond}, catalogue, held)
+        for one in evidence_for(search.final_scan, {*missing, *beyond}, catalogue, in_model)
     }
     order = [name for name in missing if name in found]
-    order += sorted((name for name in found if name not in order), key=lambda name: -_fall(found[name]))
+    order += sorted((name for name in found if name not in order), key=lambda name: -_rms_reduction(found[name]))
     shown = {name: found[name] for name in order[:MOST_SHOWN]}
     entries = [_entry(data, one, "missing" if name in missing else "in the model") for name, one in shown.items()]
     return evidence_columns(data.states, shown), entries
 
 
-def _fall(one: EffectEvidence) -> float:
+def _rms_reduction(one: EffectEvidence) -> float:
     key = "rotation" if one.rotational else "translation"
     return (one.rms_before[key] or 0.0) - (one.rms_after[key] or 0.0)
 
@@ -71,7 +71,7 @@ def _entry(data: Ingested, one: EffectEvidence, status: str) -> Document:
         "effect": one.placed.effect.name,
         "where": one.placed.place.as_where(),
         "status": status,
-        "driver": one.driver,
+        "driver": one.covariate,
         "unit": one.unit,
         "component": "rotation" if one.rotational else "translation",
         "lever": one.lever,

@@ -93,7 +93,7 @@ class ExperimentValidation:
         )
 
 
-def experiment_parts(data: Ingested) -> list[ExperimentFit]:
+def fit_experiments(data: Ingested) -> list[ExperimentFit]:
     """Return what each kind of experiment that the campaign holds adds to ``identify``."""
     from stiffcal.workflow.clamped import clamped_experiment_fit
     from stiffcal.workflow.friction import friction_experiment_fit
@@ -109,7 +109,7 @@ def validated_experiments(data: Ingested) -> list[ExperimentValidation]:
     return [part for part in (clamped_validation(data), friction_validation(data)) if part is not None]
 
 
-def with_parts(document: Document, parts: Sequence[ExperimentFit]) -> Document:
+def merge_experiment_fits(document: Document, parts: Sequence[ExperimentFit]) -> Document:
     """Return an ``identify`` document with the parts of experiments in it."""
     if not parts:
         return document
@@ -132,7 +132,7 @@ def with_parts(document: Document, parts: Sequence[ExperimentFit]) -> Document:
     return merged | {part.name: document_of(part.section) for part in parts}
 
 
-def document_of_parts(balance: str, parts: Sequence[ExperimentFit]) -> Document:
+def identify_without_states(balance: str, parts: Sequence[ExperimentFit]) -> Document:
     """Return the ``identify`` document of a campaign that holds no load states."""
     from stiffcal.identification.document import SCHEMA
 
@@ -157,7 +157,7 @@ def document_of_parts(balance: str, parts: Sequence[ExperimentFit]) -> Document:
         "expected_rms": None,
         "expected_error": "; ".join(part.expected for part in parts if part.expected),
     }
-    return with_parts(empty, parts)
+    return merge_experiment_fits(empty, parts)
 
 
 def validation_with(document: Document, parts: Sequence[ExperimentValidation]) -> Document:

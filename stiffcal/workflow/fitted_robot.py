@@ -49,12 +49,12 @@ class FittedRobot:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the numbers must know."""
-        said = []
+        sentences = []
         if self.source == "model.toml":
-            said.append("the values are those of model.toml, taken as exact: no uncertainty is stated")
+            sentences.append("the values are those of model.toml, taken as exact: no uncertainty is stated")
         if not self.campaign.chain.masses_known and self.robot.deformed:
-            said.append("robot.toml gives no masses: the sag under weight is left out")
-        return (*said, *self.cautions)
+            sentences.append("robot.toml gives no masses: the sag under weight is left out")
+        return (*sentences, *self.cautions)
 
     def frame(self, name: str, option: str) -> Attachment:
         """Return where a frame rides on the robot.
@@ -109,7 +109,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     """
     from stiffcal.campaign.frames import measurement_setup, resolve_frames
     from stiffcal.identification.document import values_of
-    from stiffcal.ingest.sources import source_files
+    from stiffcal.ingest.sources import manifest_data_files
 
     robot = placed_robot(campaign)
     if not robot.placed:
@@ -122,7 +122,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
             f"stiffcal add {campaign.folder} joint-compliance --all",
         )
     missing, _ = free_names(campaign, robot)
-    measured = all((campaign.folder / file).exists() for file in source_files(campaign))
+    measured = all((campaign.folder / file).exists() for file in manifest_data_files(campaign))
     if not measured:
         if missing:
             reason = f"nothing is measured here, and {missing[0]} has no value"

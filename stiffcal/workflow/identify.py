@@ -74,7 +74,7 @@ def identify_campaign(
     data = ingested(folder, context)
     current = current_fit(data, loss)
     if current is not None:
-        context.say(f"nothing has changed since fit {current['fit_id']}")
+        context.notify(f"nothing has changed since fit {current['fit_id']}")
     document = current
     if document is None or (dual_quaternions and "dual_quaternions" not in document):
         fit = fit_now(data, loss, context)
@@ -173,14 +173,14 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
     from stiffcal.identification.document import fit_document
     from stiffcal.identification.state_tables import observed_table
     from stiffcal.workflow.bodies import bodies_document
-    from stiffcal.workflow.experiments import document_of_parts, experiment_parts, with_parts
+    from stiffcal.workflow.experiments import fit_experiments, identify_without_states, merge_experiment_fits
 
-    parts = experiment_parts(data)
+    parts = fit_experiments(data)
     tables = {name: table for part in parts for name, table in part.tables.items()}
     if fit is None:
-        document = document_of_parts(data.campaign.model.balance, parts)
+        document = identify_without_states(data.campaign.model.balance, parts)
     else:
-        document = with_parts(fit_document(fit, data.states) | _expectation(data, fit), parts)
+        document = merge_experiment_fits(fit_document(fit, data.states) | _expectation(data, fit), parts)
         document |= bodies_document(data)
         tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
     document |= {"loss": loss, "key": key_of_fit(data, loss)}

@@ -97,12 +97,12 @@ def plot_campaign(
     else:
         from stiffcal.report.figures.residual_against import draw_residual_against
 
-        driver = _driver(against, data, identified, shown)
+        covariate = _covariate(against, data, identified, shown)
         if run is not None:
-            shown, driver = _only(shown, driver, names.index(run))
+            shown, covariate = _only(shown, covariate, names.index(run))
         noise = (validation["noise"] or {}).get("translation")
-        figure = draw_residual_against(shown, [driver], noise)
-        drawn = f"residual against {driver.name}" + (f" in run {run}" if run else "")
+        figure = draw_residual_against(shown, [covariate], noise)
+        drawn = f"residual against {covariate.name}" + (f" in run {run}" if run else "")
     save_figure(figure, file)
     return PlotResult(warnings=[], file=str(file), drawn=drawn)
 
@@ -171,7 +171,7 @@ def _load_deformation(shown: ReportStates, names: list[str], run: str | None) ->
     return figures.draw_load_deformation_sheet(shown, runs, [names[k] for k in runs]), "load-deformation of every run"
 
 
-def _driver(against: str, data: Ingested, identified: Document, shown: ReportStates) -> ResidualCovariate:
+def _covariate(against: str, data: Ingested, identified: Document, shown: ReportStates) -> ResidualCovariate:
     from stiffcal.report.content import ResidualCovariate
     from stiffcal.workflow.report_content import joint_torques
 
@@ -216,7 +216,7 @@ def _joint(which: str, names: tuple[str, ...]) -> int:
     )
 
 
-def _only(shown: ReportStates, driver: ResidualCovariate, number: int) -> tuple[ReportStates, ResidualCovariate]:
+def _only(shown: ReportStates, covariate: ResidualCovariate, number: int) -> tuple[ReportStates, ResidualCovariate]:
     """Keep one run's states."""
     from dataclasses import fields, replace
 
@@ -225,4 +225,4 @@ def _only(shown: ReportStates, driver: ResidualCovariate, number: int) -> tuple[
     for one in fields(shown):
         values = getattr(shown, one.name)
         parts[one.name] = None if values is None else values[keep]
-    return replace(shown, **parts), replace(driver, values=driver.values[keep])
+    return replace(shown, **parts), replace(covariate, values=covariate.values[keep])

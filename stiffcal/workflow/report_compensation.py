@@ -48,10 +48,10 @@ def with_and_without(data: Ingested) -> WithAndWithout | None:
             pair = _over_time(data, states, partner, int(run), kind)
             if pair is not None:
                 over_time.append(pair)
-    return WithAndWithout(tuple(poses), tuple(over_time), _played(data))
+    return WithAndWithout(tuple(poses), tuple(over_time), _delay_remark(data))
 
 
-def _played(data: Ingested) -> str:
+def _delay_remark(data: Ingested) -> str:
     """Return what a simulated campaign's delay is made of; a measured one has no truth.json."""
     file = data.campaign.folder / TRUTH_FILE
     try:

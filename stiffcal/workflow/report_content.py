@@ -27,13 +27,13 @@ from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles,
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.report.content import (
     Instrument,
-    Provenance,
     ReportContent,
+    ReportProvenance,
     ReportRun,
+    ReportSource,
     ReportStates,
     ResidualCovariate,
     SetAside,
-    SourceFile,
 )
 from stiffcal.store import values_of
 from stiffcal.store.index import FOREIGN
@@ -109,7 +109,7 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
         ingest=stored_document(data.store, INGEST),
         instruments=tuple(_instruments(data)),
         set_aside=(*_set_aside(states), *friction_set_aside(data)),
-        drivers=() if report_states is None else tuple(most_correlated_covariates(data, identified, report_states)),
+        covariates=() if report_states is None else tuple(most_correlated_covariates(data, identified, report_states)),
         load_paths=tuple(_load_path(path) for path in paths["paths"]),
         **diagnosis_content(data, identified),
         extra={
@@ -240,7 +240,7 @@ def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
     return tuple(found)
 
 
-def _provenance(data: Ingested, identified: Document, history: Document) -> Provenance:
+def _provenance(data: Ingested, identified: Document, history: Document) -> ReportProvenance:
     stored = data.store.read_document("provenance")
     campaign = data.campaign
     versions = dict(stored["versions"])
@@ -248,7 +248,7 @@ def _provenance(data: Ingested, identified: Document, history: Document) -> Prov
     time = next((fit["time"] for fit in history["fits"] if fit["id"] == identified["fit_id"]), stored["created"])
     loss = {"linear": "least squares", "huber": "Huber loss"}[identified["loss"]]
     scaled = identified.get("std_scaled_by_reduced_chi2")
-    return Provenance(
+    return ReportProvenance(
         campaign=campaign.name,
         robot=campaign.robot.name or campaign.chain.name or "robot",
         date=str(time)[:10],
@@ -264,7 +264,7 @@ def _provenance(data: Ingested, identified: Document, history: Document) -> Prov
     )
 
 
-def _sources(data: Ingested, read: list[Document]) -> tuple[SourceFile, ...]:
+def _sources(data: Ingested, read: list[Document]) -> tuple[ReportSource, ...]:
     """Return the logs as they were read, and the campaign's own files and the user's effects as they stand."""
     named = {one["file"] for one in read}
     folder = data.campaign.folder
@@ -274,8 +274,8 @@ def _sources(data: Ingested, read: list[Document]) -> tuple[SourceFile, ...]:
     for name in dict.fromkeys(own):
         if name not in named and (folder / name).is_file():
             content = read_regular(folder / name, name)
-            found.append(SourceFile(name, hashlib.sha256(content).hexdigest(), len(content)))
-    return (*found, *(SourceFile(one["file"], one["sha256"], int(one["bytes"])) for one in read))
+            found.append(ReportSource(name, hashlib.sha256(content).hexdigest(), len(content)))
+    return (*found, *(ReportSource(one["file"], one["sha256"], int(one["bytes"])) for one in read))
 
 
 def _instruments(data: Ingested) -> list[Instrument]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.report.content import EffectEvidence
+from stiffcal.report.content import EvidenceFigure
 from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.diagnose import current_diagnosis
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE
@@ -36,20 +36,20 @@ def _earlier(data: Ingested, document: Document) -> tuple[Document, ...]:
     """Return the diagnoses of these states that proposed what the model holds now."""
     stored = stored_document(data.store, DIAGNOSES) or {"entries": []}
     states = key_of_table(data.table)
-    held = {(one["effect"], str(one["where"])) for one in document["evidence"] if one["status"] == "in the model"}
+    in_model = {(one["effect"], str(one["where"])) for one in document["evidence"] if one["status"] == "in the model"}
     return tuple(
         one
         for one in stored["entries"]
         if one["states_key"] == states
         and (data.origin == FOREIGN or one.get("origin") != FOREIGN)
         and one["fit_id"] != document["fit_id"]
-        and any((each["effect"], str(each["where"])) in held for each in one["missing"])
+        and any((each["effect"], str(each["where"])) in in_model for each in one["missing"])
     )
 
 
 def _evidence(
     data: Ingested, document: Document, identified: Document, earlier: tuple[Document, ...]
-) -> list[EffectEvidence]:
+) -> list[EvidenceFigure]:
     from stiffcal.model.campaign_effects import all_effects
     from stiffcal.store import values_of
     from stiffcal.workflow.effect_pictures import effect_picture
@@ -67,11 +67,11 @@ def _evidence(
         named = _named(entry, document, earlier)
         fitted = document["parameters_with_missing"] if entry["status"] == "missing" else identified["parameters"]
         found.append(
-            EffectEvidence(
+            EvidenceFigure(
                 effect=entry["effect"],
                 where=entry["where"],
                 missing=entry["status"] == "missing",
-                driver=entry["driver"],
+                covariate=entry["driver"],
                 unit=entry["unit"],
                 rotational=entry["component"] == "rotation",
                 lever=entry["lever"],

@@ -36,7 +36,7 @@ IDENTIFY, VALIDATE, HISTORY, INGEST, LOAD_PATHS = "identify", "validate", "histo
 
 
 def ignore_note(text: str) -> None:
-    """Let a note pass; the default of `RunContext.say`."""
+    """Let a note pass; the default of `RunContext.notify`."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class RunContext:
     store : where the store is; None: DIR/store.
     update : False: refuse where an earlier step is missing or stale, instead of running it.
     progress : told what is being done.
-    say : told one line when an earlier step is run first.
+    notify : told one line when an earlier step is run first.
     reach : folders and files that the user has named; a manifest may point to a baseline in them.
     thorough : hash all logs and all files of the store, whatever is known of them.
     """
@@ -56,7 +56,7 @@ class RunContext:
     store: str | None = None
     update: bool = True
     progress: Progress = no_progress
-    say: Callable[[str], None] = ignore_note
+    notify: Callable[[str], None] = ignore_note
     reach: tuple[Path, ...] = ()
     thorough: bool = False
 
@@ -124,13 +124,13 @@ def open_store(folder: Path, context: RunContext) -> Store:
 def stored_document(store: Store, name: str) -> Document | None:
     """Return a document of the store, checked; None where there is none that can be used: it is computed again."""
     from stiffcal.ingest.parts import NEEDED
-    from stiffcal.store.index import DamagedError
+    from stiffcal.store.index import DamagedStoreError
     from stiffcal.trust.notices import notice
     from stiffcal.workflow.stored import stored_document as checked_document
 
     try:
         return checked_document(store, name)
-    except DamagedError as error:
+    except DamagedStoreError as error:
         if name in NEEDED:
             raise
         notice(f"{store.folder}: {name}: {error.faults[0].reason}: not used")
@@ -146,7 +146,7 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
     ------
     InputError : the input is wrong, or a step is missing and ``context.update`` is False.
     """
-    from stiffcal.ingest.freshness import freshness_of, say_missing, without_damaged
+    from stiffcal.ingest.freshness import freshness_of, warn_missing_sources, without_damaged
     from stiffcal.ingest.ingesting import ingest_now
     from stiffcal.reduction.commanded import without_commands
     from stiffcal.store.index import FOREIGN, OWN
@@ -156,9 +156,9 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
     store = open_store(campaign.folder, context)
     fresh = freshness_of(campaign, store, context.thorough)
     if fresh.missing:
-        say_missing(fresh, context.say)
+        warn_missing_sources(fresh, context.notify)
     else:
-        reason = fresh.reason or without_damaged(store, context.say)
+        reason = fresh.reason or without_damaged(store, context.notify)
         if reason:
             # Logs that are not there are named before anything is announced.
             campaign = load_campaign(campaign.folder)
@@ -203,7 +203,7 @@ def announce(step: str, reason: str, folder: Path, context: RunContext) -> None:
     if not context.update:
         mend = f"run stiffcal {step} {folder}, or leave --no-update out"
         raise InputError.at(FaultCode.STORE_OUTDATED, str(folder), step, reason, mend)
-    context.say(f"{step} first: {reason}")
+    context.notify(f"{step} first: {reason}")
 
 
 def key_of(*parts: Any) -> str:

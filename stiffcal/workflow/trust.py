@@ -24,7 +24,7 @@ SCHEMA = "stiffcal/trust/1"
 
 
 @dataclass(frozen=True)
-class Showing:
+class TrustOverview:
     """What a campaign wants to run, read once: what is shown is what can be allowed.
 
     Attributes
@@ -72,7 +72,7 @@ class Showing:
         return _document("shown", []) | shown
 
 
-def read_campaign(folder: Path) -> Showing:
+def read_campaign(folder: Path) -> TrustOverview:
     """Read what a campaign folder wants to run, without running any of it.
 
     Raises
@@ -82,10 +82,10 @@ def read_campaign(folder: Path) -> Showing:
     folder = Path(folder)
     manifest = load_manifest(folder)
     queries = {query_digest(text): (place, text) for place, text in queries_of(manifest)}
-    return Showing(folder, read_plugins(folder, manifest.plugins), queries)
+    return TrustOverview(folder, read_plugins(folder, manifest.plugins), queries)
 
 
-def allow_shown(showing: Showing) -> Document:
+def allow_shown(showing: TrustOverview) -> Document:
     """Remember that the user allows what was shown, by its hash: the same content elsewhere is allowed too.
 
     Raises

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.diagnosis_verdict import judgement
+from stiffcal.workflow.diagnosis_verdict import check_thresholds
 from stiffcal.workflow.identify import fit_now, fitted
 from stiffcal.workflow.steps import (
     HELDOUT_STATES,
@@ -98,7 +98,7 @@ def with_present_verdict(
 
     The store is told of a verdict that has changed; not of one on a file's thresholds, which hold for this time.
     """
-    document = stored | judgement(data, identified, stored, context, thresholds)
+    document = stored | check_thresholds(data, identified, stored, context, thresholds)
     if thresholds is None and document != stored and not data.uncounted:
         data.commit({}, {VALIDATE: document}, command="validate")
     return document
@@ -130,7 +130,7 @@ def validate_now(data: Ingested, identified: Document, context: RunContext, fit:
         predicted = heldout.displacement - heldout.residual
         tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual)
     document |= {"fit_id": identified["fit_id"], "key": _key(identified)}
-    document |= judgement(data, identified, document, context)
+    document |= check_thresholds(data, identified, document, context)
 
     def with_history(stored: Stored) -> Documents:
         history = stored(HISTORY)
@@ -150,7 +150,7 @@ def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds
     """Judge another campaign's fitted model on these data; nothing is stored."""
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.identification.document import model_document, values_of
-    from stiffcal.ingest.sources import source_files
+    from stiffcal.ingest.sources import manifest_data_files
     from stiffcal.store.index import FOREIGN
     from stiffcal.store.origin import worst_of
     from stiffcal.validation.document import validation_document
@@ -164,7 +164,7 @@ def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds
         raise InputError.at(
             FaultCode.STORE_MISSING, str(other), "store", "no model is fitted there", f"run stiffcal identify {other}"
         )
-    if origin == FOREIGN and all((other / file).exists() for file in source_files(campaign)):
+    if origin == FOREIGN and all((other / file).exists() for file in manifest_data_files(campaign)):
         reason = "its store was not written by you"
         raise InputError.at(
             FaultCode.CONTENT_UNTRUSTED,
@@ -193,5 +193,5 @@ def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds
     document = validation_document(data.states, validation)
     if origin == FOREIGN:
         data = replace(data, origin=origin)
-    document |= judgement(data, stored, document, context, thresholds)
+    document |= check_thresholds(data, stored, document, context, thresholds)
     return document | {"model_of": str(other), "model": stored["model"], "origin": worst_of([data.origin, origin])}

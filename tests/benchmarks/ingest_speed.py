@@ -150,12 +150,12 @@ def run_peer(log: Path, folder: Path, own_encoding: bool) -> None:
 
 def run_reader_and_store(log: Path, folder: Path) -> None:
     """Stream the log into a store with reader, checks, hashing and provenance."""
-    from stiffcal.readers import Wanted, find_reader
+    from stiffcal.readers import WantedColumns, find_reader
     from stiffcal.store import Provenance, Store, hash_sources
 
     with Store(folder / "store").begin("benchmark") as writing, hash_sources(log.parent, [log.name]) as hashes:
         table = writing.stream("recordings/ft", COLUMNS)
-        for batch in find_reader(log).read_batches(log, {}, Wanted(COLUMNS)):
+        for batch in find_reader(log).read_batches(log, {}, WantedColumns(COLUMNS)):
             table.append({name: values * 1.0 for name, values in batch.numbers.items()})
         table.close()
         writing.write_document("provenance", Provenance.now("benchmark", hashes.result(), {}).as_document())

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.beam import beam_compliance
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.mechanics.section_mesh import inner_outline
@@ -136,7 +136,7 @@ def tractions() -> dict[str, Any]:
 def main() -> None:
     solid = Solid()
     section = solve_section(outline(), [inner_outline(outline(), WALL)], YOUNG, SHEAR)
-    shape = BeamShape(LENGTH, section.neutral, section.twist_centre, section.warping_decay, section.warping_hold)
+    shape = BeamProperties(LENGTH, section.neutral, section.twist_centre, section.warping_decay, section.warping_hold)
     compliance = beam_compliance(shape, (section.EI2, section.EI3), section.GJ, section.EA)
     shear = section.shear_share(LENGTH)
     stations = np.unique(solid.mesh.p[0])

@@ -9,7 +9,7 @@ import pytest
 from stiffcal.campaign.column_roles import recognise
 from stiffcal.campaign.from_table import GUESS, draft_campaign, propose_campaign
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.table_sniffing import Column, sniff_table
+from stiffcal.campaign.table_sniffing import SniffedColumn, sniff_table
 from stiffcal.errors import InputError
 from tests.laboratory.campaign_folders import DATA
 
@@ -130,7 +130,7 @@ def test_table_already_in_raw_is_left_where_it_is(tmp_path: Path) -> None:
 
 def test_quaternion_is_not_taken_for_joints() -> None:
     names = ["A1", "A2", "A3", "q0", "qx", "qy", "qz", "X", "Y", "Z", "Fx", "Fy", "Fz"]
-    roles = recognise(Column(name, name, None, (1.0,)) for name in names)
+    roles = recognise(SniffedColumn(name, name, None, (1.0,)) for name in names)
     assert roles.joints is not None
     assert [column.name for column in roles.joints.columns] == ["A1", "A2", "A3"]
     assert roles.quaternion is not None

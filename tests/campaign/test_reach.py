@@ -11,7 +11,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.store import Store
 from tests.laboratory.campaign_folders import DATA, MANIFEST, ROBOT, changed, write_campaign
 from tests.readers.test_mat import write73
@@ -159,8 +159,8 @@ def test_an_hdf5_file_does_not_lead_to_others(make: Callable[[Path, Path], str],
     name = make(tmp_path / "log.h5", tmp_path / "secret.h5")
     reader = find_reader(tmp_path / "log.h5")
     with pytest.raises(InputError, match="lies in another file"):
-        list(reader.read_batches(tmp_path / "log.h5", {}, Wanted(("t", name)), "raw/log.h5"))
-    assert len(list(reader.read_batches(tmp_path / "log.h5", {}, Wanted(("t",)), "raw/log.h5"))) == 1
+        list(reader.read_batches(tmp_path / "log.h5", {}, WantedColumns(("t", name)), "raw/log.h5"))
+    assert len(list(reader.read_batches(tmp_path / "log.h5", {}, WantedColumns(("t",)), "raw/log.h5"))) == 1
 
 
 def test_a_whole_group_elsewhere_is_refused(tmp_path: Path) -> None:
@@ -170,7 +170,7 @@ def test_a_whole_group_elsewhere_is_refused(tmp_path: Path) -> None:
         file["log"] = h5py.ExternalLink(str(tmp_path / "secret.h5"), "/g")
     reader = find_reader(tmp_path / "log.h5")
     with pytest.raises(InputError, match="lies in another file"):
-        list(reader.read_batches(tmp_path / "log.h5", {"group": "/log"}, Wanted(("Fx",)), "raw/log.h5"))
+        list(reader.read_batches(tmp_path / "log.h5", {"group": "/log"}, WantedColumns(("Fx",)), "raw/log.h5"))
 
 
 def test_a_mat_file_does_not_lead_to_others(tmp_path: Path) -> None:
@@ -179,7 +179,7 @@ def test_a_mat_file_does_not_lead_to_others(tmp_path: Path) -> None:
     with h5py.File(path, "r+") as file:
         file["Fx"] = h5py.ExternalLink(str(tmp_path / "secret.mat"), "/Fx")
     with pytest.raises(InputError, match="no column 'Fx'"):
-        list(find_reader(path).read_batches(path, {}, Wanted(("t", "Fx")), "raw/log.mat"))
+        list(find_reader(path).read_batches(path, {}, WantedColumns(("t", "Fx")), "raw/log.mat"))
 
 
 def test_an_entity_of_a_urdf_is_no_file(tmp_path: Path, outside: Path) -> None:

@@ -13,7 +13,7 @@ from stiffcal.compensation.step import CompensationStep, StepSettings
 from stiffcal.compensation.targets import correct_joints
 from stiffcal.compensation.tool_weight import weight_on_sensor
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-from stiffcal.mechanics.chain import LinkBeam
+from stiffcal.mechanics.chain import BeamFrame
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
@@ -51,7 +51,7 @@ def everything_linear() -> CompliantRobot:
     """Return a robot with base, tool, beams, coupled drives and shifted bearings."""
     coupling = np.eye(6)
     coupling[2, 1] = -1.0
-    beam = LinkBeam(2, shifted(0.89, 0.0, 0.0), 0.89)
+    beam = BeamFrame(2, shifted(0.89, 0.0, 0.0), 0.89)
     chain = replace(
         six_axes(),
         coupling=coupling,

@@ -103,7 +103,7 @@ def placed(effect: Effect, place: Place) -> CompliantRobot:
         if not (effect.name == drive.name or drive.name in effect.includes) or (k + 1) not in place.joints
     )
     values = {spec.symbol: spec.typical for spec in effect.parameters}
-    for symbol, grid in effect.shape_grid(place, chain(), node_loads(measures_moments(effect))).items():
+    for symbol, grid in effect.nonlinear_grid(place, chain(), node_loads(measures_moments(effect))).items():
         if len(grid):
             values[symbol] = float(grid[len(grid) // 2])
     return CompliantRobot(chain(), (*drives, PlacedEffect(effect, place, values)))
@@ -220,7 +220,7 @@ def test_grids_lie_within_the_bounds(effect: Effect) -> None:
     carried = node_loads(measures_moments(effect))
     shapes = {spec.symbol: spec for spec in effect.parameters if spec.role is ParameterRole.NONLINEAR}
     for place in effect.places(chain()):
-        grid = effect.shape_grid(place, chain(), carried)
+        grid = effect.nonlinear_grid(place, chain(), carried)
         assert set(grid) == set(shapes)
         for symbol, values in grid.items():
             assert (np.diff(values) > 0.0).all(), (place.label, symbol)
@@ -230,11 +230,11 @@ def test_grids_lie_within_the_bounds(effect: Effect) -> None:
 def test_driver_has_a_value_per_state(effect: Effect) -> None:
     carried = node_loads(measures_moments(effect))
     for place in effect.places(chain()):
-        driver = effect.driver(place, chain(), carried)
-        if driver is not None:
-            assert driver.value.shape == (carried.wrench.shape[2],)
-            assert np.isfinite(driver.value).all()
-            assert driver.unit
+        covariate = effect.covariate(place, chain(), carried)
+        if covariate is not None:
+            assert covariate.value.shape == (carried.wrench.shape[2],)
+            assert np.isfinite(covariate.value).all()
+            assert covariate.unit
 
 
 def test_terms_name_the_effects_own_amplitudes(effect: Effect) -> None:

@@ -10,9 +10,9 @@ import pytest
 
 from stiffcal.campaign.file_formats import format_names, format_of, log_formats
 from stiffcal.campaign.manifest import Source
-from stiffcal.campaign.typed import Table
+from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError
-from stiffcal.readers import NotAFile, Options, Reader, Wanted, find_reader
+from stiffcal.readers import DatabaseReader, Options, Reader, WantedColumns, find_reader
 from tests.fuzz.mutations import spoilt_bytes
 from tests.fuzz.targets import check_fault
 
@@ -35,7 +35,7 @@ def test_it_is_named_as_its_module(reader: Reader) -> None:
 
 
 def test_its_table_of_options_takes_no_key_of_a_source(reader: Reader) -> None:
-    assert issubclass(type(reader).options, Table)
+    assert issubclass(type(reader).options, TomlTable)
     assert reader.name not in Source.model_fields
 
 
@@ -44,7 +44,7 @@ def test_it_has_endings_and_fuzz_inputs_or_is_no_file(reader: Reader) -> None:
         assert reader.endings
         assert reader.fuzz_inputs
     else:
-        assert isinstance(reader, NotAFile)
+        assert isinstance(reader, DatabaseReader)
     assert all(ending.startswith(".") and ending == ending.lower() for ending in reader.endings)
 
 
@@ -69,7 +69,7 @@ def test_its_fuzz_input_is_a_whole_log(name: str, number: int, tmp_path: Path) -
     declared.write(path)
     assert reader.recognises(path)
     options = type(reader).options.model_validate(dict(declared.options)).model_dump(exclude_unset=True)
-    wanted = Wanted(declared.numbers, declared.texts)
+    wanted = WantedColumns(declared.numbers, declared.texts)
     batches = list(reader.read_batches(path, options, wanted, "log"))
     assert sum(map(len, batches)) > 1
     for column in declared.numbers:
@@ -87,10 +87,10 @@ def test_a_spoilt_log_is_read_or_refused_in_clear_lines(name: str, number: int, 
     whole, chance = path.read_bytes(), random.Random(20261122)
     for _ in range(20):
         path.write_bytes(spoilt_bytes(chance, whole))
-        assert _unclear(reader, path, Wanted(declared.numbers, declared.texts), declared.options) == ""
+        assert _unclear(reader, path, WantedColumns(declared.numbers, declared.texts), declared.options) == ""
 
 
-def _unclear(reader: Reader, path: Path, wanted: Wanted, options: Options) -> str:
+def _unclear(reader: Reader, path: Path, wanted: WantedColumns, options: Options) -> str:
     """Return what is not clear about how a log is refused, "" where it is read or all is clear."""
     try:
         list(reader.read_batches(path, options, wanted, "log"))

@@ -49,7 +49,7 @@ def evidence(effect: str, place: Place) -> tuple[EffectEvidence, LoadStates]:
 def test_backlash_is_read_in_its_joint() -> None:
     """The law over the torque is the gap's two flanks, times the mean lever; the residual has lost it afterwards."""
     found, states = evidence("backlash", Place("joints", (4,)))
-    assert (found.driver, found.unit, found.rotational) == ("torque on joint 4", "N·m", found.rotational)
+    assert (found.covariate, found.unit, found.rotational) == ("torque on joint 4", "N·m", found.rotational)
     assert found.lever is not None
     run, seen = states.run[found.index], np.isfinite(found.before)
     gaps = []

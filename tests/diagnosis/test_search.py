@@ -11,11 +11,11 @@ import pytest
 
 from stiffcal.diagnosis.document import diagnosis_document
 from stiffcal.diagnosis.pairs import best_pair
-from stiffcal.diagnosis.search import Search, Workbench, one_for_two, search_missing, with_trial
+from stiffcal.diagnosis.search import Search, SearchContext, one_for_two, search_missing, with_trial
 from stiffcal.errors import no_progress
 from stiffcal.identification.identify import Settings, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.mechanics.chain import LinkBeam
+from stiffcal.mechanics.chain import BeamFrame
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
@@ -82,11 +82,11 @@ def test_one_effect_takes_the_place_of_two() -> None:
     """Tilts at both ends of a link make up for its bending; then the bending alone is named."""
     swing = np.eye(4)
     swing[:3, 3] = six_axes().fixed[2, :3, 3]  # from joint 2 along its frame's x to joint 3
-    chain = replace(six_axes(), beams={"swing": LinkBeam(2, swing, float(np.linalg.norm(swing[:3, 3])))})
+    chain = replace(six_axes(), beams={"swing": BeamFrame(2, swing, float(np.linalg.norm(swing[:3, 3])))})
     truth = with_hidden("link-springs", Place("links", link="swing"), k1=3e6, k2=2.5e6, k3=3e6)
     states = played(replace(truth, chain=chain), runs=8, noise=NOISE, load_scatter=0.03, seed=11)
     model = joint_springs(chain)
-    bench = Workbench(states, fit_problem(states, model), find_effects(), Settings())
+    bench = SearchContext(states, fit_problem(states, model), find_effects(), Settings())
     first = scan = bench.look(model)
     chosen = []
     for name in ("bearing-tilt j2", "bearing-tilt j3"):
@@ -136,7 +136,7 @@ def test_a_pair_that_shows_only_together() -> None:
     other = PlacedEffect(find_effects()["axis-coupling"], Place("pairs", (2, 6)), {"c": -6.1e-6})
     states = played(replace(truth, placed=(*truth.placed, other)), runs=8, noise=NOISE, load_scatter=0.03, seed=11)
     model = joint_springs(six_axes())
-    first = Workbench(states, fit_problem(states, model), find_effects(), Settings()).look(model)
+    first = SearchContext(states, fit_problem(states, model), find_effects(), Settings()).look(model)
     pair = best_pair(first)
     assert pair is not None
     assert {one.candidate.name for one in pair} == {"axis-coupling j2-j6", "axis-coupling j3-j6"}

@@ -39,7 +39,7 @@ def test_weight_keeps_a_joint_on_its_flank() -> None:
 def test_bands_only_where_the_torque_changes_sign() -> None:
     chain = robot_chain()
     crossing, kept = (loads({(NODE, RZ): np.linspace(low, 100.0, 21)}) for low in (-50.0, 1.0))
-    bands = EFFECT.shape_grid(PLACE, chain, crossing)["band"]
+    bands = EFFECT.nonlinear_grid(PLACE, chain, crossing)["band"]
     assert 0.0 < bands[0] < 1.0
     assert bands[-1] < 50.0
-    assert EFFECT.shape_grid(PLACE, chain, kept)["band"].size == 0
+    assert EFFECT.nonlinear_grid(PLACE, chain, kept)["band"].size == 0

@@ -86,5 +86,5 @@ def test_what_is_lacking() -> None:
 
 def test_times_from_the_shortest_step_to_the_longest_run() -> None:
     carried = loads({(NODE, RZ): np.ones(6)}, order_of([0, 0, 0, 1, 1, 1], [0, 6, 12, 1000, 1003, 1090]))
-    times = EFFECT.shape_grid(PLACE, robot_chain(), carried)["time"]
+    times = EFFECT.nonlinear_grid(PLACE, robot_chain(), carried)["time"]
     np.testing.assert_allclose(times[[0, -1]], [1.0, 90.0])

@@ -8,7 +8,7 @@ import pytest
 from stiffcal.arrays import Floats, Integers
 from stiffcal.effects.friction_hysteresis import FrictionHysteresis
 from stiffcal.model.effect import RZ, NodeLoads, Place, joint_node
-from stiffcal.model.memory import play
+from stiffcal.model.memory import play_operator
 from tests.laboratory.effect_bench import bare_states, displacement, loads, order_of, robot_chain
 
 EFFECT = FrictionHysteresis()
@@ -46,7 +46,7 @@ def test_scan_equals_the_plain_loop(slip: float) -> None:
     rng = np.random.default_rng(8)
     run = np.sort(rng.integers(0, 9, 300))
     torque, weight = rng.normal(0.0, 3.0, 300), rng.normal(0.0, 5.0, 9)[run]
-    np.testing.assert_allclose(play(torque, slip, run, weight), plain(torque, slip, run, weight), atol=1e-13)
+    np.testing.assert_allclose(play_operator(torque, slip, run, weight), plain(torque, slip, run, weight), atol=1e-13)
 
 
 def test_memory_begins_anew_with_each_run() -> None:
@@ -81,7 +81,7 @@ def test_work_lost_in_a_closed_loop() -> None:
 def test_slips_go_by_the_swing_within_a_run_and_not_by_the_weight() -> None:
     torque = np.concatenate([1000.0 + np.linspace(0, 100, 6), -500.0 + np.linspace(0, 40, 6)])
     carried = loads({(NODE, RZ): torque}, order_of([0] * 6 + [1] * 6))
-    slips = EFFECT.shape_grid(PLACE, robot_chain(), carried)["slip"]
+    slips = EFFECT.nonlinear_grid(PLACE, robot_chain(), carried)["slip"]
     assert 1.0 < slips[0] < slips[-1] < 50.0
 
 

@@ -69,4 +69,4 @@ def test_places_are_the_robots_beams() -> None:
 
 def test_driver_is_the_bending_moment_at_the_clamp() -> None:
     carried = loads({(NODE, TZ): [100.0], (NODE, RY): [10.0]})
-    np.testing.assert_allclose(EFFECT.driver(PLACE, robot_chain(), carried).value, [abs(10.0 - 100.0 * L)])
+    np.testing.assert_allclose(EFFECT.covariate(PLACE, robot_chain(), carried).value, [abs(10.0 - 100.0 * L)])

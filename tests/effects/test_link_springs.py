@@ -48,4 +48,4 @@ def test_excludes_the_beam_and_is_excluded() -> None:
 
 def test_driver_is_the_moment_at_the_middle() -> None:
     carried = loads({(NODE, TY): [100.0]})
-    np.testing.assert_allclose(EFFECT.driver(PLACE, robot_chain(), carried).value, [100.0 * L / 2])
+    np.testing.assert_allclose(EFFECT.covariate(PLACE, robot_chain(), carried).value, [100.0 * L / 2])

@@ -33,8 +33,8 @@ def test_the_angle_counts_from_the_joints_zero_as_shown() -> None:
 
 def test_orders_one_to_four_and_the_gears_own() -> None:
     chain, carried = robot_chain(), loads({(0, 0): [1.0]})
-    assert EFFECT.shape_grid(Place("joints", (1,)), chain, carried)["order"].tolist() == [1, 2, 3, 4]
-    assert EFFECT.shape_grid(Place("joints", (4,)), chain, carried)["order"].tolist() == [1, 2, 3, 4, 80, 160]
+    assert EFFECT.nonlinear_grid(Place("joints", (1,)), chain, carried)["order"].tolist() == [1, 2, 3, 4]
+    assert EFFECT.nonlinear_grid(Place("joints", (4,)), chain, carried)["order"].tolist() == [1, 2, 3, 4, 80, 160]
     assert EFFECT.spec("order").discrete
 
 

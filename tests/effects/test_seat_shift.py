@@ -41,7 +41,7 @@ def test_blocks_and_states_set_aside() -> None:
 
 
 def test_every_state_but_the_first_of_a_run_is_tried() -> None:
-    grid = EFFECT.shape_grid(PLACE, robot_chain(), loads({(0, 0): np.zeros(8)}, ORDER))["state"]
+    grid = EFFECT.nonlinear_grid(PLACE, robot_chain(), loads({(0, 0): np.zeros(8)}, ORDER))["state"]
     assert grid.tolist() == [2, 3, 5, 6, 8]
     assert EFFECT.spec("state").discrete
 

@@ -21,7 +21,7 @@ def test_softer_inside_the_knee_and_flat_outside() -> None:
 
 def test_knees_within_the_torques_seen() -> None:
     carried = loads({(NODE, RZ): np.linspace(-200.0, 100.0, 31)})
-    knees = EFFECT.shape_grid(PLACE, robot_chain(), carried)["knee"]
+    knees = EFFECT.nonlinear_grid(PLACE, robot_chain(), carried)["knee"]
     assert len(knees) > 3
     assert (np.diff(knees) > 0).all()
     assert 0.0 < knees[0] < knees[-1] < 200.0
@@ -29,9 +29,9 @@ def test_knees_within_the_torques_seen() -> None:
 
 def test_no_knee_where_the_torque_stays_where_it_is() -> None:
     carried = loads({(NODE, RZ): np.linspace(990.0, 1000.0, 11)})
-    assert EFFECT.shape_grid(PLACE, robot_chain(), carried)["knee"].size == 0
+    assert EFFECT.nonlinear_grid(PLACE, robot_chain(), carried)["knee"].size == 0
 
 
 def test_a_torque_of_one_sign_may_show_a_knee() -> None:
     carried = loads({(NODE, RZ): np.linspace(20.0, 100.0, 11)})
-    assert EFFECT.shape_grid(PLACE, robot_chain(), carried)["knee"].size > 3
+    assert EFFECT.nonlinear_grid(PLACE, robot_chain(), carried)["knee"].size > 3

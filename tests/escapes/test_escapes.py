@@ -17,7 +17,17 @@ import pytest
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
-from stiffcal.escapes import csv_cell, file_name, hidden, html_text, json_text, refused, sinks, terminal, visible
+from stiffcal.escapes import (
+    csv_cell,
+    escape_invisible,
+    file_name,
+    hidden,
+    html_text,
+    json_text,
+    refused,
+    sinks,
+    terminal,
+)
 from stiffcal.escapes.workflow_commands import escaped_property
 from tests.laboratory import hostile_names
 from tests.laboratory.hostile_names import ALLOWED, NAMES
@@ -74,7 +84,7 @@ def judge_json_text(name: str, escaped: str) -> None:
 def judge_xml_text(name: str, escaped: str) -> None:
     root = ElementTree.fromstring(f"<a b=\"{escaped}\" c='{escaped}'>{escaped}</a>")
     # The parser turns a tab of an attribute into a blank, so that text with none left is the same everywhere.
-    assert root.text == root.get("b") == root.get("c") == visible(name)
+    assert root.text == root.get("b") == root.get("c") == escape_invisible(name)
     assert len(root) == 0
     assert list(root.attrib) == ["b", "c"]
 
@@ -105,8 +115,8 @@ def read_html(page: str) -> _Collector:
 
 def judge_html_text(name: str, escaped: str) -> None:
     page = read_html(f"<p title=\"{escaped}\" id='{escaped}'>{escaped}</p>")
-    assert page.tags == [("p", [("title", visible(name)), ("id", visible(name))])]
-    assert page.text == visible(name)
+    assert page.tags == [("p", [("title", escape_invisible(name)), ("id", escape_invisible(name))])]
+    assert page.text == escape_invisible(name)
 
 
 def _tokens(tokens: list[Token]) -> list[Token]:
@@ -129,7 +139,7 @@ def judge_markdown(name: str, escaped: str) -> None:
     shown = read_html(parser.render(page(escaped)))
     assert {tag for tag, _ in shown.tags} <= PLAIN_TAGS
     lines = [line.strip() for line in shown.text.replace(BREAK, "").split("\n")]
-    assert visible(name).strip() in lines
+    assert escape_invisible(name).strip() in lines
     # What GitHub and GitLab make links and pictures of in the text that is left: mentions, issues, addresses, emoji.
     assert not re.search(r"(?<!\w)@\w|#\d|GH-\d|!\d|://\w|www\.\w|(?<!\d):[\w+-]+:", shown.text)
     assert "$" not in escaped  # what begins mathematics
@@ -168,7 +178,7 @@ def judge_file_name(name: str, escaped: str) -> None:
 def judge_typst_text(name: str, escaped: str) -> None:
     # Pages with these names are set in test_names.py; here: what is left has glyphs and no hidden characters.
     assert all(not hidden().search(line) for line in escaped.split("\n"))
-    assert visible(name) == visible(escaped).replace("\\n", "\\n")
+    assert escape_invisible(name) == escape_invisible(escaped).replace("\\n", "\\n")
 
 
 JUDGES: dict[str, Callable[[str, str], None]] = {

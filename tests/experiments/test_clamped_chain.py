@@ -10,7 +10,7 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
-from stiffcal.experiments.clamped_chain import ClampedChain, clamped_chain, give_of
+from stiffcal.experiments.clamped_chain import ClampedChain, clamped_chain, drive_deflection
 from stiffcal.experiments.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup, RunInfo
@@ -78,4 +78,4 @@ def test_joints_in_one_line_are_told_by_the_others_curve() -> None:
 
 def test_give_of_a_law() -> None:
     with_play = TorqueAngleLaw(0.2, 2e-3, 0.5, 0.0, 0.0, 0.0, (1e5, 0.0, 0.0), (-0.01, 0.01))
-    np.testing.assert_allclose(give_of(with_play, np.array([-100.0, 100.0])), [-2e-3, 2e-3], atol=1e-7)
+    np.testing.assert_allclose(drive_deflection(with_play, np.array([-100.0, 100.0])), [-2e-3, 2e-3], atol=1e-7)

@@ -24,7 +24,7 @@ from unittest import mock
 import numpy as np
 import pyarrow as pa
 
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from tests.fuzz.mutations import spoilt_bytes
 
 RATIO, RATIO_FROM, PIECE = 20, 1 << 16, 4 << 20
@@ -59,7 +59,7 @@ def feed_bomb(chance: random.Random, folder: Path) -> None:
         path.write_bytes(spoilt_bytes(chance, path.read_bytes()))
         unpacked = 0
     names = ("wrench.force.x", "header.frame_id") if log_format in ("mcap", "rosbag2") else ("t", "Fx")
-    wanted = Wanted(names[:1], names[1:]) if log_format in ("mcap", "rosbag2") else Wanted(names)
+    wanted = WantedColumns(names[:1], names[1:]) if log_format in ("mcap", "rosbag2") else WantedColumns(names)
     with lowered_limits():
         for _ in find_reader(path, log_format, "raw/log").read_batches(path, options, wanted, "raw/log"):
             pass

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from tests.fuzz.archives import feed_bomb
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes
 from tests.laboratory.campaign_folders import DATA, write_campaign
@@ -82,20 +82,20 @@ def feed_definition(chance: random.Random, folder: Path) -> None:
     from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
     from rosbags.typesys import Stores, get_typestore
 
-    from stiffcal.readers import whole
+    from stiffcal.readers import damaged_file_errors
     from stiffcal.readers.rosbag2.definitions import checked_types, parsed_types
 
     kind, text = hostile_definition(chance)
     name = "pkg/msg/Message" if chance.random() < 0.9 else chance.choice((*NAMES, *TYPES))
     form = MessageDefinitionFormat.IDL if kind == "idl" else MessageDefinitionFormat.MSG
     connection = SimpleNamespace(msgtype=name, msgdef=MessageDefinition(form, text))
-    with whole("bag", "raw/log"):
+    with damaged_file_errors("bag", "raw/log"):
         types = checked_types(parsed_types([connection], "raw/log"), name, "raw/log")
     for type_name, (constants, fields) in types.items():
         names = [*type_name.split("/"), *(field for field, _ in fields)]
         if constants or not all(word.isidentifier() and word.isascii() and "__" not in word[:2] for word in names):
             raise BrokenFenceError(f"registered: {names}")
-    with whole("bag", "raw/log"):
+    with damaged_file_errors("bag", "raw/log"):
         store = get_typestore(Stores.EMPTY)
         store.register(types)
         store.deserialize_cdr(b"\0\1\0\0" + chance.randbytes(chance.choice((0, 8, 64, 4000))), name)
@@ -138,7 +138,7 @@ def feed_special(chance: random.Random, folder: Path) -> None:
         load_campaign(campaign)
     if path not in files or path.suffix == ".csv":  # a log may be a folder: its reader says so
         reader = find_reader(path, chance.choice((None, LOG_ENDINGS[path.suffix[1:]])), "raw/log")
-        list(reader.read_batches(path, {}, Wanted(("Fx",)), "raw/log"))
+        list(reader.read_batches(path, {}, WantedColumns(("Fx",)), "raw/log"))
     raise BrokenFenceError(str(path))
 
 

@@ -154,14 +154,14 @@ def _pass_on(client: socket.socket, server: socket.socket, chance: random.Random
 
 def wanted_of_database(chance: random.Random) -> Any:
     """Return the columns that are asked for."""
-    from stiffcal.readers import Wanted
+    from stiffcal.readers import WantedColumns
 
     return chance.choice(
         (
-            Wanted(("t", "Fx", "Fy")),
-            Wanted(("t", "Fx", "Fy"), ("run",)),
-            Wanted(("t", "Fx"), gaps=frozenset(("Fx",))),
-            Wanted(("Fx",), (), ("t",)),
-            Wanted(("t",)),
+            WantedColumns(("t", "Fx", "Fy")),
+            WantedColumns(("t", "Fx", "Fy"), ("run",)),
+            WantedColumns(("t", "Fx"), gaps=frozenset(("Fx",))),
+            WantedColumns(("Fx",), (), ("t",)),
+            WantedColumns(("t",)),
         )
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from stiffcal.campaign.file_formats import format_names, log_formats
 from stiffcal.errors import InputError
-from stiffcal.readers import FuzzInput, Reader, Wanted, find_reader
+from stiffcal.readers import FuzzInput, Reader, WantedColumns, find_reader
 from tests.fuzz.attacks import ATTACKS
 from tests.fuzz.databases import SPOILT, allowing, odd_query, spoiling_line, spoilt_options, wanted_of_database
 from tests.fuzz.inputs import MAKERS, make_bag, make_csv, packed
@@ -31,21 +31,21 @@ TEXT_OPTIONS: tuple[dict[str, object], ...] = (
     {"encoding": "utf-16"}, {"encoding": "idna"}, {"encoding": "base64"}, {"skip_rows": "x"}, {"skip_rows": -1},
 )  # fmt: skip
 WANTED = (
-    Wanted(("t", "Fx", "Fy")),
-    Wanted(("t", "Fx", "Fy"), ("run",)),
-    Wanted(("Fx",), (), ("t",)),
-    Wanted(("t", "Fx"), gaps=frozenset(("Fx",))),
-    Wanted(("Fx", "nowhere")),
-    Wanted((), ("run",), ("t",)),
+    WantedColumns(("t", "Fx", "Fy")),
+    WantedColumns(("t", "Fx", "Fy"), ("run",)),
+    WantedColumns(("Fx",), (), ("t",)),
+    WantedColumns(("t", "Fx"), gaps=frozenset(("Fx",))),
+    WantedColumns(("Fx", "nowhere")),
+    WantedColumns((), ("run",), ("t",)),
 )
 
 
 WANTED_OF_BAG = (
-    Wanted(("wrench.force.x", "wrench.torque.z")),
-    Wanted(("wrench.force.x",), ("header.frame_id",)),
-    Wanted(("wrench.force.x", "time")),
-    Wanted(("header.stamp", "wrench.force.x")),
-    Wanted(("nowhere",)),
+    WantedColumns(("wrench.force.x", "wrench.torque.z")),
+    WantedColumns(("wrench.force.x",), ("header.frame_id",)),
+    WantedColumns(("wrench.force.x", "time")),
+    WantedColumns(("header.stamp", "wrench.force.x")),
+    WantedColumns(("nowhere",)),
 )
 
 
@@ -53,7 +53,7 @@ class BrokenPromiseError(AssertionError):
     """A reader or a file was accepted, and what it gave is not what was promised."""
 
 
-def read_log(path: Path, log_format: str | None, options: dict[str, object], wanted: Wanted) -> None:
+def read_log(path: Path, log_format: str | None, options: dict[str, object], wanted: WantedColumns) -> None:
     """Read a log from beginning to end, and hold the reader to what it promises of the numbers."""
     reader = find_reader(path, log_format, "raw/log")
     header = reader.read_header(path, options, "raw/log")
@@ -109,7 +109,9 @@ def declared_target(log_format: str, inputs: tuple[FuzzInput, ...]) -> Target:
         if chance.random() < 0.75:
             path.write_bytes(spoilt_bytes(chance, path.read_bytes()))
         options = dict(chosen.options) | (odd_option(chance, log_format) if chance.random() < 0.15 else {})
-        wanted = chance.choice((Wanted(chosen.numbers, chosen.texts), Wanted(chosen.numbers), Wanted(("nowhere",))))
+        wanted = chance.choice(
+            (WantedColumns(chosen.numbers, chosen.texts), WantedColumns(chosen.numbers), WantedColumns(("nowhere",)))
+        )
         read_log(path, log_format, options, wanted)
 
     return feed

@@ -14,7 +14,7 @@ from stiffcal.identification.coupling import (
     coupling_document,
     identify_both_ways,
     without_links,
-    without_what_rods_see,
+    without_measured_links,
 )
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.link_noise import spread_by_rods
@@ -107,7 +107,7 @@ def test_the_rods_noise_goes_into_the_joints_uncertainty(robot: CompliantRobot) 
         states = with_rods(exact, robot, five_rods(robot.chain, sigma=5e-6), seed=seed)
         seen = observe(states, robot.chain)
         links = measure_links(seen, rigid)
-        rest, held = without_what_rods_see(with_effect(joint_springs(robot.chain), bending_swing()), links)
+        rest, held = without_measured_links(with_effect(joint_springs(robot.chain), bending_swing()), links)
         fit = identify_parameters(without_links(states, robot.chain, links), rest, Settings(fixed=held))
         spread = spread_by_rods(fit, links, seen)
         for joint, stiffness in enumerate(SIX_STIFFNESS, start=1):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.rods import BeamShape, Rods, rods_between
+from stiffcal.measurements.rods import BeamProperties, Rods, rods_between
 from stiffcal.mechanics.beam import axis_displacement, beam_compliance, material_displacement
 from stiffcal.mechanics.rods import rod_matrix
 
@@ -62,7 +62,7 @@ def carried(nodes: Floats, point: Floats) -> Floats:
 def test_field_end_and_rods(load: str) -> None:
     size = 1e-6 * E  # the elements' own rounding is absolute
     nodes = by_elements(load, size)
-    shape = BeamShape(LENGTH)
+    shape = BeamProperties(LENGTH)
     compliance = beam_compliance(shape, (E * ABOUT_2, E * ABOUT_3), G * TWIST, E * AREA)
     tip = compliance[:, LOADS[load]] * size
     scale = np.abs(nodes).max()
@@ -108,7 +108,7 @@ def held_twist(decay: float, hold: float) -> tuple[Floats, Floats]:
 @pytest.mark.parametrize(("decay", "hold"), [(0.05, 0.3), (0.4, 0.9995), (3.0, 0.9995)])
 def test_torsion_with_warping_held_at_the_clamp(decay: float, hold: float) -> None:
     twist, amplitude = held_twist(decay, hold)
-    shape = BeamShape(LENGTH, warping_decay=decay, warping_hold=hold)
+    shape = BeamProperties(LENGTH, warping_decay=decay, warping_hold=hold)
     tip = np.array([[0.0, 0.0, 0.0, twist[-1], 0.0, 0.0]])
     np.testing.assert_allclose(beam_compliance(shape, (1.0, 1.0), 1.0, 1.0)[3, 3], twist[-1], rtol=1e-5)
     np.testing.assert_allclose(axis_displacement(shape, tip, ALONG)[0, :, 3], twist, atol=1e-5 * twist[-1])
@@ -119,6 +119,6 @@ def test_torsion_with_warping_held_at_the_clamp(decay: float, hold: float) -> No
 
 
 def test_a_long_decay_is_the_cubic_with_a_clamped_end() -> None:
-    shape = BeamShape(LENGTH, warping_decay=200.0 * LENGTH)
+    shape = BeamProperties(LENGTH, warping_decay=200.0 * LENGTH)
     turned = axis_displacement(shape, np.array([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]]), ALONG)[0, :, 3]
     np.testing.assert_allclose(turned, ALONG**2 * (3.0 * LENGTH - ALONG) / (2.0 * LENGTH**3), atol=1e-4)

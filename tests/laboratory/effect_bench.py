@@ -10,7 +10,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
-from stiffcal.mechanics.chain import Chain, LinkBeam
+from stiffcal.mechanics.chain import BeamFrame, Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Place, StateOrder
 from stiffcal.model.equilibrium import Balance, solve_balance
@@ -24,7 +24,7 @@ def robot_chain() -> Chain:
     end = np.eye(4)
     end[0, 3] = BEAM_LENGTH
     return replace(
-        six_axes(), beams={"swing": LinkBeam(2, end, BEAM_LENGTH)}, gear_orders=((), (), (), (80, 160), (), ())
+        six_axes(), beams={"swing": BeamFrame(2, end, BEAM_LENGTH)}, gear_orders=((), (), (), (80, 160), (), ())
     )
 
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.readers import Reader, Wanted
+from stiffcal.readers import Reader, WantedColumns
 
 
 def read_columns(
-    reader: Reader, path: Path, options: Mapping[str, Any], wanted: Wanted, shown: str = ""
+    reader: Reader, path: Path, options: Mapping[str, Any], wanted: WantedColumns, shown: str = ""
 ) -> dict[str, Any]:
     """Return the wanted columns of a log as arrays; the batches' rows are numbered on."""
     found: dict[str, list[Any]] = {name: [] for name in wanted.names}

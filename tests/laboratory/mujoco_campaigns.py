@@ -16,14 +16,14 @@ from stiffcal.model.effect import StateOrder
 from stiffcal.simulation.places import Places
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.simulation.true_motion import Settle
+from stiffcal.simulation.true_motion import RestSolver
 from tests.laboratory.log_campaigns import Robot
 from tests.laboratory.mujoco_path import MujocoPath
 from tests.laboratory.mujoco_robot import MujocoRobot
 from tests.laboratory.robots import SIX_STIFFNESS
 
 
-def mujoco_settles(chain: Chain, robot: Robot) -> Settle:
+def mujoco_settles(chain: Chain, robot: Robot) -> RestSolver:
     """Return a robot for ``simulate``: settled state by state, or led along its path where that matters."""
     drives = SIX_STIFFNESS if robot.mujoco_drives is None else robot.mujoco_drives
 

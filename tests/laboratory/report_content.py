@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.report.content import Provenance, ReportContent, ReportRun, ReportStates
+from stiffcal.report.content import ReportContent, ReportProvenance, ReportRun, ReportStates
 from tests.laboratory.report_documents import documents
 
 
@@ -39,5 +39,5 @@ def made_up_content(n_runs: int = 2, per_run: int = 5, rotation: bool = False) -
     made = documents(
         ("A1", "A2", "A3"), np.array([1e-6, 2e-6, 3e-6]), np.diag([1e-16] * 3), states, [r.name for r in runs], None
     )
-    origin = Provenance("made-up", "test robot", "2026-11-21", (("stiffcal", "0.1.0"),))
+    origin = ReportProvenance("made-up", "test robot", "2026-11-21", (("stiffcal", "0.1.0"),))
     return ReportContent(provenance=origin, runs=runs, joint_names=("A1", "A2", "A3"), states=states, **made)

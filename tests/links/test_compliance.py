@@ -12,7 +12,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.links.compliance import carried_to_target, regress_compliance, share_of_tool
 from stiffcal.links.rods import LinkEstimate, estimate_link
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.catalogue import find_effects
@@ -29,13 +29,13 @@ def loads(n: int, seed: int) -> Floats:
     return np.random.default_rng(seed).standard_normal((n, 6)) * [500.0, 500.0, 500.0, 400.0, 400.0, 400.0]
 
 
-def measured(rods: Rods, shape: BeamShape, wrench: Floats, seed: int, noise: float = NOISE) -> LinkEstimate:
+def measured(rods: Rods, shape: BeamProperties, wrench: Floats, seed: int, noise: float = NOISE) -> LinkEstimate:
     read = wrench @ compliance(shape) @ rod_matrix(rods, shape).T
     return estimate_link(rods, shape, read + noise * np.random.default_rng(seed).standard_normal(read.shape))
 
 
 @pytest.mark.parametrize("shape", [SHAPE, DRAWN], ids=["plain", "drawn"])
-def test_without_noise_it_is_the_beams(shape: BeamShape) -> None:
+def test_without_noise_it_is_the_beams(shape: BeamProperties) -> None:
     wrench = loads(40, 1)
     found = regress_compliance(measured(seven_rods(), shape, wrench, 0, noise=0.0), wrench)
     truth = compliance(shape)
@@ -102,7 +102,7 @@ def test_loads_in_one_direction_tell_one_column() -> None:
 def test_rods_that_leave_a_moment_out_take_the_link_as_a_beam() -> None:
     """Three unknowns carried, and moments on the end: the beam's compliance within its interval all the same."""
     # a drawn section's twist centre is off the axis by its solution's rounding
-    shape = BeamShape(LENGTH, twist_centre=(5e-8, -4e-7))
+    shape = BeamProperties(LENGTH, twist_centre=(5e-8, -4e-7))
     rods, truth, inside = paper_rods(NOISE), compliance(shape), []
     three = ("tip force 2", "tip force 3", "tension")
     for seed in range(20):

@@ -7,7 +7,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.links.rod_faults import RodFault, find_rod_faults
-from stiffcal.measurements.rods import BeamShape, Rods
+from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.rods import rod_matrix
 from tests.links.test_compliance import loads
 from tests.links.test_rods import SHAPE, compliance, paper_rods, seven_rods
@@ -16,7 +16,7 @@ STATES, NOISE = 60, 1e-6
 TIME, RUN = np.tile(np.arange(20.0) * 5.0, 3) + np.repeat([0.0, 200.0, 400.0], 20), np.repeat([0, 1, 2], 20)
 
 
-def readings(rods: Rods, shape: BeamShape = SHAPE, seed: int = 1) -> tuple[Floats, Floats]:
+def readings(rods: Rods, shape: BeamProperties = SHAPE, seed: int = 1) -> tuple[Floats, Floats]:
     wrench = loads(STATES, seed)
     read = wrench @ compliance(shape) @ rod_matrix(rods, shape).T
     return read + NOISE * np.random.default_rng(seed + 50).standard_normal(read.shape), wrench

@@ -7,15 +7,15 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.links.rods import Torsion, bounded_by_load, estimate_link, rod_design, shape_errors
-from stiffcal.measurements.rods import BeamShape, Rods, rods_between
+from stiffcal.measurements.rods import BeamProperties, Rods, rods_between
 from stiffcal.mechanics.beam import UNKNOWNS, axis_fields, beam_compliance, end_fields
 from stiffcal.mechanics.rods import rod_fields, rod_matrix
 from stiffcal.mechanics.section_mesh import inner_outline
 from stiffcal.mechanics.section_solver import solve_section
 
 LENGTH = 1.05
-SHAPE = BeamShape(LENGTH)
-DRAWN = BeamShape(LENGTH, neutral=(0.01, -0.004), twist_centre=(0.02, 0.003), warping_decay=0.12, warping_hold=0.6)
+SHAPE = BeamProperties(LENGTH)
+DRAWN = BeamProperties(LENGTH, neutral=(0.01, -0.004), twist_centre=(0.02, 0.003), warping_decay=0.12, warping_hold=0.6)
 
 
 def paper_rods(sigma: float = np.nan) -> Rods:
@@ -33,7 +33,7 @@ def seven_rods(sigma: float = np.nan) -> Rods:
     return rods_between("swing", start, np.vstack([rods.end, [[0.95, -0.12, 0.05], [0.6, 0.0, -0.1]]]), sigma)
 
 
-def compliance(shape: BeamShape) -> Floats:
+def compliance(shape: BeamProperties) -> Floats:
     return beam_compliance(shape, (3.1e6, 4.7e6), 2.2e6, 9e8)
 
 
@@ -44,7 +44,7 @@ WRENCHES = np.array(
 
 
 @pytest.mark.parametrize("shape", [SHAPE, DRAWN], ids=["plain", "drawn"])
-def test_all_loads_come_back_with_an_oblique_rod(shape: BeamShape) -> None:
+def test_all_loads_come_back_with_an_oblique_rod(shape: BeamProperties) -> None:
     rods = seven_rods()
     tip = WRENCHES @ compliance(shape)
     found = estimate_link(rods, shape, tip @ rod_matrix(rods, shape).T)
@@ -110,7 +110,7 @@ def test_warping_decay_or_an_oblique_rod_tell_the_twist() -> None:
     warping = np.array([[3e-3, 3e-3], [2e-3, 2e-3], [-2e-3, -2e-3], [-2e-3, -2e-3], [2e-3, 2e-3]])
     held = Rods(plain.link, plain.names, plain.start, plain.end, warping, plain.sigma)
     four = ("tip force 2", "tip force 3", "tension", "torsion")
-    shape = BeamShape(LENGTH, warping_decay=0.2)
+    shape = BeamProperties(LENGTH, warping_decay=0.2)
     assert not estimate_link(held, SHAPE, np.zeros((1, 5))).torsion.identifiable
     tip = end_fields(shape)[:, [0, 1, 2, 3]] @ np.array([1e-4, 2e-4, 1e-5, 3e-4])
     found = estimate_link(held, shape, (rod_matrix(held, shape) @ tip)[None], unknowns=four)

@@ -8,13 +8,13 @@ import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.effects.link_beam import LinkBeam
-from stiffcal.measurements.rods import BeamShape, rods_between
+from stiffcal.measurements.rods import BeamProperties, rods_between
 from stiffcal.mechanics.beam import amplitudes_per_end, axis_displacement, beam_compliance, end_fields
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.effect import NodeLoads, Place
 
 EXACT = 1e-12
-OFF_AXIS = BeamShape(1.2, neutral=(0.012, -0.02), twist_centre=(0.031, 0.015), warping_decay=0.1, warping_hold=0.9)
+OFF_AXIS = BeamProperties(1.2, neutral=(0.012, -0.02), twist_centre=(0.031, 0.015), warping_decay=0.1, warping_hold=0.9)
 
 
 def test_compliance_is_that_of_the_link_beam() -> None:
@@ -26,7 +26,7 @@ def test_compliance_is_that_of_the_link_beam() -> None:
     given = np.zeros((6, 6))
     for term in LinkBeam().terms(Place("links", (), "swing"), chain, NodeLoads(wrench, np.zeros((6, 6))), {}):
         given[term.component] += term.value / rigid[term.symbol]
-    shape = BeamShape(beam.length)
+    shape = BeamProperties(beam.length)
     np.testing.assert_allclose(beam_compliance(shape, (3.1e6, 4.7e6), 2.2e6, 9e8), given, rtol=EXACT, atol=1e-22)
 
 
@@ -49,7 +49,7 @@ def test_force_beside_the_twist_centre_twists_and_one_beside_the_fibre_bends() -
 def test_the_fields_are_cubics_with_a_clamped_end() -> None:
     x = np.linspace(0.0, 1.2, 9)
     for tip in np.eye(6):
-        moved = axis_displacement(BeamShape(1.2), tip[None], x)[0]
+        moved = axis_displacement(BeamProperties(1.2), tip[None], x)[0]
         assert not moved[0].any()
         np.testing.assert_allclose(moved[-1], tip, atol=EXACT)
         for i in range(4):
@@ -69,7 +69,7 @@ def test_opposite_rods_mirror_each_other_and_shorter_ones_read_less() -> None:
     x0, x1, x2 = 0.05, 0.9, 0.6
     start = np.array([[x0, 0.0, 0.1], [x0, 0.0, -0.1], [x0, 0.0, 0.1]])
     end = np.array([[x1, 0.0, 0.1], [x1, 0.0, -0.1], [x2, 0.0, 0.1]])
-    read = rod_matrix(rods_between("swing", start, end), BeamShape(1.0)) @ [0.0, 0.0, 1e-4, 0.0, -1.5e-4, 0.0]
+    read = rod_matrix(rods_between("swing", start, end), BeamProperties(1.0)) @ [0.0, 0.0, 1e-4, 0.0, -1.5e-4, 0.0]
     assert read[0] == -read[1]
     assert abs(read[2]) < abs(read[0])
 
@@ -77,7 +77,7 @@ def test_opposite_rods_mirror_each_other_and_shorter_ones_read_less() -> None:
 def test_rods_along_the_fibre_are_blind_to_even_torsion_and_oblique_ones_are_not() -> None:
     start, end = np.array([[0.05, 0.1, 0.08]] * 2), np.array([[0.9, 0.1, 0.08], [0.9, -0.1, 0.08]])
     rods = rods_between("swing", start, end)
-    along, across = rod_matrix(rods, BeamShape(1.0))[:, 3]
+    along, across = rod_matrix(rods, BeamProperties(1.0))[:, 3]
     assert along == 0.0
     # by hand: the ends turn by κ x1, and the shift is along the rod by its share
     turned = np.array([0.05, 0.9])
@@ -87,7 +87,7 @@ def test_rods_along_the_fibre_are_blind_to_even_torsion_and_oblique_ones_are_not
 
 
 def test_the_link_goes_on_rigidly_beyond_its_ends() -> None:
-    moved = axis_displacement(BeamShape(1.0), np.eye(6), np.array([-0.1, 1.0, 1.2]))
+    moved = axis_displacement(BeamProperties(1.0), np.eye(6), np.array([-0.1, 1.0, 1.2]))
     assert not moved[:, 0].any()
     lever = np.array([0.2, 0.0, 0.0])
     for tip, beyond in zip(moved[:, 1], moved[:, 2], strict=True):

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.diagnosis.search import Found, Search, search_missing
+from stiffcal.diagnosis.search import MissingEffect, Search, search_missing
 from stiffcal.errors import no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.model.assembly import compliant_robot
@@ -118,7 +118,7 @@ def ask(folder: Path) -> Answer:
     )
 
 
-def _identified(one: Found) -> str:
+def _identified(one: MissingEffect) -> str:
     others = ", ".join(c.name for c in one.alternatives)
     return one.candidate.name + (f" (or {others})" if others else "")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.diagnosis.search import Found, Search, search_missing
+from stiffcal.diagnosis.search import MissingEffect, Search, search_missing
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole
@@ -55,7 +55,7 @@ def judge_campaign(campaign: Hidden) -> Verdict:
     start = time.perf_counter()
     search = search_missing(campaign.states, campaign.model, built_in_effects())
     seconds = time.perf_counter() - start
-    outcome, good = _outcome(campaign, search)
+    outcome, good = _outcome_of_future(campaign, search)
     before = search.before.ratio if search.before else np.nan
     after = search.after.ratio if search.after else np.nan
     return Verdict(
@@ -82,12 +82,12 @@ def _numbers(one: PlacedEffect) -> str:
     return "(" + ",".join(f"{s}={v:.2g}" for s, v in one.values.items()) + ")"
 
 
-def _identified(one: Found) -> str:
+def _identified(one: MissingEffect) -> str:
     others = ", ".join(c.name for c in one.alternatives)
     return one.candidate.name + (f" [{others}]" if others else "") + f" {one.judgement.errors:.1f}se"
 
 
-def _outcome(campaign: Hidden, search: Search) -> tuple[str, bool]:
+def _outcome_of_future(campaign: Hidden, search: Search) -> tuple[str, bool]:
     truth = [name_of(one) for one in campaign.hidden]
     named = search.found
     if campaign.kind == "none":

@@ -18,24 +18,26 @@ from hypothesis import example, given, settings
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.readers import csv as csv_module
 from stiffcal.readers.csv.lines import LogText
 from tests.laboratory.log_reading import read_columns, refusal
 
 READER = find_reader(Path("x.csv"))
 COLUMNS = ("t", "Fx", "Fy")
-WANTED = Wanted(COLUMNS)
+WANTED = WantedColumns(COLUMNS)
 
 
-def read(content: bytes, wanted: Wanted = WANTED, name: str = "log.csv", **options: Any) -> dict[str, NDArray[Any]]:
+def read(
+    content: bytes, wanted: WantedColumns = WANTED, name: str = "log.csv", **options: Any
+) -> dict[str, NDArray[Any]]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name
         path.write_bytes(content)
         return read_columns(READER, path, options, wanted, name)
 
 
-def fault(content: bytes, wanted: Wanted = WANTED, **options: Any) -> str:
+def fault(content: bytes, wanted: WantedColumns = WANTED, **options: Any) -> str:
     return refusal(lambda: read(content, wanted, **options), "log.csv").removeprefix("log.csv: ")
 
 
@@ -95,14 +97,14 @@ def test_units_and_what_was_detected_are_reported(tmp_path: Path) -> None:
 
 
 def test_a_first_row_of_words_and_numbers_is_data() -> None:
-    wanted = Wanted(("Fx",), texts=("run",))
+    wanted = WantedColumns(("Fx",), texts=("run",))
     found = read(b"run,Fx\nm,1\nN,2\n", wanted)
     assert found["run"].tolist() == ["m", "N"]
     assert "line 2, column Fx: 'ERR'" in fault(b"run,Fx\na,ERR\nb,2\n", wanted)
 
 
 def test_words_times_and_gaps() -> None:
-    wanted = Wanted(("Fx", "m1"), texts=("run",), times=("when",), gaps=frozenset({"m1"}))
+    wanted = WantedColumns(("Fx", "m1"), texts=("run",), times=("when",), gaps=frozenset({"m1"}))
     rows = ["Posé 1;2026-11-21T08:00:00,25;1;", "b;2026-11-21 09:00:01.5+01:00;2;NaN", "b;2026-11-21T08:00:02Z;3;4"]
     content = "\n".join(["run;when;Fx;m1", *rows, ""])
     found = read(content.encode("latin-1"), wanted, encoding="latin-1")
@@ -110,10 +112,10 @@ def test_words_times_and_gaps() -> None:
     assert np.allclose(np.diff(found["when"]), [1.25, 0.5], atol=1e-6)
     assert np.array_equal(found["m1"], [np.nan, np.nan, 4], equal_nan=True)
     assert "line 3, column Fx: the cell is empty" in fault(
-        b"Fx,m1\n1,2\n,3\n", Wanted(("Fx", "m1"), gaps=frozenset({"m1"}))
+        b"Fx,m1\n1,2\n,3\n", WantedColumns(("Fx", "m1"), gaps=frozenset({"m1"}))
     )
     assert "column when: 'noon' is not an ISO 8601 time" in fault(
-        b"when,Fx\nnoon,3\n", Wanted(("Fx",), times=("when",))
+        b"when,Fx\nnoon,3\n", WantedColumns(("Fx",), times=("when",))
     )
 
 
@@ -191,7 +193,7 @@ def test_a_last_line_without_end_is_read_where_nothing_can_be_missing() -> None:
 
 
 def test_a_column_of_its_own_file() -> None:
-    wanted = Wanted(("x",))
+    wanted = WantedColumns(("x",))
     assert read(b"x\n1\n2\n\n\n", wanted)["x"].tolist() == [1, 2]
     assert "line 3, column x: the cell is empty" in fault(b"x\n1\n\n2\n", wanted)
 
@@ -356,7 +358,7 @@ def test_hostile_insertions(style: tuple[str, str], edits: list[tuple[int, bytes
 )
 def test_every_float_comes_back_exactly(values: list[float], delimiter: str, encoding: str) -> None:
     content = "".join(["t", delimiter, "Fx\n", *(f"{value!r}{delimiter}{value:.17e}\n" for value in values)])
-    found = read(content.encode(encoding), Wanted(("t", "Fx")), delimiter=delimiter, encoding=encoding)
+    found = read(content.encode(encoding), WantedColumns(("t", "Fx")), delimiter=delimiter, encoding=encoding)
     assert found["t"].tolist() == values
     assert found["Fx"].tolist() == values
 
@@ -373,7 +375,7 @@ def test_a_scope_export_with_a_time_column_per_channel(tmp_path: Path) -> None:
     header = READER.read_header(path, options)
     assert header.columns == ("time Fx", "Fx", "time Fy", "Fy", "Fz")
     assert header.units == {"time Fx": "ms", "time Fy": "ms", "Fx": "N", "Fz": "kN"}
-    wanted = Wanted(("time Fy", "Fy", "Fz"))
+    wanted = WantedColumns(("time Fy", "Fy", "Fz"))
     (batch,) = READER.read_batches(path, options, wanted)
     assert {name: values.tolist() for name, values in batch.numbers.items()} == {
         "time Fy": [0.0, 2.0],
@@ -401,7 +403,7 @@ def test_no_reading_goes_on_after_a_log_is_given_up(tmp_path: Path, monkeypatch:
 
     monkeypatch.setattr(LogText, "_read", slow)
     monkeypatch.setattr(csv_module, "BLOCK", 1 << 12)
-    batches = iter(READER.read_batches(path, {}, Wanted(("t", "Fx"))))
+    batches = iter(READER.read_batches(path, {}, WantedColumns(("t", "Fx"))))
     next(batches)
     batches.close()  # type: ignore[attr-defined]
     assert not under_way

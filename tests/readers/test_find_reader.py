@@ -12,8 +12,8 @@ import pytest
 from stiffcal.campaign import file_formats
 from stiffcal.campaign.file_formats import format_names
 from stiffcal.errors import InputError
-from stiffcal.measurements.moments import seconds_of_times
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.measurements.timestamps import seconds_of_times
+from stiffcal.readers import WantedColumns, find_reader
 
 TWINS = {"mcap": "rosbags", "rosbag2": "rosbags"}  # one library, one test
 
@@ -25,11 +25,11 @@ def test_every_format_meets_the_contract(name: str, tmp_path: Path) -> None:
     assert (reader.__doc__ or "").strip()
     assert (Path(__file__).parent / f"test_{TWINS.get(name, name)}.py").exists(), "a reader needs its twin test"
     with pytest.raises(InputError):
-        list(reader.read_batches(tmp_path / "missing", {}, Wanted(("x",)), "missing"))
+        list(reader.read_batches(tmp_path / "missing", {}, WantedColumns(("x",)), "missing"))
     (tmp_path / "junk").write_bytes(b"\x01\x02junk")
     # A database's source is a name in the manifest, not a file.
     with pytest.raises(InputError, match="^campaign.toml: file" if name == "postgres" else "^junk: "):
-        list(reader.read_batches(tmp_path / "junk", {}, Wanted(("x",)), "junk"))
+        list(reader.read_batches(tmp_path / "junk", {}, WantedColumns(("x",)), "junk"))
 
 
 ENDINGS = {

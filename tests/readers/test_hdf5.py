@@ -14,14 +14,14 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.measurements import hdf5_heaps
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.readers import hdf5 as hdf5_module
 from tests.laboratory.log_reading import read_columns, refusal
 
 READER = find_reader(Path("x.h5"))
 VALUES = np.random.default_rng(3).normal(size=(500, 3))
 NAMES = ("t", "ids1", "ids2")
-WANTED = Wanted(NAMES)
+WANTED = WantedColumns(NAMES)
 
 
 def columns(file: h5py.File, **options: Any) -> None:
@@ -47,7 +47,7 @@ def records(file: h5py.File) -> None:
     file["ids/log"].attrs["units"] = ["um", "um", "um"]
 
 
-def fault(path: Path, wanted: Wanted = WANTED, **options: Any) -> str:
+def fault(path: Path, wanted: WantedColumns = WANTED, **options: Any) -> str:
     return refusal(lambda: read_columns(READER, path, {"group": "/ids", **options}, wanted, "raw/ids.h5"), "raw/ids.h5")
 
 
@@ -71,10 +71,10 @@ def test_words_and_times(tmp_path: Path) -> None:
     path = tmp_path / "ids.h5"
     with h5py.File(path, "w") as file:
         columns(file)
-    (batch,) = READER.read_batches(path, {"group": "ids"}, Wanted(("t",), texts=("run",), times=("when",)))
+    (batch,) = READER.read_batches(path, {"group": "ids"}, WantedColumns(("t",), texts=("run",), times=("when",)))
     assert set(batch.texts["run"]) == {"pose01"}
     assert batch.numbers["when"][1] - batch.numbers["when"][0] == 1
-    assert "column run: it holds object, not numbers" in fault(path, Wanted(("run",)))
+    assert "column run: it holds object, not numbers" in fault(path, WantedColumns(("run",)))
 
 
 def test_names_that_are_not_there(tmp_path: Path) -> None:
@@ -82,7 +82,7 @@ def test_names_that_are_not_there(tmp_path: Path) -> None:
     with h5py.File(path, "w") as file:
         columns(file)
         file["other"] = VALUES
-    assert "no column 'ids3'; did you mean 'ids" in fault(path, Wanted(("ids3",)))
+    assert "no column 'ids3'; did you mean 'ids" in fault(path, WantedColumns(("ids3",)))
     assert "hdf5.group: no group '/idz'; did you mean '/ids'?" in fault(path, group="/idz")
     assert "hdf5.dataset: no dataset 'log' in '/ids'" in fault(path, dataset="log")
     assert "its columns have no names; write an attribute 'columns'" in fault(path, group="/", dataset="other")

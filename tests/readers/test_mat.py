@@ -11,7 +11,7 @@ import pytest
 from scipy.io import savemat
 
 from stiffcal.errors import InputError
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.readers import mat as mat_module
 from tests.laboratory.log_reading import read_columns, refusal
 
@@ -67,11 +67,11 @@ def write5(path: Path, variables: dict[str, Any]) -> Path:
 WRITERS = pytest.mark.parametrize("write", [write5, write73], ids=["v5", "v7.3"])
 
 
-def read(path: Path, wanted: Wanted, **options: object) -> dict[str, Any]:
+def read(path: Path, wanted: WantedColumns, **options: object) -> dict[str, Any]:
     return read_columns(READER, path, options, wanted, "raw/log.mat")
 
 
-def fault(path: Path, wanted: Wanted, **options: object) -> str:
+def fault(path: Path, wanted: WantedColumns, **options: object) -> str:
     return refusal(lambda: read(path, wanted, **options))
 
 
@@ -90,7 +90,7 @@ def test_layouts(tmp_path: Path, write: Any, variables: dict[str, Any], options:
                  monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
     monkeypatch.setattr(mat_module, "BATCH_ROWS", 300)
     path = write(tmp_path / "log.mat", variables)
-    found = read(path, Wanted(("t", "Fx")), **options)
+    found = read(path, WantedColumns(("t", "Fx")), **options)
     assert np.array_equal(found["t"], TIME)
     assert np.array_equal(found["Fx"], FORCE)
 
@@ -98,7 +98,7 @@ def test_layouts(tmp_path: Path, write: Any, variables: dict[str, Any], options:
 @WRITERS
 def test_words_and_matrices_among_vectors(tmp_path: Path, write: Any) -> None:
     path = write(tmp_path / "log.mat", {"run": ["pose1", "pose2", "pose2"], "F": MATRIX[:3]})
-    found = read(path, Wanted(("F[1]", "F[3]"), texts=("run",)))
+    found = read(path, WantedColumns(("F[1]", "F[3]"), texts=("run",)))
     assert found["run"].tolist() == ["pose1", "pose2", "pose2"]
     assert np.array_equal(found["F[3]"], MATRIX[:3, 2])
     assert READER.read_header(path, {}).columns == ("run", "F[1]", "F[2]", "F[3]") or write is write73
@@ -108,14 +108,14 @@ def test_words_and_matrices_among_vectors(tmp_path: Path, write: Any) -> None:
 @WRITERS
 def test_faults_are_one_clear_line(tmp_path: Path, write: Any) -> None:
     path = write(tmp_path / "log.mat", {"t": TIME, "Fx": FORCE[:990], "log": MATRIX})
-    assert "column Fx: 990 rows, column t has 1000" in fault(path, Wanted(("t", "Fx")))
-    assert "no column 'fx'; did you mean 'Fx'?" in fault(path, Wanted(("fx",)))
-    assert "mat.variable: no variable 'lug'; did you mean 'log'?" in fault(path, Wanted(("t",)), variable="lug")
-    assert "variable log: its columns have no names: 3 columns" in fault(path, Wanted(("t",)), variable="log")
-    assert "2 names for 3 columns" in fault(path, Wanted(("t",)), variable="log", columns=["a", "b"])
-    assert "mat.columns: 'a' is not a list" in fault(path, Wanted(("t",)), columns="a")
+    assert "column Fx: 990 rows, column t has 1000" in fault(path, WantedColumns(("t", "Fx")))
+    assert "no column 'fx'; did you mean 'Fx'?" in fault(path, WantedColumns(("fx",)))
+    assert "mat.variable: no variable 'lug'; did you mean 'log'?" in fault(path, WantedColumns(("t",)), variable="lug")
+    assert "variable log: its columns have no names: 3 columns" in fault(path, WantedColumns(("t",)), variable="log")
+    assert "2 names for 3 columns" in fault(path, WantedColumns(("t",)), variable="log", columns=["a", "b"])
+    assert "mat.columns: 'a' is not a list" in fault(path, WantedColumns(("t",)), columns="a")
     bad = write(tmp_path / "bad.mat", {"Fx": np.array([1.0, np.nan])})
-    assert "row 2, column Fx: nan is not a finite number" in fault(bad, Wanted(("Fx",)))
+    assert "row 2, column Fx: nan is not a finite number" in fault(bad, WantedColumns(("Fx",)))
 
 
 @WRITERS
@@ -124,7 +124,7 @@ def test_a_cut_off_file_is_refused(tmp_path: Path, write: Any, keep: float) -> N
     path = write(tmp_path / "log.mat", {"t": TIME, "Fx": FORCE})
     content = path.read_bytes()
     path.write_bytes(content[: int(len(content) * keep)])
-    told = fault(path, Wanted(("t", "Fx")))
+    told = fault(path, WantedColumns(("t", "Fx")))
     assert "raw/log.mat: " in told
 
 
@@ -133,7 +133,7 @@ def test_what_only_matlab_reads_is_named(tmp_path: Path) -> None:
     with h5py.File(path, "r+") as file:
         del file["T"]
         file.create_dataset("T", data=np.zeros((1, 6), np.uint32)).attrs["MATLAB_class"] = np.bytes_("timetable")
-    told = fault(path, Wanted(("x",)))
+    told = fault(path, WantedColumns(("x",)))
     assert "'T' is a MATLAB timetable, which only MATLAB can read" in told
     assert "table2struct" in told
 
@@ -145,10 +145,10 @@ def test_damage_that_would_end_the_library_is_refused(tmp_path: Path) -> None:
 
     path = tmp_path / "log.mat"
     savemat(path, {"t": TIME, "Fx": FORCE, "s": {"a": csc_matrix(np.eye(3)), "b": ["x", "yy"]}}, oned_as="column")
-    assert len(list(READER.read_batches(path, {}, Wanted(("t", "Fx")), "raw/log.mat"))) == 1
+    assert len(list(READER.read_batches(path, {}, WantedColumns(("t", "Fx")), "raw/log.mat"))) == 1
     whole = path.read_bytes()
     dimensions = whole.index((1000).to_bytes(4, "little") + (1).to_bytes(4, "little"))
     for at, what in ((dimensions, b"\xff\xff\xff\x0f"), (132, b"\xff\xff\xff\x7f"), (dimensions - 8, bytes(4))):
         path.write_bytes(whole[:at] + what + whole[at + len(what) :])
         with pytest.raises(InputError, match="no whole MAT file"):
-            list(READER.read_batches(path, {}, Wanted(("t", "Fx")), "raw/log.mat"))
+            list(READER.read_batches(path, {}, WantedColumns(("t", "Fx")), "raw/log.mat"))

@@ -11,14 +11,14 @@ import pyarrow.parquet as parquet
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.readers import parquet as parquet_module
 from tests.laboratory.log_reading import read_columns, refusal
 
 READER = find_reader(Path("x.parquet"))
 
 
-def fault(path: Path, wanted: Wanted) -> str:
+def fault(path: Path, wanted: WantedColumns) -> str:
     return refusal(lambda: read_columns(READER, path, {}, wanted, "raw/ft.parquet"), "raw/ft.parquet")
 
 
@@ -39,7 +39,7 @@ def test_kinds_of_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     names = ["f", "i", "f32", "d", "when", "run", "pose"]
     schema = pa.schema([field, *(pa.field(n, a.type) for n, a in zip(names[1:], arrays[1:], strict=True))])
     parquet.write_table(pa.Table.from_arrays(arrays, schema=schema), path)
-    wanted = Wanted(("f", "i", "f32", "d", "pose.x"), texts=("run",), times=("when",))
+    wanted = WantedColumns(("f", "i", "f32", "d", "pose.x"), texts=("run",), times=("when",))
     header = READER.read_header(path, {}, wanted=wanted)
     assert header.n_rows == 10
     assert header.units == {"f": "N"}
@@ -55,20 +55,20 @@ def test_faults(tmp_path: Path) -> None:
     path = tmp_path / "ft.parquet"
     table = pa.table({"Fx": [1.0, None, 3.0], "Fy": [1.0, float("nan"), 2.0], "run": ["a", "b", "c"]})
     parquet.write_table(table, path)
-    assert "no column 'fx'; did you mean 'Fx'?" in fault(path, Wanted(("fx",)))
-    assert "row 2, column Fx: the cell is empty" in fault(path, Wanted(("Fx",)))
-    assert "row 2, column Fy: nan is not a finite number" in fault(path, Wanted(("Fy",)))
-    assert "column run: it holds string, not numbers" in fault(path, Wanted(("run",)))
-    (batch,) = READER.read_batches(path, {}, Wanted(("Fx", "Fy"), gaps=frozenset({"Fx", "Fy"})))
+    assert "no column 'fx'; did you mean 'Fx'?" in fault(path, WantedColumns(("fx",)))
+    assert "row 2, column Fx: the cell is empty" in fault(path, WantedColumns(("Fx",)))
+    assert "row 2, column Fy: nan is not a finite number" in fault(path, WantedColumns(("Fy",)))
+    assert "column run: it holds string, not numbers" in fault(path, WantedColumns(("run",)))
+    (batch,) = READER.read_batches(path, {}, WantedColumns(("Fx", "Fy"), gaps=frozenset({"Fx", "Fy"})))
     assert np.isnan(batch.numbers["Fx"]).tolist() == [False, True, False]
     whole = path.read_bytes()
     for size in (0, 3, len(whole) // 2, len(whole) - 1):
         path.write_bytes(whole[:size])
-        assert "no whole Parquet file" in fault(path, Wanted(("Fx",)))
+        assert "no whole Parquet file" in fault(path, WantedColumns(("Fx",)))
     path.unlink()
-    assert "no such file" in fault(path, Wanted(("Fx",)))
+    assert "no such file" in fault(path, WantedColumns(("Fx",)))
     parquet.write_table(table.slice(0, 0), path)
-    assert "the table has no rows" in fault(path, Wanted(("Fx",)))
+    assert "the table has no rows" in fault(path, WantedColumns(("Fx",)))
 
 
 def test_a_flipped_bit_is_seen(tmp_path: Path) -> None:
@@ -78,7 +78,7 @@ def test_a_flipped_bit_is_seen(tmp_path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[2000] ^= 1
     path.write_bytes(content)
-    assert "no whole Parquet file" in fault(path, Wanted(("Fx",)))
+    assert "no whole Parquet file" in fault(path, WantedColumns(("Fx",)))
 
 
 def test_rows_that_the_footer_counts_and_no_part_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,10 +86,14 @@ def test_rows_that_the_footer_counts_and_no_part_holds(tmp_path: Path, monkeypat
     parquet.write_table(pa.table({"t": [0.0, 0.1, 0.2]}), path)
     monkeypatch.setattr(parquet.ParquetFile, "iter_batches", lambda *_, **__: iter(()))
     with pytest.raises(InputError, match="0 rows where its footer says 3"):
-        list(READER.read_batches(path, {}, Wanted(numbers=("t",)), "raw/log.parquet"))
+        list(READER.read_batches(path, {}, WantedColumns(numbers=("t",)), "raw/log.parquet"))
 
 
 def test_a_column_of_words_that_is_not_there(tmp_path: Path) -> None:
     parquet.write_table(pa.table({"Fx": [1.0, 2.0]}), tmp_path / "ft.parquet")
     with pytest.raises(InputError, match="no column 'run'"):
-        list(find_reader(tmp_path / "ft.parquet").read_batches(tmp_path / "ft.parquet", {}, Wanted(("Fx",), ("run",))))
+        list(
+            find_reader(tmp_path / "ft.parquet").read_batches(
+                tmp_path / "ft.parquet", {}, WantedColumns(("Fx",), ("run",))
+            )
+        )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.readers import postgres as postgres_module
 from tests.laboratory.database import VARIABLE, VARIABLES, Database, trusting
 from tests.laboratory.log_reading import read_columns, refusal
@@ -36,12 +36,12 @@ def filled(database: Database) -> Database:
     return database
 
 
-def read(options: dict[str, Any], wanted: Wanted) -> dict[str, Any]:
+def read(options: dict[str, Any], wanted: WantedColumns) -> dict[str, Any]:
     with trusting(options["from"]):
         return read_columns(READER, NO_FILE, {"uri_env": VARIABLE} | options, wanted)
 
 
-def fault(options: dict[str, Any], wanted: Wanted) -> str:
+def fault(options: dict[str, Any], wanted: WantedColumns) -> str:
     return refusal(lambda: read(options, wanted))
 
 
@@ -49,7 +49,7 @@ K = np.arange(1000)
 
 
 def test_a_partitioned_table_in_order(filled: Database) -> None:
-    wanted = Wanted(("t", "Fx", "fy", "n", "gap"), texts=("run",), times=("at",), gaps=frozenset({"gap"}))
+    wanted = WantedColumns(("t", "Fx", "fy", "n", "gap"), texts=("run",), times=("at",), gaps=frozenset({"gap"}))
     found = read({"from": "daq.ft", "order_by": "t"}, wanted)
     assert np.allclose(found["t"], K * 0.01, rtol=0, atol=1e-12)
     assert np.array_equal(found["Fx"], K * 0.5)
@@ -63,19 +63,19 @@ def test_a_partitioned_table_in_order(filled: Database) -> None:
 
 def test_queries_say_their_order(filled: Database) -> None:
     query = "select t, \"Fx\" * 2 as x from daq.ft where run = 'p1' order by t desc;  "
-    found = read({"from": query}, Wanted(("x",)))
+    found = read({"from": query}, WantedColumns(("x",)))
     assert np.array_equal(found["x"], K[1::2][::-1] * 1.0)
-    found = read({"from": "select t, fy from daq.ft -- all of it", "order_by": "t"}, Wanted(("fy",)))
+    found = read({"from": "select t, fy from daq.ft -- all of it", "order_by": "t"}, WantedColumns(("fy",)))
     assert np.array_equal(found["fy"], K * 1.25)
-    assert "its rows have no order; add postgres.order_by" in fault({"from": "daq.ft"}, Wanted(("t",)))
-    assert "its rows have no order" in fault({"from": "select t from daq.ft"}, Wanted(("t",)))
+    assert "its rows have no order; add postgres.order_by" in fault({"from": "daq.ft"}, WantedColumns(("t",)))
+    assert "its rows have no order" in fault({"from": "select t from daq.ft"}, WantedColumns(("t",)))
 
 
 def test_rows_are_streamed(filled: Database, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(postgres_module, "BATCH_BYTES", 1 << 18)
     options = {"uri_env": VARIABLE, "from": "daq.big", "order_by": "t"}
     lengths, last = [], 0.0
-    for batch in READER.read_batches(NO_FILE, options, Wanted(("t", "x", "y"))):
+    for batch in READER.read_batches(NO_FILE, options, WantedColumns(("t", "x", "y"))):
         lengths.append(len(batch))
         last = batch.numbers["t"][-1]
     assert sum(lengths) == last == 400_000
@@ -112,7 +112,7 @@ def test_rows_are_streamed(filled: Database, monkeypatch: pytest.MonkeyPatch) ->
     ],
 )
 def test_faults_are_one_clear_line(filled: Database, options: dict[str, Any], expected: str) -> None:
-    assert expected in fault(options, Wanted(("x",)) if options["from"] != "daq.ft" else Wanted(("t",)))
+    assert expected in fault(options, WantedColumns(("x",)) if options["from"] != "daq.ft" else WantedColumns(("t",)))
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_faults_are_one_clear_line(filled: Database, options: dict[str, Any], ex
 def test_no_password_is_shown(monkeypatch: pytest.MonkeyPatch, address: str, reason: str) -> None:
     monkeypatch.setenv(VARIABLES, "LAB")
     monkeypatch.setenv("LAB", address)
-    told = fault({"from": "ft", "uri_env": "LAB"}, Wanted(("t",)))
+    told = fault({"from": "ft", "uri_env": "LAB"}, WantedColumns(("t",)))
     assert reason in told
     assert "heim" not in told
 
@@ -149,7 +149,7 @@ def test_the_fingerprint_follows_the_rows(filled: Database) -> None:
      ("'infinity'::timestamptz", None), ("'-infinity'::timestamp", None)],
 )  # fmt: skip
 def test_moments_of_every_kind(filled: Database, moment: str, expected: float | None) -> None:
-    options, wanted = {"from": f"select {moment} as x order by x"}, Wanted((), times=("x",))
+    options, wanted = {"from": f"select {moment} as x order by x"}, WantedColumns((), times=("x",))
     if expected is None:
         assert "is not a finite number" in fault(options, wanted)
     else:

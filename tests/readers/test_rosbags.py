@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.file_formats import format_names
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.readers import rosbag2 as bag_module
 from tests.laboratory.bags import joint_state, pose, transforms, wrench, write_bag
 from tests.laboratory.log_reading import read_columns, refusal
@@ -41,18 +41,18 @@ def bag(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     return write_bag(tmp_path_factory.mktemp("bags") / request.param, topics())
 
 
-def read(path: Path, wanted: Wanted, **options: object) -> dict[str, Any]:
+def read(path: Path, wanted: WantedColumns, **options: object) -> dict[str, Any]:
     return read_columns(find_reader(path), path, options, wanted, "raw/log")
 
 
-def fault(path: Path, wanted: Wanted, **options: object) -> str:
+def fault(path: Path, wanted: WantedColumns, **options: object) -> str:
     return refusal(lambda: read(path, wanted, **options))
 
 
 def test_fields_by_path(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bag_module, "BATCH_MESSAGES", 90)
     names = ("time", "header.stamp", "wrench.force.x", "wrench.torque.z")
-    found = read(bag, Wanted(names, texts=("header.frame_id",)), topic="/ft")
+    found = read(bag, WantedColumns(names, texts=("header.frame_id",)), topic="/ft")
     assert np.array_equal(found["wrench.force.x"], LOADS[:, 0])
     assert np.array_equal(found["wrench.torque.z"], LOADS[:, 5])
     assert np.allclose(found["header.stamp"], np.array(MOMENTS) / 1e9, rtol=0, atol=3e-7)
@@ -63,28 +63,28 @@ def test_fields_by_path(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_joints_by_name_in_any_order(bag: Path) -> None:
-    found = read(bag, Wanted(("position.A1", "position.arm.2")), topic="/joint_states")
+    found = read(bag, WantedColumns(("position.A1", "position.arm.2")), topic="/joint_states")
     assert np.array_equal(found["position.A1"], ANGLES[:, 0])
     assert np.array_equal(found["position.arm.2"], ANGLES[:, 1])
 
 
 def test_poses_and_transforms(bag: Path) -> None:
-    found = read(bag, Wanted(("pose.position.y", "pose.orientation.w")), topic="/tool")
+    found = read(bag, WantedColumns(("pose.position.y", "pose.orientation.w")), topic="/tool")
     assert np.array_equal(found["pose.position.y"], LOADS[:, 1])
     assert set(found["pose.orientation.w"]) == {1.0}
-    found = read(bag, Wanted(("transform.translation.x",)), topic="/tf", child_frame="b")
+    found = read(bag, WantedColumns(("transform.translation.x",)), topic="/tf", child_frame="b")
     assert np.array_equal(found["transform.translation.x"], LOADS[:, 3])
 
 
 def test_faults_are_one_clear_line(bag: Path) -> None:
-    wanted = Wanted(("wrench.force.x",))
+    wanted = WantedColumns(("wrench.force.x",))
     assert "topic: the bag holds 4 topics; say which: /ft (geometry_msgs/msg/WrenchStamped)" in fault(bag, wanted)
     assert "no topic '/fts'; did you mean '/ft'?" in fault(bag, wanted, topic="/fts")
     assert "topic /ft: no column 'wrench.force.X'; did you mean 'wrench.force.x'?" in fault(
-        bag, Wanted(("wrench.force.X",)), topic="/ft"
+        bag, WantedColumns(("wrench.force.X",)), topic="/ft"
     )
-    assert "transforms of several frames" in fault(bag, Wanted(("transform.translation.x",)), topic="/tf")
-    told = fault(bag, Wanted(("transform.translation.x",)), topic="/tf", child_frame="c")
+    assert "transforms of several frames" in fault(bag, WantedColumns(("transform.translation.x",)), topic="/tf")
+    told = fault(bag, WantedColumns(("transform.translation.x",)), topic="/tf", child_frame="c")
     assert "no transform of frame 'c' in /tf" in told
     assert "there are 'a', 'b'" in told
     assert "types: no release 'humble'; did you mean 'ros2_humble'?" in fault(bag, wanted, topic="/ft", types="humble")
@@ -96,7 +96,7 @@ def test_a_cut_off_file_is_refused(tmp_path: Path, name: str, keep: float) -> No
     path = write_bag(tmp_path / name, {"/ft": topics()["/ft"]})
     content = path.read_bytes()
     path.write_bytes(content[: int(keep * len(content))])
-    assert "raw/log: no whole bag (" in fault(path, Wanted(("wrench.force.x",)))
+    assert "raw/log: no whole bag (" in fault(path, WantedColumns(("wrench.force.x",)))
 
 
 def test_a_message_without_the_joint_is_placed(tmp_path: Path) -> None:
@@ -105,7 +105,9 @@ def test_a_message_without_the_joint_is_placed(tmp_path: Path) -> None:
         (MOMENTS[1], joint_state(MOMENTS[1], ["A1"], [1.0])),
     ]
     path = write_bag(tmp_path / "log.mcap", {"/joint_states": messages})
-    assert "topic /joint_states, message 2: it has no 'position.arm.2'" in fault(path, Wanted(("position.arm.2",)))
+    assert "topic /joint_states, message 2: it has no 'position.arm.2'" in fault(
+        path, WantedColumns(("position.arm.2",))
+    )
 
 
 def test_both_formats_are_listed() -> None:

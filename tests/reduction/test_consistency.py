@@ -104,12 +104,12 @@ def watch(sampled: bool = True) -> LogQuality:
 def test_time_over_batches() -> None:
     log = watch()
     wrench = np.random.default_rng(0).normal(size=(6, 100))
-    log.see(np.arange(1, 101), np.linspace(0.0, 0.99, 100), {"wrench": wrench})
-    log.see(np.arange(101, 201), 5.0 + np.linspace(0.0, 0.99, 100), {"wrench": wrench})
+    log.update(np.arange(1, 101), np.linspace(0.0, 0.99, 100), {"wrench": wrench})
+    log.update(np.arange(101, 201), 5.0 + np.linspace(0.0, 0.99, 100), {"wrench": wrench})
     assert log.interval == pytest.approx(0.01)
     assert any("a gap of 4.01 s" in remark for remark in log.remarks())
     with pytest.raises(InputError, match="line 202: time runs backwards: 3 s after 5.99 s"):
-        log.see(np.arange(201, 301), 3.0 + np.linspace(0.0, 0.99, 100), {"wrench": wrench})
+        log.update(np.arange(201, 301), 3.0 + np.linspace(0.0, 0.99, 100), {"wrench": wrench})
 
 
 def test_stuck_and_saturated_channels_are_remarked_on() -> None:
@@ -117,7 +117,7 @@ def test_stuck_and_saturated_channels_are_remarked_on() -> None:
     wrench = np.random.default_rng(1).normal(size=(6, 400))
     wrench[1] = 3.25
     wrench[2] = np.minimum(10.0 * np.sin(np.arange(400) / 40.0), 8.0)
-    log.see(np.arange(1, 401), np.linspace(0.0, 3.99, 400), {"wrench": wrench})
+    log.update(np.arange(1, 401), np.linspace(0.0, 3.99, 400), {"wrench": wrench})
     remarks = "\n".join(log.remarks())
     assert "column Fy stands still at 3.25" in remarks
     assert "column Fz stays at its extreme" in remarks
@@ -138,4 +138,4 @@ def test_what_cannot_be_has_row_and_column(signal: str, value: float, words: str
     values = np.zeros((3, 10))
     values[1, 7] = value
     with pytest.raises(InputError, match=f"line 8.*{words}"):
-        watch(sampled=False).see(np.arange(0, 10), np.full(10, np.nan), {signal: values})
+        watch(sampled=False).update(np.arange(0, 10), np.full(10, np.nan), {signal: values})

@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.reduction.load_cycles import find_load_cycles
-from stiffcal.reduction.outliers import bumped_readings, load_is_good, reject_outliers
+from stiffcal.reduction.outliers import load_is_good, outlier_readings, reject_outliers
 from tests.laboratory.hidden_campaigns import reduced
 from tests.laboratory.simulated_states import LOAD_POINT, cycles_of, medium_robot, played
 
@@ -38,7 +38,7 @@ def test_bumps_put_in_are_found(name: str) -> None:
     push = generator.normal(size=(8, 3))
     position = states.position.copy()
     position[chosen, 0] += 4e-4 * push / np.linalg.norm(push, axis=1)[:, None]
-    found = set(bumped_readings(replace(states, position=position)))
+    found = set(outlier_readings(replace(states, position=position)))
     assert len(found & set(chosen.tolist())) >= 7
     assert len(found - set(chosen.tolist())) <= 1
 
@@ -50,7 +50,7 @@ def test_slips_are_no_bumps(name: str) -> None:
     for k in range(len(states.runs)):
         members = np.flatnonzero(states.run == k)
         position[members[generator.integers(5, len(members) - 5) :], 0] += 3e-4 * generator.normal(size=3)
-    assert not bumped_readings(replace(states, position=position))
+    assert not outlier_readings(replace(states, position=position))
 
 
 def test_a_jump_within_the_loads_is_no_bump() -> None:
@@ -62,7 +62,7 @@ def test_a_jump_within_the_loads_is_no_bump() -> None:
         # play crossed between the second and the third level of the first axis
         along = cycles.magnitude[members] * np.where(cycles.axis[members] == 0, 1.0, 0.0)
         position[members, 0] += np.tanh((along - 0.62 * along.max()) / 2.0)[:, None] * np.array([2e-4, 3e-4, -1e-4])
-    assert len(bumped_readings(replace(states, position=position))) <= 1
+    assert len(outlier_readings(replace(states, position=position))) <= 1
 
 
 def test_states_set_aside_keep_their_reasons() -> None:
@@ -90,10 +90,10 @@ def test_loads_set_askew_are_no_bumps() -> None:
         run[:, 3:] = np.cross(LOAD_POINT, run[:, :3])
         wrench.append(run)
     states = played(medium_robot(), runs=4, wrench=wrench, noise=Sigma(16e-6, 30e-6, 0.5, 0.1))
-    assert not bumped_readings(states)
+    assert not outlier_readings(states)
     position = states.position.copy()
     position[6, 0] += [6e-4, 0.0, -4e-4]
-    assert set(bumped_readings(replace(states, position=position))) == {6}
+    assert set(outlier_readings(replace(states, position=position))) == {6}
 
 
 @pytest.mark.parametrize(
@@ -117,4 +117,4 @@ def test_two_bumps_do_not_hide_behind_a_good_reading(two: tuple[int, int], push:
     states = played(medium_robot(), runs=4, wrench=wrench, noise=Sigma(16e-6, 30e-6, 0.5, 0.1), seed=0)
     position = states.position.copy()
     position[list(two), 0] += push
-    assert set(bumped_readings(replace(states, position=position))) == set(two)
+    assert set(outlier_readings(replace(states, position=position))) == set(two)

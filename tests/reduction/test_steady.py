@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.reduction.steady import ONE_WAY, SHORT, JointLog, Moved, readings_of, steady_passes, turning_points
+from stiffcal.reduction.steady import ONE_WAY, SHORT, JointLog, JointPass, readings_of, steady_passes, turning_points
 from tests.laboratory.joint_strokes import INTERVAL, to_and_fro
 
 
@@ -65,11 +65,11 @@ def test_turning_points_ignore_noise() -> None:
     np.testing.assert_allclose(angle[turns[1:-1]], [0.8, -0.5, 0.8], atol=1e-6)
 
 
-def moved(speed: float, low: float = -0.5, high: float = 0.8, weight: float = 100.0, joint: int = 2) -> list[Moved]:
+def moved(speed: float, low: float = -0.5, high: float = 0.8, weight: float = 100.0, joint: int = 2) -> list[JointPass]:
     time, angle = to_and_fro(speed, low, high, cycles=1)
     torque = 10.0 * np.sign(np.gradient(angle)) + weight * np.cos(angle)
     passes, _ = steady_passes(JointLog(time, angle, torque))
-    return [Moved(one, 0, joint, np.zeros(6)) for one in passes]
+    return [JointPass(one, 0, joint, np.zeros(6)) for one in passes]
 
 
 def test_weight_cancels_to_a_fraction_of_a_sample() -> None:

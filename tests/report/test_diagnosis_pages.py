@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Items, LeftOut, Paragraph, Picture, Section, Table
-from stiffcal.report.content import EffectEvidence, EffectPicture, ReportContent
+from stiffcal.report.blocks import Items, LeftOut, Paragraph, Picture, ReportSection, TableBlock
+from stiffcal.report.content import EffectPicture, EvidenceFigure, ReportContent
 from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.figures.evidence import draw_evidence
 from stiffcal.report.figures.ladder import ladder_rungs
@@ -48,15 +48,15 @@ def document(**changes: Any) -> dict[str, Any]:
     } | changes  # fmt: skip
 
 
-def shown(**changes: Any) -> EffectEvidence:
+def shown(**changes: Any) -> EvidenceFigure:
     torque = np.linspace(-100.0, 100.0, 41)
     before = 1e-4 * np.sign(torque) - 1e-6 * torque
     before[3] = np.nan
     x = np.linspace(-1.0, 1.0, 21)
     picture = EffectPicture("backlash", "force [N]", "deflection [mm]", x, x, x + np.sign(x), x < -2.0, "What it does.")
     return replace(
-        EffectEvidence(
-            effect="backlash", where={"joints": [4]}, missing=True, driver="torque on joint 4", unit="N·m",
+        EvidenceFigure(
+            effect="backlash", where={"joints": [4]}, missing=True, covariate="torque on joint 4", unit="N·m",
             rotational=False, lever=0.19, value=torque, before=before, after=0.1 * before,
             branch=np.where(torque > 0.0, "loading", "unloading"), run=np.full(41, "pose01"), path_run="",
             rms_before={"translation": 1.16e-4, "rotation": None}, rms_after={"translation": 2.9e-5, "rotation": None},
@@ -72,14 +72,14 @@ def content(**changes: Any) -> ReportContent:
     return replace(made_up_content(n_runs=1), diagnose=document(**changes), evidence=(shown(),))
 
 
-def words(made: Section | LeftOut | None) -> str:
-    assert isinstance(made, Section)
+def words(made: ReportSection | LeftOut | None) -> str:
+    assert isinstance(made, ReportSection)
     parts: list[str] = []
     for block in made.blocks:
         parts += [block.text] if isinstance(block, Paragraph) else []
         parts += block.texts if isinstance(block, Items) else []
-        parts += [" ".join(row) for row in block.rows] if isinstance(block, Table) else []
-        parts += [block.caption] if isinstance(block, Picture | Table) else []
+        parts += [" ".join(row) for row in block.rows] if isinstance(block, TableBlock) else []
+        parts += [block.caption] if isinstance(block, Picture | TableBlock) else []
     return "\n".join(parts).replace("\u202f", " ")
 
 
@@ -122,7 +122,7 @@ def test_ranking_holds_every_number_with_its_unit() -> None:
 
 def test_next_measurement_names_pose_load_and_gain() -> None:
     made = next_measurement.section(content())
-    assert isinstance(made, Section)
+    assert isinstance(made, ReportSection)
     assert "cannot tell backlash (joint 4) from friction-hysteresis (joint 4)" in words(made)
     none = next_measurement.section(content(next_measurement=None))
     assert isinstance(none, LeftOut)

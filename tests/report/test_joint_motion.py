@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.report.blocks import Paragraph, Picture, Section, Table
+from stiffcal.report.blocks import Paragraph, Picture, ReportSection, TableBlock
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint
 from stiffcal.report.joint_curves import JointCurve, JointPicture
@@ -44,9 +44,9 @@ def content(**identify: Any) -> ReportContent:
     return replace(made, identify=(made.identify or {}) | identify, extra={"joint_motion": JOINTS})
 
 
-def section(made: ReportContent) -> Section:
+def section(made: ReportContent) -> ReportSection:
     found = joint_motion.section(made)
-    assert isinstance(found, Section)
+    assert isinstance(found, ReportSection)
     return found
 
 
@@ -59,7 +59,7 @@ def test_all_displacements_in_one_table_with_those_above_the_noise() -> None:
     blocks = section(content()).blocks
     assert isinstance(blocks[0], Paragraph)
     assert "9 of 9 turns and 0 of 9 shifts" in blocks[0].text
-    (table,) = [block for block in blocks if isinstance(block, Table)]
+    (table,) = [block for block in blocks if isinstance(block, TableBlock)]
     assert len(table.rows) == 18
     about_axis = [row for row in table.rows if row[1] == "turn about its axis"]
     assert [row[7] for row in about_axis] == ["yes", "yes, curved", "yes"]
@@ -101,7 +101,7 @@ def test_cartesian_stiffness() -> None:
         "over_noise": 0.9,
     }  # fmt: skip
     found = section(content(cartesian_stiffness=[full]))
-    table = [block for block in found.blocks if isinstance(block, Table)][-1]
+    table = [block for block in found.blocks if isinstance(block, TableBlock)][-1]
     assert table.rows[0] == ("one", "001, eq. 15", "1.00", "2.00", "3.00", "100", "200", "300")
     made = replace(content(cartesian_stiffness=[full]), extra={})
     assert section(made).title == "Cartesian stiffness"
@@ -118,7 +118,7 @@ def test_dual_quaternions() -> None:
     text, table = found.blocks
     assert isinstance(text, Paragraph)
     assert "3e-13" in text.text
-    assert isinstance(table, Table)
+    assert isinstance(table, TableBlock)
     assert [cell.replace("\u202f", " ") for cell in table.rows[0]][1:] == ["500 000", "500 000", "400 000", "–"]
 
 
@@ -137,5 +137,5 @@ def test_springs_in_the_noise_are_named_together() -> None:
         for k in (1, 2, 3, 4)
     ]
     found = not_identified.section(content(parameters=lost, not_identifiable=[]))
-    assert isinstance(found, Section)
+    assert isinstance(found, ReportSection)
     assert [len(getattr(block, "texts", ())) for block in found.blocks] == [0, 1]

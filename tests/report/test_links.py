@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.report.blocks import Items, LeftOut, Picture, Section, Table
+from stiffcal.report.blocks import Items, LeftOut, Picture, ReportSection, TableBlock
 from stiffcal.report.figures.along_lines import draw_along_lines
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
 from stiffcal.report.sections import links, load_deformation
@@ -40,7 +40,7 @@ def picture_of(with_model: bool = True) -> LinkPicture:
     )
 
 
-def laid_out(picture: LinkPicture) -> Section:
+def laid_out(picture: LinkPicture) -> ReportSection:
     content = made_up_content()
     told = {
         "link": "swing", "share_of_tool": 0.039, "torsion": {"identifiable": False},
@@ -52,7 +52,7 @@ def laid_out(picture: LinkPicture) -> Section:
     }  # fmt: skip
     content = replace(content, identify=(content.identify or {}) | {"links": [told]}, extra={"links": (picture,)})
     made = links.section(content)
-    assert isinstance(made, Section)
+    assert isinstance(made, ReportSection)
     return made
 
 
@@ -80,7 +80,7 @@ def test_rods_end_tool_and_the_bent_link_are_drawn() -> None:
 
 
 def test_the_links_compliance_says_what_is_not_told() -> None:
-    (table,) = [block for block in laid_out(picture_of()).blocks if isinstance(block, Table)]
+    (table,) = [block for block in laid_out(picture_of()).blocks if isinstance(block, TableBlock)]
     rows = {row[0]: row[1:] for row in table.rows}
     assert rows["u2 per force along x2"] == ("30.0", "1.0", "µm/kN")
     assert rows["twist per moment"][0] == "below 400"
@@ -129,8 +129,8 @@ def test_coupling_errors_stand_in_a_table_of_their_own() -> None:
     coupling = {"links": ["swing"], "ways": ways, "parameters": [entry]}
     identify = (content.identify or {}) | {"coupling": coupling}
     made = links.section(replace(content, identify=identify, extra={"links": (picture_of(),)}))
-    assert isinstance(made, Section)
-    table = [block for block in made.blocks if isinstance(block, Table)][-1]
+    assert isinstance(made, ReportSection)
+    table = [block for block in made.blocks if isinstance(block, TableBlock)][-1]
     assert [column.title for column in table.columns][1:] == [
         "links rigid", "tool alone", "links taken out", "tool and rods",
     ]  # fmt: skip

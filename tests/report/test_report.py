@@ -15,7 +15,7 @@ from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.errors import InputError
 from stiffcal.report.blocks import Picture
 from stiffcal.report.building import build_report, lay_out
-from stiffcal.report.content import Provenance, ReportContent, SourceFile
+from stiffcal.report.content import ReportContent, ReportProvenance, ReportSource
 from tests.laboratory.report_content import made_up_content
 
 SPACES = re.compile(r"\s+")
@@ -136,7 +136,7 @@ def test_what_is_left_out_has_a_reason() -> None:
 
 def test_report_of_nothing_at_all(tmp_path: Path) -> None:
     path = tmp_path / "empty.pdf"
-    build_report(ReportContent(provenance=Provenance("x", "y", "2026-11-21"), runs=(), joint_names=()), path)
+    build_report(ReportContent(provenance=ReportProvenance("x", "y", "2026-11-21"), runs=(), joint_names=()), path)
     assert "no runs are known" in text_of(path)
 
 
@@ -152,7 +152,7 @@ def test_names_with_markup_are_printed_as_they_are(tmp_path: Path) -> None:
 
 
 def test_long_tables_repeat_their_header(tmp_path: Path) -> None:
-    sources = tuple(SourceFile(f"raw/log{i:03d}.csv", f"{i:064x}", 1000 + i) for i in range(120))
+    sources = tuple(ReportSource(f"raw/log{i:03d}.csv", f"{i:064x}", 1000 + i) for i in range(120))
     content = made_up_content(n_runs=1)
     origin = replace(content.provenance, sources=sources)
     content = ReportContent(provenance=origin, runs=content.runs, joint_names=content.joint_names)
@@ -174,7 +174,7 @@ def test_many_runs_are_thinned_and_that_is_said() -> None:
 
 
 def test_output_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
-    content = ReportContent(provenance=Provenance("x", "y", "2026-11-21"), runs=(), joint_names=())
+    content = ReportContent(provenance=ReportProvenance("x", "y", "2026-11-21"), runs=(), joint_names=())
     with pytest.raises(InputError, match="folder does not exist"):
         build_report(content, tmp_path / "no" / "folder" / "report.pdf")
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from stiffcal.report.blocks import Section, Table
+from stiffcal.report.blocks import ReportSection, TableBlock
 from stiffcal.report.sections import all_sections, not_identified, residuals, stiffness, summary
 from tests.laboratory.report_content import made_up_content
 
@@ -21,12 +21,12 @@ def compliance(**changes: Any) -> dict[str, Any]:
     } | changes  # fmt: skip
 
 
-def table_of(parameter: dict[str, Any]) -> Table:
+def table_of(parameter: dict[str, Any]) -> TableBlock:
     content = made_up_content(n_runs=1)
     content = replace(content, identify=(content.identify or {}) | {"parameters": [parameter]})
     made = stiffness.section(content)
-    assert isinstance(made, Section)
-    (table,) = [block for block in made.blocks if isinstance(block, Table)]
+    assert isinstance(made, ReportSection)
+    (table,) = [block for block in made.blocks if isinstance(block, TableBlock)]
     return table
 
 

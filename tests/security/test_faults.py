@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.sizes import gravity_mistake, length_mistake, mass_mistake
+from stiffcal.campaign.sizes import gravity_mistake, implausible_length, mass_mistake
 from stiffcal.campaign.table_sniffing import sniff_table
 from stiffcal.cli.app import main
 from stiffcal.compensation.load_table import read_load_table
@@ -181,7 +181,7 @@ def test_the_length_of_a_urdf_axis_does_not_matter(axis: str, tmp_path: Path) ->
 
 @pytest.mark.parametrize("value", [5e-324, -1e-320, 1e308, float("inf"), float("nan")])
 def test_every_number_has_words(value: float) -> None:
-    assert "\n" not in str(length_mistake(value))
+    assert "\n" not in str(implausible_length(value))
     assert "\n" not in str(mass_mistake(value))
     assert "\n" not in str(gravity_mistake((0.0, 0.0, value)))
 

@@ -18,7 +18,7 @@ from stiffcal import limits
 from stiffcal.campaign.toml_reading import read_toml
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import InputError
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 
 
 class TestTheTableOfLimits:
@@ -179,5 +179,5 @@ class TestToml:
 
 def rows(path: Path, log_format: str = "csv", column: str = "Fx") -> int:
     """Return the number of rows of a log with a column."""
-    wanted = Wanted(numbers=(column,))
+    wanted = WantedColumns(numbers=(column,))
     return sum(len(batch) for batch in find_reader(path, log_format).read_batches(path, {}, wanted, path.name))

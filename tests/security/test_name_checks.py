@@ -16,7 +16,7 @@ from stiffcal.campaign.toml_reading import read_toml
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
-from stiffcal.escapes import visible
+from stiffcal.escapes import escape_invisible
 from stiffcal.reduction.states import RawStates, tabled_states
 from tests.laboratory import hostile_names
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, write_campaign
@@ -52,7 +52,7 @@ def the_fault_of(call: Callable[[], object]) -> str:
     with pytest.raises(InputError) as refused:
         call()
     lines = str(refused.value).splitlines()
-    assert all(line == visible(line) for line in lines)
+    assert all(line == escape_invisible(line) for line in lines)
     return next((line for line in lines if "holds U+" in line), lines[0])
 
 

@@ -19,7 +19,7 @@ import pytest
 from stiffcal.campaign.loading import load_manifest
 from stiffcal.campaign.queries import queries_of
 from stiffcal.errors import InputError
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.readers.postgres.conninfo import conninfo_text, read_conninfo
 from stiffcal.trust.queries import needs_trust, query_digest, table_of
 from stiffcal.trust.record import open_record
@@ -31,7 +31,7 @@ SECRET = "AKfgeheimgeheimsecret"
 
 def fault(options: dict[str, Any], wanted: str = "t") -> str:
     with pytest.raises(InputError) as caught:
-        list(READER.read_batches(Path("none"), {"from": "ft", "order_by": "t"} | options, Wanted((wanted,))))
+        list(READER.read_batches(Path("none"), {"from": "ft", "order_by": "t"} | options, WantedColumns((wanted,))))
     assert "\n" not in str(caught.value)
     assert "heim" not in str(caught.value)
     return str(caught.value).removesuffix(f" [{caught.value.code}]")
@@ -210,7 +210,7 @@ def filled(database: Database, monkeypatch: pytest.MonkeyPatch) -> Database:
 
 def read(text: str) -> int:
     options = {"uri_env": VARIABLE, "from": text} | ({} if needs_trust(text) else {"order_by": "t"})
-    return sum(len(batch) for batch in READER.read_batches(Path("none"), options, Wanted(("t", "x"))))
+    return sum(len(batch) for batch in READER.read_batches(Path("none"), options, WantedColumns(("t", "x"))))
 
 
 class TestQueries:

@@ -22,14 +22,14 @@ import pytest
 
 from stiffcal import limits
 from stiffcal.errors import InputError
-from stiffcal.readers import Options, Wanted, find_reader
+from stiffcal.readers import Options, WantedColumns, find_reader
 from tests.laboratory.bags import wrench, write_bag
 
 WAYS_OUT = ("link", "linked group", "soft link", "raw storage", "virtual", "raw storage in mat")
-FORCE = Wanted(numbers=("wrench.force.x",))
+FORCE = WantedColumns(numbers=("wrench.force.x",))
 
 
-def read(path: Path, wanted: Wanted = FORCE, options: Options | None = None) -> int:
+def read(path: Path, wanted: WantedColumns = FORCE, options: Options | None = None) -> int:
     """Return the number of rows of a log."""
     reader = find_reader(path, shown=path.name)
     options = options or {}
@@ -37,7 +37,7 @@ def read(path: Path, wanted: Wanted = FORCE, options: Options | None = None) -> 
     return sum(len(batch) for batch in reader.read_batches(path, options, wanted, path.name))
 
 
-def refusal(path: Path, wanted: Wanted = FORCE, options: Options | None = None) -> str:
+def refusal(path: Path, wanted: WantedColumns = FORCE, options: Options | None = None) -> str:
     """Return the one line with which a log is refused, within a second or so."""
     begun = time.monotonic()
     with pytest.raises(InputError) as refused:
@@ -258,7 +258,7 @@ class TestBags:
 class TestHdf5:
     """A link can lead to any file; a chunk of a few kilobytes can unpack to gigabytes."""
 
-    FX = Wanted(numbers=("Fx",))
+    FX = WantedColumns(numbers=("Fx",))
 
     @pytest.fixture
     def secret(self, tmp_path: Path) -> Path:
@@ -304,7 +304,7 @@ class TestHdf5:
             cells = file.create_dataset("run", (1, 3), h5py.ref_dtype)
             cells[...] = np.full((1, 3), word.ref, h5py.ref_dtype)
             cells.attrs["MATLAB_class"] = np.bytes_(b"cell")
-        line = refusal(tmp_path / "ft.mat", Wanted(numbers=(), texts=("run",)))
+        line = refusal(tmp_path / "ft.mat", WantedColumns(numbers=(), texts=("run",)))
         assert "no whole MAT file" in line
 
     def test_links_in_a_circle(self, tmp_path: Path) -> None:
@@ -367,7 +367,7 @@ class TestMat:
         head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<HH", 0x0100, 0x4D49)
         (tmp_path / "ft.mat").write_bytes(head + struct.pack("<II", 15, len(packed)) + packed)
         with most_memory(96 << 20):
-            assert "STIFFCAL_MAX_RATIO" in refusal(tmp_path / "ft.mat", Wanted(numbers=("Fx",)))
+            assert "STIFFCAL_MAX_RATIO" in refusal(tmp_path / "ft.mat", WantedColumns(numbers=("Fx",)))
 
 
 class TestParquet:
@@ -375,19 +375,19 @@ class TestParquet:
         words = pa.DictionaryArray.from_arrays(pa.array(np.zeros(60_000, np.int32)), pa.array(["x" * (1 << 20)]))
         pq.write_table(pa.table({"run": words, "Fx": np.arange(60_000.0)}), tmp_path / "ft.parquet")
         with most_memory(1 << 30):
-            assert read(tmp_path / "ft.parquet", Wanted(numbers=("Fx",), texts=("run",))) == 60_000
-            assert "not numbers" in refusal(tmp_path / "ft.parquet", Wanted(numbers=("run",)))
+            assert read(tmp_path / "ft.parquet", WantedColumns(numbers=("Fx",), texts=("run",))) == 60_000
+            assert "not numbers" in refusal(tmp_path / "ft.parquet", WantedColumns(numbers=("run",)))
 
     def test_more_rows_than_a_file_of_its_size_can_hold(self, tmp_path: Path) -> None:
         with pq.ParquetWriter(tmp_path / "ft.parquet", pa.schema([("Fx", pa.float64())])) as writer:
             zeros = pa.table({"Fx": np.zeros(1 << 20)})
             for _ in range(65):
                 writer.write_table(zeros, row_group_size=1 << 20)
-        assert "STIFFCAL_MAX_RATIO" in refusal(tmp_path / "ft.parquet", Wanted(numbers=("Fx",)))
+        assert "STIFFCAL_MAX_RATIO" in refusal(tmp_path / "ft.parquet", WantedColumns(numbers=("Fx",)))
 
     def test_lists_in_cells(self, tmp_path: Path) -> None:
         pq.write_table(pa.table({"Fx": [[1.0, 2.0], [3.0]]}), tmp_path / "ft.parquet")
-        assert "list<" in refusal(tmp_path / "ft.parquet", Wanted(numbers=("Fx.list.element",)))
+        assert "list<" in refusal(tmp_path / "ft.parquet", WantedColumns(numbers=("Fx.list.element",)))
 
     def test_a_pickled_type_of_columns_is_not_loaded(self, tmp_path: Path) -> None:
         class Attack:
@@ -402,7 +402,7 @@ class TestParquet:
         schema = pa.schema([pa.field("Fx", pa.float64(), metadata=marked)])
         pq.write_table(pa.table({"Fx": np.arange(3.0)}, schema=schema), tmp_path / "ft.parquet")
         with suppress(InputError):
-            read(tmp_path / "ft.parquet", Wanted(numbers=("Fx",)))
+            read(tmp_path / "ft.parquet", WantedColumns(numbers=("Fx",)))
         assert not (tmp_path / "attacked").exists()
 
 
@@ -412,7 +412,7 @@ class TestTdms:
         with nptdms.TdmsWriter(tmp_path / "ft.tdms") as writer:
             writer.write_segment([nptdms.ChannelObject("log", "Fx", np.arange(5.0))])
         (tmp_path / "ft.tdms_index").write_bytes(b"TDSh" + b"\xff" * 100)
-        assert read(tmp_path / "ft.tdms", Wanted(numbers=("Fx",))) == 5
+        assert read(tmp_path / "ft.tdms", WantedColumns(numbers=("Fx",))) == 5
 
     @pytest.mark.parametrize("place", ["channel", "group", "root"])
     @pytest.mark.parametrize(
@@ -435,4 +435,4 @@ class TestTdms:
                     nptdms.ChannelObject("log", "Fx", np.arange(5.0), properties=held["channel"]),
                 ]
             )
-        assert "no such scalings are there" in refusal(tmp_path / "ft.tdms", Wanted(numbers=("Fx",)))
+        assert "no such scalings are there" in refusal(tmp_path / "ft.tdms", WantedColumns(numbers=("Fx",)))

@@ -21,7 +21,7 @@ from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
 from stiffcal.files import check_regular, open_regular, read_regular
 from stiffcal.limits import Limit
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.store.provenance import hash_sources
 from stiffcal.workflow.diagnosis_verdict import _read_model
 from stiffcal.workflow.init import init_campaign
@@ -263,4 +263,4 @@ def _loaded(folder: Path) -> None:
 
 
 def _read(path: Path) -> None:
-    list(find_reader(path, None, "ft").read_batches(path, {}, Wanted(("Fx",)), "ft"))
+    list(find_reader(path, None, "ft").read_batches(path, {}, WantedColumns(("Fx",)), "ft"))

@@ -17,7 +17,7 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.store import Store
-from stiffcal.store.index import DamagedError, parse_index
+from stiffcal.store.index import DamagedStoreError, parse_index
 
 SECRET = b"-----BEGIN PRIVATE KEY-----\n"
 posix = pytest.mark.skipif(os.name == "nt", reason="links, pipes and sockets of POSIX")
@@ -274,7 +274,7 @@ def test_a_document_that_is_no_plain_json_is_one_line(store: Store, content: byt
     forge(store, lambda index: index["documents"]["fit"].update(bytes=len(content), sha256=digest))
     with pytest.raises(InputError, match=r"^store: fit: damaged \([^\n]*\); run stiffcal ingest again"):
         store.read_document("fit")
-    with pytest.raises(DamagedError):
+    with pytest.raises(DamagedStoreError):
         parse_index(content, "store")
 
 

@@ -97,10 +97,10 @@ def test_forged_results_do_not_make_batch_say_held(delivered: Path) -> None:
 
 def test_results_of_one_own_are_not_computed_again(delivered: Path) -> None:
     said: list[str] = []
-    first = validate_campaign(delivered, RunContext(say=said.append))
+    first = validate_campaign(delivered, RunContext(notify=said.append))
     assert said == [NOT_YOURS, "identify first: nothing is fitted yet"]
     said.clear()
-    assert validate_campaign(delivered, RunContext(say=said.append)) == first
+    assert validate_campaign(delivered, RunContext(notify=said.append)) == first
     assert identify_campaign(delivered)["origin"] == first["origin"] == "own"
     assert said == []
 
@@ -114,7 +114,7 @@ def test_an_own_store_stays_own_wherever_it_lies(delivered: Path, tmp_path: Path
     else:
         shutil.copytree(delivered, goal, symlinks=how == "copied")
     said: list[str] = []
-    assert validate_campaign(goal, RunContext(say=said.append))["origin"] == "own"
+    assert validate_campaign(goal, RunContext(notify=said.append))["origin"] == "own"
     assert said == []
 
 
@@ -127,7 +127,7 @@ def test_a_document_changed_in_an_own_store_is_computed_again(delivered: Path) -
     hold(document)
     (current / "validate.json").write_text(json.dumps(document), "utf-8")  # without it
     said: list[str] = []
-    again = validate_campaign(delivered, RunContext(say=said.append))
+    again = validate_campaign(delivered, RunContext(notify=said.append))
     assert again["rms"] == pytest.approx(true["rms"])
     assert again["passed"] is False
     assert any("validate: damaged" in line and "computed again" in line for line in said)
@@ -145,7 +145,7 @@ def test_a_log_rewritten_with_its_size_and_time_kept_is_noticed(tmp_path: Path, 
     os.utime(log, ns=(found.st_atime_ns, found.st_mtime_ns))
     assert (log.stat().st_size, log.stat().st_mtime_ns) == (found.st_size, found.st_mtime_ns)
     said: list[str] = []
-    after = identify_campaign(folder, RunContext(say=said.append))
+    after = identify_campaign(folder, RunContext(notify=said.append))
     assert said[0] == "ingest first: changed: raw/states.csv"
     assert after["key"] != before["key"]
 
@@ -177,7 +177,7 @@ def test_without_the_logs_a_strangers_results_are_shown_and_marked(
 ) -> None:
     without_logs(delivered)
     said: list[str] = []
-    document = identify_campaign(delivered, RunContext(say=said.append))
+    document = identify_campaign(delivered, RunContext(notify=said.append))
     assert document["origin"] == "foreign"
     assert said[0] == "the logs are missing (raw/states.csv): results that were not computed by you are shown"
     assert validate_campaign(delivered)["origin"] == "foreign"
@@ -215,7 +215,7 @@ def test_a_fit_of_a_strangers_states_stays_a_strangers(delivered: Path, made: Pa
     # When the logs come, all is computed from them.
     shutil.copytree(made / "raw", delivered / "raw")
     said: list[str] = []
-    assert identify_campaign(delivered, RunContext(say=said.append))["origin"] == "own"
+    assert identify_campaign(delivered, RunContext(notify=said.append))["origin"] == "own"
     assert said[0] == NOT_YOURS
 
 
@@ -326,7 +326,7 @@ def test_a_store_of_version_0_1_is_computed_again_and_its_history_kept(delivered
             del entry["sha256"]
     index.write_text(json.dumps(document), "utf-8")
     said: list[str] = []
-    assert identify_campaign(delivered, RunContext(say=said.append))["origin"] == "own"
+    assert identify_campaign(delivered, RunContext(notify=said.append))["origin"] == "own"
     assert said[0] == NOT_YOURS
     assert [fit["origin"] for fit in document_of(read_history(delivered))["fits"]] == ["foreign", "own"]
 
@@ -334,19 +334,19 @@ def test_a_store_of_version_0_1_is_computed_again_and_its_history_kept(delivered
 def test_in_a_trusted_place_what_others_wrote_counts(delivered: Path, state: Path) -> None:
     open_record().allow_place(str(delivered.parent))
     said: list[str] = []
-    document = validate_campaign(delivered, RunContext(say=said.append))
+    document = validate_campaign(delivered, RunContext(notify=said.append))
     assert said == []
     assert document["origin"] == "trusted place"
     assert document["passed"] is False
     assert "not computed by you" not in document["failed"][0]
     open_record().revoke(str(delivered.parent))
-    assert validate_campaign(delivered, RunContext(say=said.append))["origin"] == "own"
+    assert validate_campaign(delivered, RunContext(notify=said.append))["origin"] == "own"
     assert said[0] == NOT_YOURS
 
 
 def test_store_option_is_no_proof_of_origin(delivered: Path) -> None:
     said: list[str] = []
-    means = RunContext(store=str(delivered / "store"), say=said.append)
+    means = RunContext(store=str(delivered / "store"), notify=said.append)
     assert identify_campaign(delivered, means)["origin"] == "own"
     assert said[0] == NOT_YOURS
 
@@ -357,7 +357,7 @@ def test_where_nothing_can_be_remembered_each_step_is_computed_once(
     inside = delivered / "state"  # a record in the campaign folder is not believed
     monkeypatch.setenv("STIFFCAL_STATE", str(inside))
     said: list[str] = []
-    document = validate_campaign(delivered, RunContext(say=said.append))
+    document = validate_campaign(delivered, RunContext(notify=said.append))
     assert document["origin"] == "own"
     assert len(said) == 2
     assert not inside.exists()

@@ -22,7 +22,7 @@ from stiffcal.model.equilibrium import solve_balance
 from stiffcal.simulation.scene import draw_acts, robot_with_values, tool_weight, true_frames
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.simulation.true_motion import play
+from stiffcal.simulation.true_motion import solve_true_runs
 from stiffcal.validation.validate import validate_fit
 from tests.laboratory.simulation_folders import IRB4400
 
@@ -91,7 +91,7 @@ def test_loads_deflect_the_robot_by_some_one_and_a_half_millimetres() -> None:
     campaign, settings = load_campaign(IRB4400, check_files=False), load_settings(IRB4400)
     frames = true_frames(campaign, settings)
     acts = draw_acts(campaign, settings, frames, settings.seed)
-    for played in play(robot_with_values(campaign), acts, frames, tool_weight(campaign.manifest)):
+    for played in solve_true_runs(robot_with_values(campaign), acts, frames, tool_weight(campaign.manifest)):
         moved = played.position["probe_point"] - played.position["probe_point"][0]
         assert 1.2e-3 < np.abs(moved).max() < 2.2e-3
         assert moved.max() > 0.8e-3

@@ -20,7 +20,7 @@ from stiffcal.reduction.logs import Rows, read_rows
 from stiffcal.simulation.instruments import rpy_from_rotation
 from stiffcal.simulation.scene import draw_acts, robot_with_values, tool_weight, true_frames
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, play
+from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, solve_true_runs
 from stiffcal.trust.record import open_record
 from tests.laboratory.simulation_folders import FRAMES, LOGS, MODEL, POSES, RUNS, SETTINGS, TABLE, write_folder
 
@@ -81,7 +81,7 @@ def test_ramps_are_exact_within_a_tenth_of_a_micrometre(tmp_path: Path) -> None:
     frames = true_frames(campaign, settings)
     planned = draw_acts(campaign, settings, frames, 3)[0]
     robot, tool = robot_with_values(campaign), tool_weight(campaign.manifest)
-    played = play(robot, [planned], frames, tool)[0]
+    played = solve_true_runs(robot, [planned], frames, tool)[0]
     path = np.linspace(0.0, 2.0 * len(planned.program) - 1.0, 307, dtype=np.float64)
     setup = measurement_setup(campaign.manifest, campaign.chain, frames)
     base = Attachment(0, np.eye(4))
@@ -100,7 +100,7 @@ def test_logs_of_three_formats_hold_the_same_moment(tmp_path: Path) -> None:
     frames = true_frames(campaign, settings)
     robot, tool = robot_with_values(campaign), tool_weight(campaign.manifest)
     acts = draw_acts(campaign, settings, frames, settings.seed)
-    for run, planned, played in zip(truth["runs"], acts, play(robot, acts, frames, tool), strict=True):
+    for run, planned, played in zip(truth["runs"], acts, solve_true_runs(robot, acts, frames, tool), strict=True):
         holds = np.array(run["holds"])
         force, tracker, joints = (
             rows_of(tmp_path / "out", name, planned.name) for name in ("ft", "tracker", "controller")
@@ -215,8 +215,8 @@ def test_runs_of_one_batch_are_those_of_single_runs(tmp_path: Path) -> None:
     frames = true_frames(campaign, settings)
     acts: list[PlannedRun] = draw_acts(campaign, settings, frames, 3)
     robot, tool = robot_with_values(campaign), ToolWeight(5.0, np.zeros(3))
-    together = play(robot, acts, frames, tool)
-    alone = [play(robot, [planned], frames, tool)[0] for planned in acts]
+    together = solve_true_runs(robot, acts, frames, tool)
+    alone = [solve_true_runs(robot, [planned], frames, tool)[0] for planned in acts]
     for one, other in zip(together, alone, strict=True):
         assert one.planned.name == other.planned.name
         np.testing.assert_allclose(one.position["target"], other.position["target"], atol=1e-11)
@@ -288,8 +288,8 @@ def test_drift_and_creep_follow_time_and_hold(tmp_path: Path) -> None:
     without = robot.with_values({"wandering.setup.x": 0.0, "yielding.j1.c": 0.0})
     program = acts[1].program
     for name, kept in (("wandering.setup.x", "yielding.j1.c"), ("yielding.j1.c", "wandering.setup.x")):
-        played = play(robot.with_values({kept: 0.0}), acts, frames, tool)[1]
-        still = play(without, acts, frames, tool)[1]
+        played = solve_true_runs(robot.with_values({kept: 0.0}), acts, frames, tool)[1]
+        still = solve_true_runs(without, acts, frames, tool)[1]
         time = program.start[:, None] + np.array([0.1, 0.5, 1.0]) * (program.end - program.start)[:, None]
         path = program.path(time.ravel())
         extra = (played.position_at("target", path) - still.position_at("target", path)).reshape(*time.shape, 3)

@@ -14,7 +14,7 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.store import Store
-from stiffcal.store.index import DamagedError, UnreadableError
+from stiffcal.store.index import DamagedStoreError, UnreadableError
 
 posix = pytest.mark.skipif(os.name == "nt", reason="links of POSIX")
 
@@ -83,7 +83,7 @@ def test_what_is_needed_is_not_left_out_where_it_is_damaged(store: Store) -> Non
     before = contents(store)
     with store.begin() as writing:
         writing.needed = lambda name: name == "states"
-        with pytest.raises(DamagedError, match="states: damaged"):
+        with pytest.raises(DamagedStoreError, match="states: damaged"):
             writing.keep_rest()
     assert contents(store) == before
     store.commit(documents={"more": {"x": 1}})  # where nothing says that it is needed, it is left out

@@ -40,7 +40,7 @@ def test_friction_goes_through_the_load_of_a_bumped_reading(states: LoadStates) 
     fit = identify_parameters(states, with_friction(joint_springs(six_axes())))
     assert fit.parameter("friction-hysteresis.j2.c").value == pytest.approx(3e-7, rel=1e-3)
     assert fit.parameter("friction-hysteresis.j2.slip").value == pytest.approx(60.0, rel=1e-3)
-    assert fit.data.n_seen == np.count_nonzero(states.used) < len(states)
+    assert fit.data.n_measured == np.count_nonzero(states.used) < len(states)
 
 
 def test_bumped_readings_do_not_count(states: LoadStates) -> None:

@@ -82,7 +82,7 @@ def test_a_missing_library_is_one_line(
 ) -> None:
     import sys
 
-    from stiffcal.readers import Wanted, find_reader
+    from stiffcal.readers import WantedColumns, find_reader
 
     monkeypatch.setitem(sys.modules, library, None)
     monkeypatch.setenv(VARIABLE, "postgresql://localhost/none")
@@ -91,5 +91,5 @@ def test_a_missing_library_is_one_line(
     path.write_bytes(b"something")
     options: dict[str, Any] = {"uri_env": VARIABLE, "from": "ft"} if log_format == "postgres" else {}
     with pytest.raises(InputError) as caught:
-        find_reader(path, log_format).read_header(path, options, "raw/log", Wanted(("t",)))
+        find_reader(path, log_format).read_header(path, options, "raw/log", WantedColumns(("t",)))
     assert str(caught.value).endswith(f'is not installed; pip install "stiffcal[{extra}]" [library-missing]')

@@ -252,6 +252,6 @@ def test_a_log_is_watched_from_batch_to_batch(tmp_path: Path) -> None:
     campaign = load_campaign(first_run_alone(tmp_path))
     watches = DataQuality(campaign)
     rows = next(read_rows(campaign.folder, "ft", campaign.manifest.sources["ft"], {"": "raw/pose01_ft.csv"}))
-    watches.see("ft", "raw/pose01_ft.csv", rows)
+    watches.update("ft", "raw/pose01_ft.csv", rows)
     with pytest.raises(InputError, match="line 2: time runs backwards"):
-        watches.see("ft", "raw/pose01_ft.csv", rows)
+        watches.update("ft", "raw/pose01_ft.csv", rows)

@@ -50,7 +50,7 @@ def test_drift_against_a_stored_model(campaign: Path) -> None:
     # the verdict is renewed when the baseline is, without fitting or validating anew
     baseline_of(campaign, 1.0)
     said: list[str] = []
-    assert validate_campaign(campaign, RunContext(say=said.append))["passed"] is True
+    assert validate_campaign(campaign, RunContext(notify=said.append))["passed"] is True
     assert said == []
     assert open_store(campaign, RunContext()).read_document("validate")["passed"] is True
 
@@ -59,7 +59,7 @@ def test_a_campaign_as_baseline_is_fitted_first(campaign: Path, softer: Path) ->
     shutil.copytree(softer, campaign / "before")
     ask(campaign, 'baseline = "before"\nmax_drift = { all = 0.2, A6 = 0.3 }')
     said: list[str] = []
-    document = validate_campaign(campaign, RunContext(say=said.append))
+    document = validate_campaign(campaign, RunContext(notify=said.append))
     assert [line.split(":")[0] for line in said] == ["ingest first", "identify first"]
     assert document["passed"] is True
     assert {check["where"] for check in document["checks"]} == {"A1", "A2", "A3", "A4", "A5", "A6"}

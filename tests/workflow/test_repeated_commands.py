@@ -71,7 +71,7 @@ def test_states_damaged_after_they_were_compared_are_made_again(
 
     monkeypatch.setattr(freshness, "freshness_of", damaged_afterwards)
     said: list[str] = []
-    export_campaign(validated, RunContext(say=said.append), tmp_path / "states.parquet")
+    export_campaign(validated, RunContext(notify=said.append), tmp_path / "states.parquet")
     assert said == [f"ingest first: the store is damaged: {name}"]
     assert name in Store(validated / "store").documents
     assert document_of(read_history(validated))["fits"] == before
@@ -131,7 +131,7 @@ def test_what_the_record_cannot_take_is_known_to_the_next_command(
         identify_campaign(validated)
     forget_this_process()
     said: list[str] = []
-    assert identify_campaign(validated, RunContext(say=said.append))["fit_id"] == "2"
+    assert identify_campaign(validated, RunContext(notify=said.append))["fit_id"] == "2"
     assert said == ["nothing has changed since fit 2"]
     assert [fit["origin"] for fit in document_of(read_history(validated))["fits"]] == ["own", "own"]
     assert (state / "pending").exists()

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.report.blocks import Paragraph, Picture, Section, Table
+from stiffcal.report.blocks import Paragraph, Picture, ReportSection, TableBlock
 from stiffcal.report.compensation_content import WithAndWithout
-from stiffcal.report.content import Provenance, ReportContent
+from stiffcal.report.content import ReportContent, ReportProvenance
 from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.sections.compensation import section
 from stiffcal.simulation.simulate import simulate_campaign
@@ -54,7 +54,7 @@ def pairs(tmp_path_factory: pytest.TempPathFactory) -> WithAndWithout:
 
 
 def content(pairs: WithAndWithout | None) -> ReportContent:
-    return ReportContent(Provenance("twice", "robot", "2026-11-21"), (), (), extra={"compensation": pairs})
+    return ReportContent(ReportProvenance("twice", "robot", "2026-11-21"), (), (), extra={"compensation": pairs})
 
 
 def test_pairs_are_found_by_pose_and_tags(pairs: WithAndWithout) -> None:
@@ -86,10 +86,10 @@ def test_the_delay_is_the_controllers(pairs: WithAndWithout) -> None:
 
 def test_the_section_says_what_is_gone_and_is_drawn(pairs: WithAndWithout, tmp_path: Path) -> None:
     made = section(content(pairs))
-    assert isinstance(made, Section)
+    assert isinstance(made, ReportSection)
     answer = next(block.text for block in made.blocks if isinstance(block, Paragraph))
     assert "of the deflection is gone" in answer
-    table = next(block for block in made.blocks if isinstance(block, Table))
+    table = next(block for block in made.blocks if isinstance(block, TableBlock))
     assert [row[0] for row in table.rows] == ["a", "b"]
     pictures = [block for block in made.blocks if isinstance(block, Picture)]
     assert len(pictures) == 4

@@ -16,7 +16,7 @@ from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
 
 
 def means_with(said: list[str], update: bool = True) -> RunContext:
-    return RunContext(say=said.append, update=update)
+    return RunContext(notify=said.append, update=update)
 
 
 def test_missing_steps_run_first_and_are_said_in_one_line_each(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.experiments import ExperimentKind
 from stiffcal.experiments.branches import Branches, average_branches, reversal_error
-from stiffcal.experiments.clamped_chain import ClampedChain, give_of
+from stiffcal.experiments.clamped_chain import ClampedChain, drive_deflection
 from stiffcal.experiments.clamped_faults import why_no_sweep
 from stiffcal.experiments.saturation import Saturation, find_saturation
 from stiffcal.experiments.torque_angle import PlaySegment, SeriesFit, TorqueAngleLaw, fit_series, play_segment
@@ -112,7 +112,7 @@ def analyse_runs(
     for number in range(1, MOST_PASSES + 1):
         before = laws
         runs = [
-            _analysed(own, one, laws) if one.is_excited else _unseen(own, one)
+            _analysed(own, one, laws) if one.is_excited else _unusable_run(own, one)
             for own, one in zip(readings, chains, strict=True)
         ]
         runs = judged(runs)
@@ -132,8 +132,8 @@ def _agree(before: Mapping[int, TorqueAngleLaw], after: Mapping[int, TorqueAngle
         return False
     for joint, law in after.items():
         _, torque = law.grid()
-        give = give_of(law, torque)
-        if np.abs(give - give_of(before[joint], torque)).max() > SETTLED * np.ptp(give):
+        give = drive_deflection(law, torque)
+        if np.abs(give - drive_deflection(before[joint], torque)).max() > SETTLED * np.ptp(give):
             return False
     return True
 
@@ -152,7 +152,7 @@ def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int,
     holdout = readings.runs[int(readings.run[0])].holdout
     if sweeps.count == 0 or not (used >= 0).any():
         why = why_no_sweep(angle, torque, saturation)
-        return replace(_unseen(readings, chain), left_out=why, saturation=saturation)
+        return replace(_unusable_run(readings, chain), left_out=why, saturation=saturation)
     branches = average_branches(angle, torque, used, sweeps.up, N_BINS)
     apart = bool(readings.two_clocks[int(readings.run[0])])
     fit = fit_series(branches, with_lag=apart)
@@ -180,7 +180,7 @@ def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int,
     )
 
 
-def _unseen(readings: ClampedReadings, chain: ClampedChain) -> ClampedRun:
+def _unusable_run(readings: ClampedReadings, chain: ClampedChain) -> ClampedRun:
     """Return a run that says nothing of its joint."""
     name = readings.runs[int(readings.run[0])].name
     nothing = Branches(*(np.zeros(0),) * 2, np.zeros(0, dtype=np.bool_), np.zeros(0), np.zeros(0, dtype=np.int64), 0.0)

@@ -16,7 +16,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments import ExperimentKind
 from stiffcal.experiments.friction_rows import FrictionRows, felt_columns, together
-from stiffcal.experiments.friction_solving import FrictionLaw, PartFit, law_of
+from stiffcal.experiments.friction_solving import FrictionLaw, PartFit, initial_friction_law
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole, ParameterSpec
 
@@ -133,7 +133,7 @@ def fit_friction(
     parts = []
     for part in together(rows):
         own = rows.select(part)
-        laws = [law_of(one, fixed) for one in placed if one.place.joints[0] in own.joint]
+        laws = [initial_friction_law(one, fixed) for one in placed if one.place.joints[0] in own.joint]
         parts.append((part, PartFit(own, laws).run()))
     return _whole(rows, parts)
 
@@ -150,7 +150,7 @@ def _whole(rows: FrictionRows, parts: list[tuple[Booleans, PartFit]]) -> Frictio
         unknowns[felt], spread[felt] = fit.unknowns(), fit.unknowns_std()
         nuisance[part] = rows.nuisance[np.ix_(part, felt)] @ unknowns[felt]
         condition = max(condition, fit.condition())
-        estimated = sum(len(law.free_shape) for law in fit.laws) + fit.matrix.shape[1]
+        estimated = sum(len(law.free_nonlinear) for law in fit.laws) + fit.matrix.shape[1]
         dof += len(fit.rows) - fit.basis.shape[1] - estimated
         chi2 += float(fit.residual @ fit.residual)
         scaled = scaled or any(fit.noise[law.joint] is None for law in fit.laws)

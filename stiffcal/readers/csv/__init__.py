@@ -28,10 +28,10 @@ from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import ROWS
 from stiffcal.measurements.columns import values_of
-from stiffcal.measurements.moments import seconds_of_times
-from stiffcal.readers import Batch, FuzzInput, Header, Options, Reader, Wanted, first_not_finite
+from stiffcal.measurements.timestamps import seconds_of_times
+from stiffcal.readers import Batch, FuzzInput, Header, Options, Reader, WantedColumns, first_not_finite
 from stiffcal.readers.csv.faults import GAP_WORDS, check_last_line, find_fault
-from stiffcal.readers.csv.layout import CsvOptions, Layout, open_log
+from stiffcal.readers.csv.layout import CsvOptions, LogLayout, open_log
 from stiffcal.readers.csv.lines import LogText
 
 # Large enough that the parser's cost per block vanishes, small enough for flat memory.
@@ -59,7 +59,7 @@ class CsvReader(Reader):
         endings = [suffix.lower() for suffix in path.suffixes if suffix.lower() not in self.packed_endings]
         return bool(endings) and endings[-1] in (*self.endings, *FURTHER_ENDINGS)
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
         """Return the columns and what was detected of the file.
 
         Raises
@@ -67,7 +67,7 @@ class CsvReader(Reader):
         InputError
             For a missing or repeated column of `wanted`, an empty file, a wrong encoding or an unknown option.
         """
-        with open_log(path, options, shown or str(path), wanted or Wanted(())) as (_, layout):
+        with open_log(path, options, shown or str(path), wanted or WantedColumns(())) as (_, layout):
             understood: dict[str, object] = {
                 "delimiter": layout.delimiter,
                 "decimal": layout.decimal,
@@ -77,7 +77,7 @@ class CsvReader(Reader):
             }
             return Header(layout.columns, layout.units, None, understood)
 
-    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
         """Yield the data rows in blocks of about 4 MB of text.
 
         Raises
@@ -96,9 +96,9 @@ class CsvReader(Reader):
                     ROWS.check(row, shown)
                     yield batch
             except pa.ArrowInvalid as error:
-                raise _placed(path, layout, wanted, row, shown, str(error)) from None
+                raise _located_fault(path, layout, wanted, row, shown, str(error)) from None
             if row != text.n_lines:
-                raise _placed(path, layout, wanted, 0, shown, "a quotation mark runs over several lines")
+                raise _located_fault(path, layout, wanted, 0, shown, "a quotation mark runs over several lines")
             if row == 0:
                 place = f"line {layout.first_data_line}"
                 raise InputError.at(
@@ -110,7 +110,7 @@ class CsvReader(Reader):
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``line n`` of data row `row` (from 1); reads the file up to there."""
-        with open_log(path, options, str(path), Wanted(())) as (text, layout):
+        with open_log(path, options, str(path), WantedColumns(())) as (text, layout):
             found = 0
             for line in text.lines():
                 found += bool(line) or len(layout.columns) == 1
@@ -122,7 +122,7 @@ class CsvReader(Reader):
 READER = CsvReader()
 
 
-def _parse(text: LogText, layout: Layout, wanted: Wanted) -> Iterator[pa.RecordBatch]:
+def _parse(text: LogText, layout: LogLayout, wanted: WantedColumns) -> Iterator[pa.RecordBatch]:
     """Yield pyarrow's record batches of the wanted columns, named c0, c1, … by their place in the file."""
     names = [f"c{index}" for index in range(len(layout.columns))]
     numbers = set(wanted.numbers)
@@ -156,7 +156,7 @@ def _parse(text: LogText, layout: Layout, wanted: Wanted) -> Iterator[pa.RecordB
         stream.close()
 
 
-def _batch(records: pa.RecordBatch, layout: Layout, wanted: Wanted, first_row: int, shown: str) -> Batch:
+def _batch(records: pa.RecordBatch, layout: LogLayout, wanted: WantedColumns, first_row: int, shown: str) -> Batch:
     """Return the records as arrays; raises `pa.ArrowInvalid` where a cell is not what it has to be."""
     numbers: dict[str, Floats] = {}
     texts: dict[str, list[str]] = {}
@@ -179,7 +179,9 @@ def _batch(records: pa.RecordBatch, layout: Layout, wanted: Wanted, first_row: i
     return Batch(first_row, numbers, texts)
 
 
-def _placed(path: Path, layout: Layout, wanted: Wanted, rows_read: int, shown: str, reason: str) -> InputError:
+def _located_fault(
+    path: Path, layout: LogLayout, wanted: WantedColumns, rows_read: int, shown: str, reason: str
+) -> InputError:
     """Return the fault with its line; where the slow pass finds none, with the row up to which all was well."""
     fault = find_fault(path, layout, wanted, rows_read, shown)
     return fault or InputError.at(

@@ -13,8 +13,8 @@ from pathlib import Path
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.readers import Wanted
-from stiffcal.readers.csv.layout import Layout
+from stiffcal.readers import WantedColumns
+from stiffcal.readers.csv.layout import LogLayout
 from stiffcal.readers.csv.lines import TAIL, LogText
 
 # What stands for a missing reading in the columns that may have gaps.
@@ -22,7 +22,7 @@ GAP_WORDS = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "None")
 CUT_OFF = "log again, or delete the last line in a copy of the file"
 
 
-def find_fault(path: Path, layout: Layout, wanted: Wanted, rows_read: int, shown: str) -> InputError | None:
+def find_fault(path: Path, layout: LogLayout, wanted: WantedColumns, rows_read: int, shown: str) -> InputError | None:
     """Return the first fault after data row `rows_read`, or None where every line is sound.
 
     Parameters
@@ -51,7 +51,9 @@ def find_fault(path: Path, layout: Layout, wanted: Wanted, rows_read: int, shown
     return None
 
 
-def _line_fault(line: bytes, text: LogText, layout: Layout, wanted: Wanted, shown: str, row: int) -> InputError | None:
+def _line_fault(
+    line: bytes, text: LogText, layout: LogLayout, wanted: WantedColumns, shown: str, row: int
+) -> InputError | None:
     place = f"line {text.line_number}"
     cut_off = text.unfinished
     if b"\0" in line:
@@ -88,7 +90,7 @@ def _line_fault(line: bytes, text: LogText, layout: Layout, wanted: Wanted, show
 
 
 def _count_fault(
-    cells: list[str], line: bytes, layout: Layout, shown: str, place: str, cut_off: bool, row: int
+    cells: list[str], line: bytes, layout: LogLayout, shown: str, place: str, cut_off: bool, row: int
 ) -> InputError:
     expected, found = len(layout.columns), len(cells)
     if cut_off and found < expected:
@@ -110,7 +112,7 @@ def _count_fault(
     return InputError.at(FaultCode.SHAPE_MISMATCH, shown, place, reason, mend)
 
 
-def _number_fault(cell: str, name: str, layout: Layout) -> tuple[str, str] | None:
+def _number_fault(cell: str, name: str, layout: LogLayout) -> tuple[str, str] | None:
     """Return reason and mend where the cell is no finite number."""
     if layout.is_number(cell):
         if math.isfinite(float(cell.replace(layout.decimal, "."))):
@@ -130,7 +132,7 @@ def _number_fault(cell: str, name: str, layout: Layout) -> tuple[str, str] | Non
     return f"{cell!r} is not a number", "correct the cell in a copy of the file, or name another column"
 
 
-def check_last_line(text: LogText, layout: Layout, wanted: Wanted, shown: str) -> None:
+def check_last_line(text: LogText, layout: LogLayout, wanted: WantedColumns, shown: str) -> None:
     """Raise `InputError` where the file's last line has no line end and its last number may be cut.
 
     It is whole for certain where the last column is not wanted, or stands in quotation marks, or has as many decimals
@@ -166,7 +168,7 @@ def check_last_line(text: LogText, layout: Layout, wanted: Wanted, shown: str) -
         )
 
 
-def _last_cell(line: bytes, layout: Layout) -> str:
+def _last_cell(line: bytes, layout: LogLayout) -> str:
     return line.decode("utf-8", "replace").rpartition(layout.delimiter)[2].strip(" \t")
 
 

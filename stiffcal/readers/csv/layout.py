@@ -12,13 +12,13 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from stiffcal.campaign.typed import Name, Table
+from stiffcal.campaign.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import COLUMNS
 from stiffcal.measurements.scope_export import NAME, PROPERTIES, is_scope_header, scope_columns, scope_units
-from stiffcal.readers import Options, Wanted, check_columns, check_options
+from stiffcal.readers import Options, WantedColumns, check_columns, check_options
 from stiffcal.readers.csv.lines import LogText, find_codec
 
 DELIMITERS = ",;\t|"
@@ -32,7 +32,7 @@ UNIT_WORDS = (
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
-class CsvOptions(Table):
+class CsvOptions(TomlTable):
     """How a text file is written.
 
     Attributes
@@ -55,7 +55,7 @@ class CsvOptions(Table):
 
 
 @dataclass(frozen=True)
-class Layout:
+class LogLayout:
     """How a text log is to be read.
 
     Attributes
@@ -111,7 +111,7 @@ def stray_quote(delimiter: str) -> re.Pattern[bytes]:
 
 
 @contextmanager
-def open_log(path: Path, options: Options, shown: str, wanted: Wanted) -> Iterator[tuple[LogText, Layout]]:
+def open_log(path: Path, options: Options, shown: str, wanted: WantedColumns) -> Iterator[tuple[LogText, LogLayout]]:
     """Open a log and read its header; the text stands at the first data line.
 
     Raises
@@ -133,7 +133,7 @@ def open_log(path: Path, options: Options, shown: str, wanted: Wanted) -> Iterat
         text.close()
 
 
-def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted: Wanted) -> Layout:
+def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted: WantedColumns) -> LogLayout:
     skip = options.get("skip_rows") or 0
     assert isinstance(skip, int)
     decimal = _single(options, "decimal", shown) or "."
@@ -165,7 +165,7 @@ def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted
     header = decode_line(text, line, shown)
     delimiter = _single(options, "delimiter", shown) or _find_delimiter(header, wanted, decimal)
     header_line = text.line_number
-    cells = Layout((), {}, delimiter, decimal, "", 0, False).split(header)
+    cells = LogLayout((), {}, delimiter, decimal, "", 0, False).split(header)
     COLUMNS.check(len(cells), shown, f"line {header_line}")
     asked = set(wanted.names)
     columns = tuple(cell if cell in asked else csv_cell.original(cell) for cell in cells)
@@ -176,17 +176,17 @@ def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted
     given = options.get("delimiter") is not None
     hint = "" if set(wanted.names) <= set(columns) else _header_hint(path, text, shown, wanted, delimiter, given, skip)
     check_columns(wanted, columns, shown, f"line {header_line}", hint)
-    layout = Layout(columns, {}, delimiter, decimal, text.encoding, header_line, False)
+    layout = LogLayout(columns, {}, delimiter, decimal, text.encoding, header_line, False)
     units = _read_units(text, layout, options.get("unit_row"), wanted)
     if units is None:
         return layout
-    return Layout(columns, units, delimiter, decimal, text.encoding, header_line, True)
+    return LogLayout(columns, units, delimiter, decimal, text.encoding, header_line, True)
 
 
-def _read_scope(text: LogText, names: tuple[str, ...], delimiter: str, decimal: str) -> Layout | None:
+def _read_scope(text: LogText, names: tuple[str, ...], delimiter: str, decimal: str) -> LogLayout | None:
     """Take the rows of properties of a scope's export; None and nothing taken where it is none."""
     line, header_line = text.next_line(), text.line_number
-    plain = Layout((), {}, delimiter, decimal, text.encoding, header_line - 1, False)
+    plain = LogLayout((), {}, delimiter, decimal, text.encoding, header_line - 1, False)
     units: list[str] = []
     columns: tuple[str, ...] = ()
     while line is not None and len(line) <= LONGEST_HEADER:
@@ -243,7 +243,7 @@ def _single(options: Options, key: str, shown: str) -> str | None:
     return text
 
 
-def _find_delimiter(header: str, wanted: Wanted, decimal: str) -> str:
+def _find_delimiter(header: str, wanted: WantedColumns, decimal: str) -> str:
     """Return the delimiter under which the wanted columns are found; else the one that gives most columns."""
 
     def merit(delimiter: str) -> tuple[int, int, bool]:
@@ -256,7 +256,9 @@ def _find_delimiter(header: str, wanted: Wanted, decimal: str) -> str:
     return max(candidates, key=merit)
 
 
-def _header_hint(path: Path, text: LogText, shown: str, wanted: Wanted, delimiter: str, given: bool, skip: int) -> str:
+def _header_hint(
+    path: Path, text: LogText, shown: str, wanted: WantedColumns, delimiter: str, given: bool, skip: int
+) -> str:
     """Return what to set in the manifest if the names stand in another line or with another delimiter."""
     with LogText(path, text.encoding, shown) as search:
         for _ in range(HEADER_SEARCH):
@@ -277,7 +279,7 @@ def _header_hint(path: Path, text: LogText, shown: str, wanted: Wanted, delimite
     return ""
 
 
-def _read_units(text: LogText, layout: Layout, asked: object, wanted: Wanted) -> dict[str, str] | None:
+def _read_units(text: LogText, layout: LogLayout, asked: object, wanted: WantedColumns) -> dict[str, str] | None:
     """Take the line after the names if it holds units; None and nothing taken where it does not."""
     if asked is False:
         return None

@@ -28,16 +28,16 @@ import pyarrow as pa
 from numpy.typing import NDArray
 from pydantic import Field
 
-from stiffcal.campaign.typed import Name, Table
+from stiffcal.campaign.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import values_of
 from stiffcal.readers import (
     Batch,
+    DatabaseReader,
     Header,
-    NotAFile,
     Options,
-    Wanted,
+    WantedColumns,
     batch_of_columns,
     check_columns,
     check_options,
@@ -56,7 +56,7 @@ _FILE = {"from": str}  # the option as which the manifest's `file` comes here
 _CANCELLED, _NO_TABLE = "57014", "42P01"  # SQLSTATE query_canceled and undefined_table
 
 
-class PostgresOptions(Table):
+class PostgresOptions(TomlTable):
     """How a PostgreSQL database is reached; which table or query is read, `file` says. No password stands here.
 
     The user allows databases by environment, ``STIFFCAL_POSTGRES_ENV`` and ``STIFFCAL_POSTGRES``, and trusts queries.
@@ -81,7 +81,7 @@ class PostgresOptions(Table):
     }  # fmt: skip
 
 
-class PostgresReader(NotAFile):
+class PostgresReader(DatabaseReader):
     """Reads a table or query of a PostgreSQL database in batches of rows; the paths it is given mean nothing."""
 
     name = "postgres"
@@ -91,7 +91,7 @@ class PostgresReader(NotAFile):
         """Return False: a database is no file."""
         return False
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
         """Return the columns of the table or query."""
         with _connected(options) as (cursor, what):
             columns = _columns(cursor, what)
@@ -99,7 +99,7 @@ class PostgresReader(NotAFile):
                 check_columns(wanted, columns, what.shown, "")
             return Header(columns)
 
-    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
         """Yield the rows in batches.
 
         Raises
@@ -275,12 +275,12 @@ def _columns(cursor: Any, what: _What) -> tuple[str, ...]:
     return tuple(schema.names)
 
 
-def _batch(records: pa.RecordBatch, wanted: Wanted, first: int, shown: str) -> Batch:
+def _batch(records: pa.RecordBatch, wanted: WantedColumns, first: int, shown: str) -> Batch:
     arrays = {name: _array(records.column(name), name, wanted, first, shown) for name in wanted.names}
     return batch_of_columns(lambda name, a, b: arrays[name], wanted, first, first + records.num_rows, shown)
 
 
-def _array(column: pa.Array, name: str, wanted: Wanted, first: int, shown: str) -> NDArray[Any]:
+def _array(column: pa.Array, name: str, wanted: WantedColumns, first: int, shown: str) -> NDArray[Any]:
     if isinstance(column, pa.ExtensionArray):
         column = column.storage
     if column.null_count and name not in wanted.gaps:

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.campaign.typed import Name, Table
+from stiffcal.campaign.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import COLUMNS, ROWS, check_unpacked
@@ -32,13 +32,13 @@ from stiffcal.readers import (
     Header,
     Options,
     Reader,
-    Wanted,
+    WantedColumns,
     batch_of_columns,
     check_columns,
     check_options,
+    damaged_file_errors,
     missing_library,
     nearest_name,
-    whole,
 )
 from stiffcal.readers.rosbag2.definitions import checked_types, parsed_types
 from stiffcal.readers.rosbag2.fuzz_inputs import fuzz_input
@@ -53,7 +53,7 @@ MEND = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may 
 UNKNOWN_AT_END = "ros2_humble"
 
 
-class RosOptions(Table):
+class RosOptions(TomlTable):
     """Which messages of a ROS 2 bag or MCAP file are read; its columns are fields: ``wrench.force.x``, ``position.A1``.
 
     Attributes
@@ -79,7 +79,7 @@ class RosReader(Reader):
         """Return True for a bag's folder, or a file named like one inside."""
         return path.suffix.lower() in self.endings or (path / "metadata.yaml").is_file()
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
         """Return the fields of the topic's first message."""
         shown = shown or str(path)
         with self._open(path, options, shown) as topic:
@@ -89,7 +89,7 @@ class RosReader(Reader):
             units = {name: "s" for name in columns if name == RECORDED or name.split(".")[-1] == "stamp"}
             return Header(columns, units, topic.n_messages if topic.child_frame is None else None)
 
-    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
         """Yield the messages in batches.
 
         Raises
@@ -146,7 +146,7 @@ class RosReader(Reader):
                 nearest_name(types, releases),
             )
         fence_rosbags()
-        with whole("bag", shown, MEND):
+        with damaged_file_errors("bag", shown, MEND):
             check_bag(path, shown)
             with Reader(QuotedPath(path)) as reader:
                 check_chunks(reader, path, shown)
@@ -365,6 +365,6 @@ def _step(part: str) -> Callable[[Any], Any]:
     return lambda item: getattr(item, part)
 
 
-def _batch(held: dict[str, list[Any]], wanted: Wanted, start: int, count: int, shown: str) -> Batch:
+def _batch(held: dict[str, list[Any]], wanted: WantedColumns, start: int, count: int, shown: str) -> Batch:
     arrays = {name: np.asarray(values) for name, values in held.items()}
     return batch_of_columns(lambda name, a, b: arrays[name], wanted, start, start + count, shown)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.report.content import EffectEvidence
+from stiffcal.report.content import EvidenceFigure
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.effect_picture import draw_on
 
@@ -21,7 +21,7 @@ _HEIGHT_MM = 62.0
 
 
 @canvas.styled
-def draw_evidence(evidence: EffectEvidence) -> Figure:
+def draw_evidence(evidence: EvidenceFigure) -> Figure:
     """Draw the residual in unseen poses without and with the effect on one scale, and the effect's own picture.
 
     Returns
@@ -37,14 +37,14 @@ def draw_evidence(evidence: EffectEvidence) -> Figure:
         with_it.sharex(without)
         draw_on(example, evidence.picture)
         example.set_title("what it does (example)")
-    value, driver = driver_axis(evidence)
+    value, covariate = covariate_axis(evidence)
     factor, unit = residual_scale(evidence)
     known = np.flatnonzero(np.isfinite(evidence.before) & np.isfinite(evidence.after) & np.isfinite(value))
     known = known[canvas.thinned(np.abs(evidence.before[known]), MOST_POINTS)]
     for panel, residual, title in ((without, evidence.before, "without it"), (with_it, evidence.after, "with it")):
         _draw_points(panel, value, residual * factor, evidence, known)
         panel.set_title(f"{evidence.effect}: {title}" if len(evidence.effect) < 14 else title)
-        panel.set_xlabel(driver)
+        panel.set_xlabel(covariate)
     without.set_ylabel(f"residual along the effect [{unit}]")
     with_it.tick_params(labelleft=False)
     extremes = np.concatenate([evidence.before[known], evidence.after[known]]) * factor
@@ -54,24 +54,24 @@ def draw_evidence(evidence: EffectEvidence) -> Figure:
     return figure
 
 
-def driver_axis(evidence: EffectEvidence) -> tuple[Floats, str]:
+def covariate_axis(evidence: EvidenceFigure) -> tuple[Floats, str]:
     """Return the driver's values and its label; angles of joints in degrees."""
-    if evidence.unit == "rad" and "angle" in evidence.driver:
-        return np.degrees(evidence.value), f"{evidence.driver} [°]"
+    if evidence.unit == "rad" and "angle" in evidence.covariate:
+        return np.degrees(evidence.value), f"{evidence.covariate} [°]"
     if evidence.unit == "s" and np.nanmax(np.abs(evidence.value), initial=0.0) > 1000.0:
-        return evidence.value / 60.0, f"{evidence.driver} [min]"
+        return evidence.value / 60.0, f"{evidence.covariate} [min]"
     unit = "" if evidence.unit in ("", "1") else f" [{evidence.unit}]"
-    return evidence.value, evidence.driver + unit
+    return evidence.value, evidence.covariate + unit
 
 
-def residual_scale(evidence: EffectEvidence) -> tuple[float, str]:
+def residual_scale(evidence: EvidenceFigure) -> tuple[float, str]:
     """Return factor and unit of the residuals: mrad for rotations, µm or, where they are large, mm."""
     if evidence.rotational:
         return 1e3, "mrad"
     return (1e3, "mm") if np.nanmax(np.abs(evidence.before), initial=0.0) >= 5e-4 else (1e6, "µm")
 
 
-def _draw_points(axes: Axes, value: Floats, residual: Floats, evidence: EffectEvidence, known: Integers) -> None:
+def _draw_points(axes: Axes, value: Floats, residual: Floats, evidence: EvidenceFigure, known: Integers) -> None:
     axes.axhline(0.0, color=canvas.QUIET, linewidth=0.6)
     if np.nanmin(value) < 0.0 < np.nanmax(value):
         axes.axvline(0.0, color=canvas.QUIET, linewidth=0.5, zorder=0.5)
@@ -95,7 +95,7 @@ def _draw_points(axes: Axes, value: Floats, residual: Floats, evidence: EffectEv
 
 
 @canvas.styled
-def draw_errors_by_run(evidence: EffectEvidence, noise: float | None) -> Figure:
+def draw_errors_by_run(evidence: EvidenceFigure, noise: float | None) -> Figure:
     """Draw each run's error in unseen poses without and with the effect.
 
     Parameters
@@ -125,7 +125,7 @@ def draw_errors_by_run(evidence: EffectEvidence, noise: float | None) -> Figure:
         axes.axhline(noise * factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)")
     axes.set_ylim(0.0, float(max(before.max(), after.max())) * 1.12)
     axes.set_xlim(-0.7, len(at) - 0.3)
-    axes.grid(visible=False, axis="x")
+    axes.grid(escape_invisible=False, axis="x")
     axes.set_ylabel(f"{'rotation ' if evidence.rotational else ''}error, unseen poses [{unit}]")
     name_runs(axes, [name for name, _, _ in evidence.by_run])
     canvas.share_legend(figure, axes.get_legend_handles_labels()[0])

@@ -18,14 +18,14 @@ MOST_POINTS = 500
 
 @canvas.styled
 def draw_residual_against(
-    states: ReportStates, drivers: Sequence[ResidualCovariate], noise: float | None = None
+    states: ReportStates, covariates: Sequence[ResidualCovariate], noise: float | None = None
 ) -> Figure:
     """Draw the residual along x, y and z against each driver: one row of panels per driver.
 
     Parameters
     ----------
     states : the load states.
-    drivers : what the residual might follow.
+    covariates : what the residual might follow.
     noise : m, rms length of what instruments scatter; drawn as a band of ± two standard deviations per axis, the three
         axes taken alike (length / √3). None: no band.
 
@@ -33,8 +33,8 @@ def draw_residual_against(
     -------
     Figure; residuals in µm (mm where they are large), base axes; drivers in their own units.
     """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 26 * len(drivers) if len(drivers) > 1 else 62)
-    panels = figure.subplots(len(drivers), 3, sharey=True, squeeze=False)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 26 * len(covariates) if len(covariates) > 1 else 62)
+    panels = figure.subplots(len(covariates), 3, sharey=True, squeeze=False)
     used = np.flatnonzero(states.used)
     unnamed = "unloaded" if (states.branch[used] != "").any() else "load state"
     in_mm = float(np.nanmax(np.abs(states.residual[used, :3]), initial=0.0)) >= 5e-4
@@ -42,7 +42,7 @@ def draw_residual_against(
     residual = states.residual * factor
     used = used[canvas.thinned(np.linalg.norm(residual[used, :3], axis=1), MOST_POINTS)]
     limits = canvas.padded_limits(np.concatenate([residual[used, :3].ravel(), -residual[used, :3].ravel()]))
-    for row, driver in enumerate(drivers):
+    for row, covariate in enumerate(covariates):
         for axis, letter in enumerate(canvas.AXES_NAMES):
             panel = panels[row, axis]
             panel.axhline(0.0, color=canvas.QUIET, linewidth=0.6)
@@ -55,11 +55,11 @@ def draw_residual_against(
                 colour = canvas.BRANCH_COLOURS[branch]
                 if pick.size:
                     panel.plot(
-                        driver.values[pick], residual[pick, axis], linestyle="none", marker=marker, markersize=2.0,
+                        covariate.values[pick], residual[pick, axis], linestyle="none", marker=marker, markersize=2.0,
                         markeredgewidth=0.5, color=colour, markerfacecolor=face or colour, label=branch or unnamed,
                     )  # fmt: skip
             panel.set_ylim(*limits)
-            panel.set_xlabel(f"{driver.name} [{driver.unit}]")
+            panel.set_xlabel(f"{covariate.name} [{covariate.unit}]")
             panel.set_ylabel(f"residual {letter} [{unit}]")
     canvas.share_legend(figure, panels[0, 0].get_legend_handles_labels()[0])
     return figure

@@ -11,7 +11,7 @@ import importlib
 import pkgutil
 from typing import Protocol, cast
 
-from stiffcal.report.blocks import LeftOut, Section
+from stiffcal.report.blocks import LeftOut, ReportSection
 from stiffcal.report.content import ReportContent
 
 
@@ -21,7 +21,7 @@ class SectionModule(Protocol):
     __name__: str
     ORDER: int
 
-    def section(self, content: ReportContent) -> Section | LeftOut | None:
+    def section(self, content: ReportContent) -> ReportSection | LeftOut | None:
         """Lay out the section, or say why it is left out."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import LeftOut, Picture, Section
+from stiffcal.report.blocks import LeftOut, Picture, ReportSection
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.measured_against_predicted import MOST_POINTS, draw_measured_against_predicted
 from stiffcal.report.sections.summary import share_left
@@ -14,7 +14,7 @@ ORDER = 60
 _TITLE = "Measured against predicted"
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the scatter about the diagonal."""
     states = content.states
     if states is None or not states.used.any():
@@ -37,4 +37,4 @@ def section(content: ReportContent) -> Section | LeftOut:
     if n_used > MOST_POINTS:
         drawn = f"{wording.digits(MOST_POINTS)} of {wording.count(n_used, 'state')}"
         caption += f" About {drawn} are drawn, the farthest among them."
-    return Section(_TITLE, (Picture(partial(draw_measured_against_predicted, states), caption),))
+    return ReportSection(_TITLE, (Picture(partial(draw_measured_against_predicted, states), caption),))

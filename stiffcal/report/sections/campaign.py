@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, Facts, LeftOut, Paragraph, Section, Subheading, Table
+from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, ReportSection, Subheading, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent, ReportStates
 
 ORDER = 20
@@ -15,7 +15,7 @@ _MOST_ANGLE_COLUMNS = 8
 _TITLE = "The campaign at a glance"
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out what was measured, with what, and what was not used."""
     if not content.runs:
         return LeftOut(_TITLE, "no runs are known")
@@ -28,7 +28,7 @@ def section(content: ReportContent) -> Section | LeftOut:
         blocks.append(_set_aside(content))
     else:
         blocks.append(Paragraph("Nothing: every load state that was read was used."))
-    return Section(_TITLE, tuple(blocks), new_page=True)
+    return ReportSection(_TITLE, tuple(blocks), new_page=True)
 
 
 def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
@@ -52,11 +52,11 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
     return tuple(rows)
 
 
-def _instruments(content: ReportContent) -> Table:
+def _instruments(content: ReportContent) -> TableBlock:
     columns = (
-        Column("source", align="left"), Column("measures", align="left", width=1.2),
-        Column("how", align="left", width=1.4), Column("rate", "1/s"),
-        Column("standard uncertainty", align="left", width=1.0),
+        TableColumn("source", align="left"), TableColumn("measures", align="left", width=1.2),
+        TableColumn("how", align="left", width=1.4), TableColumn("rate", "1/s"),
+        TableColumn("standard uncertainty", align="left", width=1.0),
     )  # fmt: skip
     rows = tuple(
         (
@@ -68,19 +68,19 @@ def _instruments(content: ReportContent) -> Table:
         )
         for each in content.instruments
     )
-    return Table(columns, rows, "Instruments. “Averaged”: the table came with one row per load state.")
+    return TableBlock(columns, rows, "Instruments. “Averaged”: the table came with one row per load state.")
 
 
-def _runs(content: ReportContent) -> Table:
+def _runs(content: ReportContent) -> TableBlock:
     few = len(content.joint_names) <= _MOST_ANGLE_COLUMNS
     known = any(np.isfinite(run.joints).any() for run in content.runs)
     angles = content.joint_names if few and known else ()
-    columns = [Column("run", align="left"), *(Column(name, "°") for name in angles)]
+    columns = [TableColumn("run", align="left"), *(TableColumn(name, "°") for name in angles)]
     states = content.states
     if states is not None:
-        columns += [Column("states"), Column("largest load", "N"), Column("largest deflection", "mm")]
+        columns += [TableColumn("states"), TableColumn("largest load", "N"), TableColumn("largest deflection", "mm")]
         if states.set_aside is not None and (states.set_aside != "").any():
-            columns.append(Column("set aside", "states"))
+            columns.append(TableColumn("set aside", "states"))
     rows = []
     for number, run in enumerate(content.runs):
         cells = [run.name + (" (holdout)" if run.holdout else "")]
@@ -91,10 +91,10 @@ def _runs(content: ReportContent) -> Table:
         rows.append(tuple(cells[: len(columns)]))
     caption = "Runs: joint angles as logged (mean over the run), loads and deflections."
     if not known:
-        columns += [Column("experiment", align="left"), Column("tags", align="left", width=1.0)]
+        columns += [TableColumn("experiment", align="left"), TableColumn("tags", align="left", width=1.0)]
         rows = [(*row, run.kind, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]
         caption = "Runs; joints move in them, and no load state is taken."
-    return Table(tuple(columns), tuple(rows), caption)
+    return TableBlock(tuple(columns), tuple(rows), caption)
 
 
 def _run_cells(states: ReportStates, number: int) -> list[str]:
@@ -110,11 +110,11 @@ def _run_cells(states: ReportStates, number: int) -> list[str]:
     return cells
 
 
-def _set_aside(content: ReportContent) -> Table:
+def _set_aside(content: ReportContent) -> TableBlock:
     columns = (
-        Column("run", align="left"),
-        Column("rows", align="left", width=0.6),
-        Column("why", align="left", width=1.4),
+        TableColumn("run", align="left"),
+        TableColumn("rows", align="left", width=0.6),
+        TableColumn("why", align="left", width=1.4),
     )
     rows = tuple(
         (each.run or "all", wording.listing([str(row) for row in each.rows], 20), each.why)
@@ -123,4 +123,4 @@ def _set_aside(content: ReportContent) -> Table:
     caption = (
         "Readings that were not used. They were set aside before any model was fitted, never by the model’s own error."
     )
-    return Table(columns, rows, caption)
+    return TableBlock(columns, rows, caption)

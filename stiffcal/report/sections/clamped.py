@@ -8,7 +8,17 @@ from functools import partial
 from stiffcal.documents import section_of
 from stiffcal.experiments.clamped.results import ClampedSection, Definition, JointResult
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, Items, LeftOut, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.blocks import (
+    Block,
+    Items,
+    LeftOut,
+    Paragraph,
+    Picture,
+    ReportSection,
+    Subheading,
+    TableBlock,
+    TableColumn,
+)
 from stiffcal.report.clamped_curves import ClampedCurve
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.clamped import draw_branches, draw_curves, draw_play_by_pose
@@ -19,7 +29,7 @@ _PER_PICTURE = 6
 _DEGREE = 180.0 / math.pi
 
 
-def section(content: ReportContent) -> Section | LeftOut | None:
+def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out definitions, tables and pictures; nothing where the campaign holds no clamped runs."""
     curves: tuple[ClampedCurve, ...] = tuple(content.extra.get("clamped", ()))
     if not curves or content.identify is None:
@@ -52,7 +62,7 @@ def section(content: ReportContent) -> Section | LeftOut | None:
         blocks.append(Picture(partial(draw_play_by_pose, curves), _PLAY_CAPTION))
     if known:
         blocks.append(_tangent_table(known))
-    return Section(_TITLE, tuple(blocks), new_page=True)
+    return ReportSection(_TITLE, tuple(blocks), new_page=True)
 
 
 _PLAY_CAPTION = (
@@ -77,12 +87,18 @@ def _degrees(radians: float | None, digits: int = 3) -> str:
     return wording.DASH if radians is None else wording.digits(radians * _DEGREE, digits)
 
 
-def _play_table(curves: list[ClampedCurve]) -> Table:
+def _play_table(curves: list[ClampedCurve]) -> TableBlock:
     columns = (
-        Column("joint", align="left"), Column("play", "°"), Column("± 95 %", "°"), Column("crossed within", "± N·m"),
-        Column("between poses", "°"), Column("resolution", "°"), Column("friction", "N·m"),
-        Column("reversal error", "°"), Column("torque from", align="left"),
-    )  # fmt: skip
+        TableColumn("joint", align="left"),
+        TableColumn("play", "°"),
+        TableColumn("± 95 %", "°"),
+        TableColumn("crossed within", "± N·m"),
+        TableColumn("between poses", "°"),
+        TableColumn("resolution", "°"),
+        TableColumn("friction", "N·m"),
+        TableColumn("reversal error", "°"),
+        TableColumn("torque from", align="left"),
+    )
     rows = []
     for curve in curves:
         joint = _result(curve)
@@ -104,14 +120,19 @@ def _play_table(curves: list[ClampedCurve]) -> Table:
                 str(joint.torque_from),
             )
         )
-    return Table(columns, tuple(rows), "Play and friction of each joint, from all poses that are used.")
+    return TableBlock(columns, tuple(rows), "Play and friction of each joint, from all poses that are used.")
 
 
-def _curve_table(curves: list[ClampedCurve]) -> Table:
+def _curve_table(curves: list[ClampedCurve]) -> TableBlock:
     columns = (
-        Column("joint", align="left"), Column("p1", "N·m/°"), Column("p2", "N·m/°²"), Column("p3", "N·m/°³"),
-        Column("angle reached", "°"), Column("torque reached", "N·m"), Column("poses", align="left"),
-    )  # fmt: skip
+        TableColumn("joint", align="left"),
+        TableColumn("p1", "N·m/°"),
+        TableColumn("p2", "N·m/°²"),
+        TableColumn("p3", "N·m/°³"),
+        TableColumn("angle reached", "°"),
+        TableColumn("torque reached", "N·m"),
+        TableColumn("poses", align="left"),
+    )
     rows = []
     for curve in curves:
         shape = _result(curve).curve
@@ -127,14 +148,17 @@ def _curve_table(curves: list[ClampedCurve]) -> Table:
         "Torque over angle, τ = p1 φ + p2 φ² + p3 φ³, φ in degrees from the flank: rising in all that was reached, and "
         "not to be used beyond. Uncertainties 95 %."
     )
-    return Table(columns, tuple(rows), caption)
+    return TableBlock(columns, tuple(rows), caption)
 
 
-def _tangent_table(curves: list[ClampedCurve]) -> Table:
+def _tangent_table(curves: list[ClampedCurve]) -> TableBlock:
     columns = (
-        Column("joint", align="left"), Column("torque", "N·m"), Column("angle", "°"), Column("stiffness", "N·m/rad"),
-        Column("95 % interval", "N·m/rad"),
-    )  # fmt: skip
+        TableColumn("joint", align="left"),
+        TableColumn("torque", "N·m"),
+        TableColumn("angle", "°"),
+        TableColumn("stiffness", "N·m/rad"),
+        TableColumn("95 % interval", "N·m/rad"),
+    )
     rows = []
     for curve in curves:
         for tangent in _result(curve).tangent_stiffness:
@@ -148,7 +172,7 @@ def _tangent_table(curves: list[ClampedCurve]) -> Table:
                     f"{wording.digits(low)} … {wording.digits(high)}",
                 )
             )
-    return Table(columns, tuple(rows), "Tangent stiffness over torque, play excluded.")
+    return TableBlock(columns, tuple(rows), "Tangent stiffness over torque, play excluded.")
 
 
 def _branches_caption(curves: tuple[ClampedCurve, ...]) -> str:

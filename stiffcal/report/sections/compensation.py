@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.blocks import Block, Paragraph, Picture, ReportSection, Subheading, TableBlock, TableColumn
 from stiffcal.report.compensation_content import ComparedPose, TimePair, WithAndWithout
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import with_and_without as drawing
@@ -18,7 +18,7 @@ _TITLE = "With and without compensation"
 _MOST_CURVES = 3
 
 
-def section(content: ReportContent) -> Section | None:
+def section(content: ReportContent) -> ReportSection | None:
     """Lay out the pairs of runs; nothing where no run was measured with compensation."""
     pairs: WithAndWithout | None = content.extra.get("compensation")
     if pairs is None or not (pairs.poses or pairs.over_time):
@@ -40,7 +40,7 @@ def section(content: ReportContent) -> Section | None:
         blocks.append(Picture(partial(draw, pair), _caption_over_time(pair)))
     if pairs.over_time and pairs.played:
         blocks.append(Paragraph(pairs.played))
-    return Section(_TITLE, tuple(blocks))
+    return ReportSection(_TITLE, tuple(blocks))
 
 
 _CAPTION_BARS = (
@@ -71,15 +71,15 @@ def _turned_back(pose: ComparedPose) -> bool:
     return work_off > 0.0 and work_on < -0.05 * work_off
 
 
-def _table(poses: list[ComparedPose]) -> Table:
+def _table(poses: list[ComparedPose]) -> TableBlock:
     columns = (
-        Column("without", align="left", mono=True),
-        Column("with", align="left", mono=True),
-        Column("rms without", "mm"),
-        Column("rms with", "mm"),
-        Column("largest without", "mm"),
-        Column("largest with", "mm"),
-        Column("gone", "%"),
+        TableColumn("without", align="left", mono=True),
+        TableColumn("with", align="left", mono=True),
+        TableColumn("rms without", "mm"),
+        TableColumn("rms with", "mm"),
+        TableColumn("largest without", "mm"),
+        TableColumn("largest with", "mm"),
+        TableColumn("gone", "%"),
     )
     rows = tuple(
         (
@@ -93,7 +93,7 @@ def _table(poses: list[ComparedPose]) -> Table:
         )
         for pose in poses
     )
-    return Table(
+    return TableBlock(
         columns, rows, "Displacement of the target under load, in the same poses without and with compensation."
     )
 

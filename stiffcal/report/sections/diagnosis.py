@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, Facts, Items, LeftOut, Paragraph, Section, Subheading, Table
+from stiffcal.report.blocks import (
+    Block,
+    Facts,
+    Items,
+    LeftOut,
+    Paragraph,
+    ReportSection,
+    Subheading,
+    TableBlock,
+    TableColumn,
+)
 from stiffcal.report.content import Document, ReportContent
 
 ORDER = 72
 _TITLE = "What is missing"
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the answer first, then what it rests on."""
     document = content.diagnose
     if document is None:
@@ -28,7 +38,7 @@ def section(content: ReportContent) -> Section | LeftOut:
         names = wording.listing([_named(one) for one in document["superfluous"]])
         blocks.append(Paragraph(f"Not needed: {names}. Without it the error in unseen poses is no larger."))
     blocks.extend(_way_here(content))
-    return Section(_TITLE, tuple(blocks))
+    return ReportSection(_TITLE, tuple(blocks))
 
 
 def _named(one: Document) -> str:
@@ -95,15 +105,15 @@ def _facts(document: Document) -> list[tuple[str, str]]:
 
 def _remainder(document: Document) -> list[Block]:
     columns = (
-        Column("follows", align="left"), Column("share", "of what is left"),
-        Column("what was seen", align="left", width=1.0),
+        TableColumn("follows", align="left"), TableColumn("share", "of what is left"),
+        TableColumn("what was seen", align="left", width=1.0),
     )  # fmt: skip
     rows = tuple((one["follows"], wording.percent(one["share"]), str(one["seen"])) for one in document["structure"])
     caption = (
         "What the remainder follows: the share of its squares beyond noise that smooth curves over each of these take "
         "away. Shares overlap; the largest says where to look first."
     )
-    return [Subheading("What the remainder follows"), Table(columns, rows, caption)]
+    return [Subheading("What the remainder follows"), TableBlock(columns, rows, caption)]
 
 
 def _way_here(content: ReportContent) -> list[Block]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Column, Paragraph, Section, Table
+from stiffcal.report.blocks import Paragraph, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
 
 ORDER = 48
 _TITLE = "The same springs in dual quaternions"
 
 
-def section(content: ReportContent) -> Section | None:
+def section(content: ReportContent) -> ReportSection | None:
     """Lay out both forms; nothing where the user has not asked for them (``identify --dual-quaternions``)."""
     both = (content.identify or {}).get("dual_quaternions")
     if not both:
@@ -23,14 +23,14 @@ def section(content: ReportContent) -> Section | None:
         "printed leaves the weights out and counts lengths and pure numbers alike: it changes with the unit of length."
     )
     columns = (
-        Column("parameter", align="left", mono=True), Column("matrices", "N·m/rad"),
-        Column("dual quaternions", "N·m/rad"),
-        Column("eq. 35, metres", "N·m/rad"), Column("eq. 35, millimetres", "N·m/rad"),
+        TableColumn("parameter", align="left", mono=True), TableColumn("matrices", "N·m/rad"),
+        TableColumn("dual quaternions", "N·m/rad"),
+        TableColumn("eq. 35, metres", "N·m/rad"), TableColumn("eq. 35, millimetres", "N·m/rad"),
     )  # fmt: skip
     keys = ("matrix", "dual_quaternion", "unweighted_in_metres", "unweighted_in_millimetres")
     rows = tuple((str(one["name"]), *(_stiffness(one[key]) for key in keys)) for one in both["parameters"])
     caption = "Stiffness of the joints that the fit tells, each form carried on until its steps are rounding."
-    return Section(_TITLE, (Paragraph(text), Table(columns, rows, caption)))
+    return ReportSection(_TITLE, (Paragraph(text), TableBlock(columns, rows, caption)))
 
 
 def _stiffness(compliance: float | None) -> str:

@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, Picture, Section, Subheading
-from stiffcal.report.content import EffectEvidence, ReportContent
+from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, Picture, ReportSection, Subheading
+from stiffcal.report.content import EvidenceFigure, ReportContent
 from stiffcal.report.figures.evidence import MOST_POINTS, draw_errors_by_run, draw_evidence
 
 ORDER = 74
@@ -17,7 +17,7 @@ _TITLE = "The evidence, effect by effect"
 _MOST_RUNS = 60
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out what speaks for each effect that is missing, or that the model gained."""
     if content.diagnose is None:
         return LeftOut(_TITLE, content.not_diagnosed)
@@ -35,14 +35,14 @@ def section(content: ReportContent) -> Section | LeftOut:
     ]
     for one in content.evidence:
         blocks.extend(_of_one(content, one))
-    return Section(_TITLE, tuple(blocks))
+    return ReportSection(_TITLE, tuple(blocks))
 
 
-def _of_one(content: ReportContent, one: EffectEvidence) -> list[Block]:
+def _of_one(content: ReportContent, one: EvidenceFigure) -> list[Block]:
     status = "missing" if one.missing else "in the model"
     blocks: list[Block] = [Subheading(f"{one.effect}, {wording.place(one.where)} ({status})")]
     text = one.seen or f"{_capital(one.fingerprint or one.summary)}."
-    blocks.append(Paragraph(f"{text} {_fall_words(one)}"))
+    blocks.append(Paragraph(f"{text} {_rms_reduction_words(one)}"))
     facts = [("what it is", _capital(one.summary) + ".")]
     if one.parameters:
         facts.append(("as fitted", "; ".join(_parameter_words(each) for each in one.parameters)))
@@ -62,7 +62,7 @@ def _of_one(content: ReportContent, one: EffectEvidence) -> list[Block]:
     return blocks
 
 
-def _fall_words(one: EffectEvidence) -> str:
+def _rms_reduction_words(one: EvidenceFigure) -> str:
     if one.missing:
         left, after = wording.both(one.rms_before), wording.both(one.rms_after)
         return f"In unseen poses {left} rms is left without it, {after} with it."
@@ -72,9 +72,10 @@ def _fall_words(one: EffectEvidence) -> str:
     )
 
 
-def _caption(one: EffectEvidence) -> str:
+def _caption(one: EvidenceFigure) -> str:
     text = (
-        f"Residual in unseen poses against {one.driver}, without {one.effect} (left) and with it (middle), one scale."
+        f"Residual in unseen poses against {one.covariate}, without {one.effect} (left) and with it (middle), "
+        "one scale."
     )
     if one.lever is not None:
         where = wording.place(one.where)

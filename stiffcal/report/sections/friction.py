@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, Items, LeftOut, Paragraph, Picture, Section, Table
+from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, Picture, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.friction import draw_friction
 from stiffcal.report.friction_curves import FrictionCurve
@@ -16,7 +16,7 @@ _PER_PICTURE = 3
 _SYMBOLS = ("coulomb", "viscous", "stribeck", "velocity", "exponent")
 
 
-def section(content: ReportContent) -> Section | LeftOut | None:
+def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out the law, its parameters, and the curves; nothing where the campaign holds no friction runs."""
     curves: tuple[FrictionCurve, ...] = tuple(content.extra.get("friction", ()))
     if not curves:
@@ -29,7 +29,7 @@ def section(content: ReportContent) -> Section | LeftOut | None:
     for start in range(0, len(curves), _PER_PICTURE):
         part = curves[start : start + _PER_PICTURE]
         blocks.append(Picture(partial(draw_friction, part), _caption(part)))
-    return Section(_TITLE, tuple(blocks), new_page=True)
+    return ReportSection(_TITLE, tuple(blocks), new_page=True)
 
 
 def identified_friction(content: ReportContent) -> frozenset[str]:
@@ -63,12 +63,17 @@ def _law_words(curves: tuple[FrictionCurve, ...]) -> str:
     return words.strip()
 
 
-def _table(curves: tuple[FrictionCurve, ...]) -> Table:
+def _table(curves: tuple[FrictionCurve, ...]) -> TableBlock:
     columns = (
-        Column("joint", align="left"), Column("coulomb", "N·m"), Column("viscous", "N·m·s/rad"),
-        Column("stribeck", "N·m"), Column("velocity", "rad/s"), Column("exponent"), Column("left, rms", "N·m"),
-        Column("noise", "N·m"),
-    )  # fmt: skip
+        TableColumn("joint", align="left"),
+        TableColumn("coulomb", "N·m"),
+        TableColumn("viscous", "N·m·s/rad"),
+        TableColumn("stribeck", "N·m"),
+        TableColumn("velocity", "rad/s"),
+        TableColumn("exponent"),
+        TableColumn("left, rms", "N·m"),
+        TableColumn("noise", "N·m"),
+    )
     rows = []
     for curve in curves:
         known = {symbol: (value, half) for symbol, value, half, _ in curve.parameters}
@@ -81,7 +86,7 @@ def _table(curves: tuple[FrictionCurve, ...]) -> Table:
             cells.append(wording.digits(value) + (f" ± {wording.digits(half, 2)}" if half is not None else " (held)"))
         noise = wording.DASH if curve.noise is None else wording.digits(curve.noise)
         rows.append((curve.joint, *cells, wording.digits(curve.rms), noise))
-    return Table(columns, tuple(rows), "Friction of the drives, with 95 % uncertainty. A dash: not seen.")
+    return TableBlock(columns, tuple(rows), "Friction of the drives, with 95 % uncertainty. A dash: not seen.")
 
 
 def _caption(curves: tuple[FrictionCurve, ...]) -> str:

@@ -6,7 +6,16 @@ import math
 from functools import partial
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, LeftOut, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.blocks import (
+    Block,
+    LeftOut,
+    Paragraph,
+    Picture,
+    ReportSection,
+    Subheading,
+    TableBlock,
+    TableColumn,
+)
 from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint
 from stiffcal.report.joint_curves import JointCurve, JointPicture
@@ -25,7 +34,7 @@ _LOADS = {
 }  # fmt: skip
 
 
-def section(content: ReportContent) -> Section | LeftOut | None:
+def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out the table of all displacements and their pictures; nothing where one body alone is tracked."""
     joints: tuple[JointPicture, ...] = tuple(content.extra.get("joint_motion", ()))
     cartesian = list((content.identify or {}).get("cartesian_stiffness", ()))
@@ -38,7 +47,7 @@ def section(content: ReportContent) -> Section | LeftOut | None:
         blocks += [Picture(partial(draw_joint, joint), _caption(joint)) for joint in joints]
     if cartesian:
         blocks += _cartesian(cartesian)
-    return Section(_TITLE if joints else "Cartesian stiffness", tuple(blocks), new_page=True)
+    return ReportSection(_TITLE if joints else "Cartesian stiffness", tuple(blocks), new_page=True)
 
 
 def _n_identified(joints: tuple[JointPicture, ...], kind: str) -> tuple[int, int]:
@@ -58,12 +67,17 @@ def _lead(joints: tuple[JointPicture, ...]) -> str:
     )
 
 
-def _table(joints: tuple[JointPicture, ...]) -> Table:
+def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
     columns = (
-        Column("joint", align="left"), Column("displacement", align="left"), Column("stiffness by itself"),
-        Column("± 95 %"), Column("stiffness, all together"), Column("± 95 %"), Column("unit", align="left"),
-        Column("above the noise", align="left", width=1.0),
-    )  # fmt: skip
+        TableColumn("joint", align="left"),
+        TableColumn("displacement", align="left"),
+        TableColumn("stiffness by itself"),
+        TableColumn("± 95 %"),
+        TableColumn("stiffness, all together"),
+        TableColumn("± 95 %"),
+        TableColumn("unit", align="left"),
+        TableColumn("above the noise", align="left", width=1.0),
+    )
     rows: list[tuple[str, ...]] = []
     for joint in joints:
         for curve in sorted(joint.curves, key=lambda one: one.component[0] != "r"):
@@ -77,7 +91,7 @@ def _table(joints: tuple[JointPicture, ...]) -> Table:
         "together: the fit of this report, from all bodies at once; a dash where its model holds no such spring. Where "
         "nothing rises above the noise the stiffness is at least the value that is given."
     )
-    return Table(columns, tuple(rows), caption)
+    return TableBlock(columns, tuple(rows), caption)
 
 
 def _couplings(joints: tuple[JointPicture, ...]) -> str:
@@ -143,10 +157,15 @@ def _caption(joint: JointPicture) -> str:
 
 def _cartesian(found: list[Document]) -> list[Block]:
     columns = (
-        Column("pose", align="left"), Column("way", align="left"), Column("x", "N/µm"), Column("y", "N/µm"),
-        Column("z", "N/µm"), Column("about x", "kN·m/rad"), Column("about y", "kN·m/rad"),
-        Column("about z", "kN·m/rad"),
-    )  # fmt: skip
+        TableColumn("pose", align="left"),
+        TableColumn("way", align="left"),
+        TableColumn("x", "N/µm"),
+        TableColumn("y", "N/µm"),
+        TableColumn("z", "N/µm"),
+        TableColumn("about x", "kN·m/rad"),
+        TableColumn("about y", "kN·m/rad"),
+        TableColumn("about z", "kN·m/rad"),
+    )
     rows = []
     for one in found:
         for words, key in (("001, eq. 15", "equation_15"), ("from the compliance", "from_compliance")):
@@ -160,4 +179,4 @@ def _cartesian(found: list[Document]) -> list[Block]:
         "does not suffer from it."
     )
     caption = f"Diagonal of the Cartesian stiffness at {found[0]['target']}, base axes, the other directions held."
-    return [Subheading("Cartesian stiffness"), Paragraph(text), Table(columns, tuple(rows), caption)]
+    return [Subheading("Cartesian stiffness"), Paragraph(text), TableBlock(columns, tuple(rows), caption)]

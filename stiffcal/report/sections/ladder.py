@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, LeftOut, Picture, Section, Table
+from stiffcal.report.blocks import Block, LeftOut, Picture, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.figures.ladder import draw_ladder
 
@@ -14,7 +14,7 @@ _TITLE = "From no model to the noise: the ladder of fits"
 _MOST_STEPS = 25
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out every fit with its error in unseen poses, beside the noise."""
     fits = list((content.history or {}).get("fits", []))
     if not fits:
@@ -35,7 +35,7 @@ def section(content: ReportContent) -> Section | LeftOut:
     if not blocks and len(fits) == 1:
         return LeftOut(_TITLE, "there is one fit, and no displacement in it")
     blocks.append(_table(fits))
-    return Section(_TITLE, tuple(blocks))
+    return ReportSection(_TITLE, tuple(blocks))
 
 
 def _caption(fits: list[Document], zero: Document | None, noise: Document | None) -> str:
@@ -53,13 +53,16 @@ def _caption(fits: list[Document], zero: Document | None, noise: Document | None
     return text + ("." if floor else ". No noise floor is drawn: noise cannot be judged.")
 
 
-def _table(fits: list[Document]) -> Table:
+def _table(fits: list[Document]) -> TableBlock:
     columns = (
-        Column("fit", align="left"), Column("time", align="left"), Column("model", align="left", width=1.0),
-        Column("unseen, rms", align="right"), Column("fit, rms", align="right"),
-    )  # fmt: skip
+        TableColumn("fit", align="left"),
+        TableColumn("time", align="left"),
+        TableColumn("model", align="left", width=1.0),
+        TableColumn("unseen, rms", align="right"),
+        TableColumn("fit, rms", align="right"),
+    )
     rows = tuple(_row(fit) for fit in fits)
-    return Table(columns, rows, "All fits of this campaign, oldest first (times in UTC).")
+    return TableBlock(columns, rows, "All fits of this campaign, oldest first (times in UTC).")
 
 
 def _row(fit: Document) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, Items, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.blocks import Block, Items, Paragraph, Picture, ReportSection, Subheading, TableBlock, TableColumn
 from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.figures import links as drawing
 from stiffcal.report.link_pictures import LinkPicture
@@ -31,7 +31,7 @@ _HEADS = {
 }
 
 
-def section(content: ReportContent) -> Section | None:
+def section(content: ReportContent) -> ReportSection | None:
     """Lay out the pages of every link with rods; nothing where there are none."""
     pictures: tuple[LinkPicture, ...] = tuple(content.extra.get("links", ()))
     if not pictures:
@@ -44,7 +44,7 @@ def section(content: ReportContent) -> Section | None:
         blocks += _of_link(picture, told.get(picture.link))
     if (content.identify or {}).get("coupling"):
         blocks += _coupling((content.identify or {})["coupling"])
-    return Section(_TITLE, tuple(blocks), new_page=True)
+    return ReportSection(_TITLE, tuple(blocks), new_page=True)
 
 
 def _of_link(picture: LinkPicture, told: Document | None) -> list[Block]:
@@ -69,8 +69,8 @@ def _of_link(picture: LinkPicture, told: Document | None) -> list[Block]:
 
 def _coupling(coupling: Document) -> list[Block]:
     """Lay out what measuring without the rods does to every parameter."""
-    columns = [Column("parameter", align="left", mono=True)]
-    columns += [Column(_HEADS[way["way"]]) for way in coupling["ways"]]
+    columns = [TableColumn("parameter", align="left", mono=True)]
+    columns += [TableColumn(_HEADS[way["way"]]) for way in coupling["ways"]]
     rows = []
     for one in coupling["parameters"]:
         cells = [_estimate(one.get(way["way"]), way["way"]) for way in coupling["ways"]]
@@ -83,7 +83,9 @@ def _coupling(coupling: Document) -> list[Block]:
     return [
         Subheading("What the rods change"),
         Paragraph(words),
-        Table(tuple(columns), tuple(rows), "Difference from tool and rods together; a dash: not told, or left out."),
+        TableBlock(
+            tuple(columns), tuple(rows), "Difference from tool and rods together; a dash: not told, or left out."
+        ),
     ]
 
 
@@ -96,7 +98,7 @@ def _estimate(value: Document | None, way: str) -> str:
     return f"{100.0 * value['against_rods']:+.1f} % ({half})".replace("-", "−")
 
 
-def _compliance(picture: LinkPicture, told: Document) -> Table:
+def _compliance(picture: LinkPicture, told: Document) -> TableBlock:
     rows = []
     low, high = told["compliance_interval"]
     for row, column, words, factor, unit in _ELEMENTS:
@@ -112,8 +114,13 @@ def _compliance(picture: LinkPicture, told: Document) -> Table:
     share = told.get("share_of_tool")
     apart = "" if told["torsion"]["identifiable"] else ", its twist left out"
     of_tool = "" if share is None else f" {wording.percent(share)} of the tool’s deflection is this link’s{apart}."
-    return Table(
-        (Column("of the link’s end", align="left"), Column("value"), Column("± 95 %"), Column("unit", align="left")),
+    return TableBlock(
+        (
+            TableColumn("of the link’s end", align="left"),
+            TableColumn("value"),
+            TableColumn("± 95 %"),
+            TableColumn("unit", align="left"),
+        ),
         tuple(rows),
         f"Compliance of the end of {picture.link}, from rods and load alone: with it the link is foretold without rods."
         f"{of_tool}",

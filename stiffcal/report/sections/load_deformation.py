@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, Paragraph, Picture, Section, Subheading
+from stiffcal.report.blocks import Block, LeftOut, Paragraph, Picture, ReportSection, Subheading
 from stiffcal.report.content import ReportContent, ReportStates
 from stiffcal.report.figures import along_lines as lines
 from stiffcal.report.figures import load_deformation as drawing
@@ -20,13 +20,13 @@ _MOST_SMALL = 40
 _MOST_SINGLES = 50
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the curves, and say how the runs shown large were chosen."""
     states = content.states
     if states is None or not states.used.any():
         return LeftOut(_TITLE, "there are no load states to draw")
     if states.along is not None:
-        return Section(_TITLE, tuple(_along_lines(content, states)))
+        return ReportSection(_TITLE, tuple(_line_displacement_blocks(content, states)))
     # clamped runs have states too, and no displacement: their pages are their own
     seen = states.used & np.isfinite(states.measured[:, :3]).any(axis=1)
     counts = np.bincount(states.run[seen], minlength=len(content.runs))
@@ -37,10 +37,10 @@ def section(content: ReportContent) -> Section | LeftOut:
     singles = [number for number in range(len(content.runs)) if 0 < counts[number] < _FEWEST_STATES]
     if singles:
         blocks.extend(_singles(content, states, singles))
-    return Section(_TITLE, tuple(blocks))
+    return ReportSection(_TITLE, tuple(blocks))
 
 
-def _along_lines(content: ReportContent, states: ReportStates) -> list[Block]:
+def _line_displacement_blocks(content: ReportContent, states: ReportStates) -> list[Block]:
     """Lay out runs in which displacement was read along the load alone: a panel each."""
     text = (
         "Displacement of the target along the line in which each run’s force acts: nothing else was read. Filled "

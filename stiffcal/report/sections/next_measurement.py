@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, Section
+from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, ReportSection
 from stiffcal.report.content import Document, ReportContent
 
 ORDER = 78
 _TITLE = "What to measure next"
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the separating measurement, or say that none is needed."""
     document = content.diagnose
     if document is None:
@@ -24,11 +24,11 @@ def section(content: ReportContent) -> Section | LeftOut:
                 _separating(one["next_measurement"], content.joint_names, f"The diagnosis of fit {one['fit_id']}")
             )
     if not blocks:
-        return LeftOut(_TITLE, _why_none(document))
-    return Section(_TITLE, tuple(blocks))
+        return LeftOut(_TITLE, _no_measurement_reason(document))
+    return ReportSection(_TITLE, tuple(blocks))
 
 
-def _why_none(document: Document) -> str:
+def _no_measurement_reason(document: Document) -> str:
     if document["unexplained"]:
         return (
             "no known effects are to be told apart; more poses along what the remainder follows would show its course"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, Section
+from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, ReportSection
 from stiffcal.report.content import ReportContent
 from stiffcal.report.sections.friction import identified_friction
 from stiffcal.report.sections.stiffness import where_words
@@ -16,7 +16,7 @@ _TITLE = "What these data cannot tell"
 _MANY = 4
 
 
-def section(content: ReportContent) -> Section | LeftOut | None:
+def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out what is not identifiable, and which combinations are known all the same."""
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
@@ -41,11 +41,13 @@ def section(content: ReportContent) -> Section | LeftOut | None:
     )
     if hardly and not named and not open_ones:
         text = "No parameter is beyond telling, but in these poses the loads tell little of the following."
-        return Section(_TITLE, (Paragraph(text), Items(hardly)))
+        return ReportSection(_TITLE, (Paragraph(text), Items(hardly)))
     if not named and not open_ones and content.states is None:
         return None
     if not named and not open_ones:
-        return Section(_TITLE, (Paragraph("Every parameter of the model can be told from these poses and loads."),))
+        return ReportSection(
+            _TITLE, (Paragraph("Every parameter of the model can be told from these poses and loads."),)
+        )
     blocks: list[Block] = [
         Paragraph(
             "The following cannot be told from these poses and loads. No number is given for it, rather than a "
@@ -53,18 +55,18 @@ def section(content: ReportContent) -> Section | LeftOut | None:
         ),
         Items((*named, *open_ones, *hardly)),
     ]
-    return Section(_TITLE, tuple(blocks))
+    return ReportSection(_TITLE, tuple(blocks))
 
 
 def _hardly(parameters: list[dict[str, Any]], joint_names: tuple[str, ...]) -> tuple[str, ...]:
     """Name what is poorly known; springs of one effect that are all lost in the noise in one line."""
-    lost: dict[str, list[str]] = {}
+    in_noise: dict[str, list[str]] = {}
     for each in parameters:
         if each.get("above_noise") is False:
-            lost.setdefault(str(each.get("effect")), []).append(str(each["name"]).partition(".")[2])
-    together = {effect for effect, names in lost.items() if len(names) >= _MANY}
+            in_noise.setdefault(str(each.get("effect")), []).append(str(each["name"]).partition(".")[2])
+    together = {effect for effect, names in in_noise.items() if len(names) >= _MANY}
     lines = [
-        f"{effect} {wording.listing(lost[effect], 24)}: within the noise, told from none at all by less than three "
+        f"{effect} {wording.listing(in_noise[effect], 24)}: within the noise, told from none at all by less than three "
         "standard uncertainties"
         for effect in sorted(together)
     ]

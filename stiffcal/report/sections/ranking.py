@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, Items, LeftOut, Paragraph, Section, Subheading, Table
+from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, ReportSection, Subheading, TableBlock, TableColumn
 from stiffcal.report.content import Document, ReportContent
 
 ORDER = 76
@@ -13,13 +13,19 @@ _MOST_ROWS = 15
 _FEW_ROWS = 8
 _MOST_ALIKE = 1
 _COLUMNS = (
-    Column("effect", align="left"), Column("place", align="left"), Column("verdict", align="left"),
-    Column("unseen, rms"), Column("explains"), Column("first in"), Column("at the tool"), Column("p"),
-    Column("looks the same", align="left", width=1.0),
-)  # fmt: skip
+    TableColumn("effect", align="left"),
+    TableColumn("place", align="left"),
+    TableColumn("verdict", align="left"),
+    TableColumn("unseen, rms"),
+    TableColumn("explains"),
+    TableColumn("first in"),
+    TableColumn("at the tool"),
+    TableColumn("p"),
+    TableColumn("looks the same", align="left", width=1.0),
+)
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the ranking beside the present model, those of the earlier steps, and what was not tried."""
     document = content.diagnose
     if document is None:
@@ -37,14 +43,14 @@ def section(content: ReportContent) -> Section | LeftOut:
     if document["not_tried"]:
         blocks.append(Subheading("Not tried, and why"))
         blocks.append(Items(tuple(f"{one['effect']}: needs {one['needs']}" for one in document["not_tried"])))
-    return Section(_TITLE, tuple(blocks))
+    return ReportSection(_TITLE, tuple(blocks))
 
 
 def _added(document: Document) -> str:
     return wording.listing([f"{one['effect']} ({wording.place(one['where'])})" for one in document["missing"]])
 
 
-def _table(document: Document, most: int) -> Table:
+def _table(document: Document, most: int) -> TableBlock:
     rows: list[tuple[str, ...]] = [("present model", "", "", wording.both(document["rms"]), "", "", "", "", "")]
     findings = document["findings"]
     if not any(one["verdict"] != "rejected" for one in findings):
@@ -56,9 +62,9 @@ def _table(document: Document, most: int) -> Table:
     if len(findings) > most:
         caption += f" {len(findings) - most} more rank below; stiffcal diagnose --json lists them."
     if not any(row[-1] for row in rows):
-        plain = Column("p", align="left", width=1.0)
-        return Table((*_COLUMNS[:-2], plain), tuple(row[:-1] for row in rows), f"{caption} None has a look-alike.")
-    return Table(_COLUMNS, tuple(rows), caption)
+        plain = TableColumn("p", align="left", width=1.0)
+        return TableBlock((*_COLUMNS[:-2], plain), tuple(row[:-1] for row in rows), f"{caption} None has a look-alike.")
+    return TableBlock(_COLUMNS, tuple(rows), caption)
 
 
 def _row(one: Document) -> tuple[str, ...]:

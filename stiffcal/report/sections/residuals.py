@@ -7,7 +7,16 @@ from functools import partial
 from typing import Any
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, LeftOut, Paragraph, Picture, Section, Subheading, Table
+from stiffcal.report.blocks import (
+    Block,
+    LeftOut,
+    Paragraph,
+    Picture,
+    ReportSection,
+    Subheading,
+    TableBlock,
+    TableColumn,
+)
 from stiffcal.report.content import Document, ReportContent, ReportStates
 from stiffcal.report.figures.residual_against import MOST_POINTS, draw_residual_against
 from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residuals_by_run
@@ -17,16 +26,16 @@ ORDER = 70
 _TITLE = "Where the model fails"
 _GROUPS = (("by_direction", "direction of force"), ("by_load", "load [N]"), ("by_branch", "branch"))
 _WORST_COLUMNS = {
-    "residual_m": (Column("residual", "mm"), 1e3),
-    "load": (Column("load", "N"), 1.0),
-    "row": (Column("row"), 1.0),
+    "residual_m": (TableColumn("residual", "mm"), 1e3),
+    "load": (TableColumn("load", "N"), 1.0),
+    "row": (TableColumn("row"), 1.0),
 }
 _COVARIATES_PER_PICTURE = 4
 _MOST_RUNS_PER_PICTURE = 60
 _JOINTS_PER_PICTURE = 7
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the residuals every way they were sorted."""
     validation = content.validate
     blocks: list[Block] = []
@@ -36,13 +45,13 @@ def section(content: ReportContent) -> Section | LeftOut:
         blocks.append(Paragraph(_lead(validation)))
         blocks.extend(_by_run(validation))
         blocks.extend(_by_groups(validation))
-    if content.states is not None and content.states.used.any() and content.drivers and content.identify is not None:
+    if content.states is not None and content.states.used.any() and content.covariates and content.identify is not None:
         blocks.extend(_against(content, content.states))
     if validation is not None:
         blocks.extend(_worst(validation))
     if not blocks:
         return LeftOut(_TITLE, "the model has not been validated yet: run “stiffcal validate”")
-    return Section(_TITLE, tuple(blocks))
+    return ReportSection(_TITLE, tuple(blocks))
 
 
 def _lead(validation: Document) -> str:
@@ -150,12 +159,12 @@ def _worst(validation: Document) -> list[Block]:
     keys = [key for key in keys if not isinstance(worst[0][key], dict | list)]
     if len({entry.get("branch") for entry in worst}) == 1:
         keys = [key for key in keys if key != "branch"]
-    columns = tuple(_WORST_COLUMNS.get(key, (Column(key.replace("_", " "), align="left"), 1.0))[0] for key in keys)
+    columns = tuple(_WORST_COLUMNS.get(key, (TableColumn(key.replace("_", " "), align="left"), 1.0))[0] for key in keys)
     rows = tuple(
         tuple(_cell(entry.get(key), _WORST_COLUMNS.get(key, (None, 1.0))[1]) for key in keys) for entry in worst[:10]
     )
     caption = "The states with the largest residuals; look at these readings first."
-    return [Subheading("The worst states"), Table(columns, rows, caption)]
+    return [Subheading("The worst states"), TableBlock(columns, rows, caption)]
 
 
 def _cell(value: Any, scale: float) -> str:
@@ -173,8 +182,8 @@ def _against(content: ReportContent, states: ReportStates) -> list[Block]:
             f" About {MOST_POINTS} of {wording.count(n_used, 'state')} are drawn, the largest residuals among them."
         )
     blocks: list[Block] = [Subheading("What the residual might follow")]
-    for sheet in wording.in_sheets(range(len(content.drivers)), _COVARIATES_PER_PICTURE):
-        group = [content.drivers[number] for number in sheet]
-        text = caption.format(wording.listing([driver.name for driver in group]))
+    for sheet in wording.in_sheets(range(len(content.covariates)), _COVARIATES_PER_PICTURE):
+        group = [content.covariates[number] for number in sheet]
+        text = caption.format(wording.listing([covariate.name for covariate in group]))
         blocks.append(Picture(partial(draw_residual_against, states, group, noise), text))
     return blocks

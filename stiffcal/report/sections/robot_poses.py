@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, Picture, Section
+from stiffcal.report.blocks import Block, LeftOut, Picture, ReportSection
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import robot_poses as drawing
 
@@ -16,7 +16,7 @@ _TITLE = "The robot in its poses"
 _MOST_POSES = 60
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out all poses over each other, then each by itself."""
     numbers = [number for number, run in enumerate(content.runs) if run.stick is not None]
     if not numbers:
@@ -48,4 +48,4 @@ def section(content: ReportContent) -> Section | LeftOut:
         if len(shown) < len(numbers):
             caption += f" {len(shown)} of {len(numbers)} poses are drawn."
         blocks.append(Picture(partial(drawing.draw_pose_sheet, content.runs, sheet, states, scale, columns), caption))
-    return Section(_TITLE, tuple(blocks))
+    return ReportSection(_TITLE, tuple(blocks))

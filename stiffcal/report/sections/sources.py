@@ -5,27 +5,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Column, LeftOut, Section, Table
-from stiffcal.report.content import ReportContent, SourceFile
+from stiffcal.report.blocks import LeftOut, ReportSection, TableBlock, TableColumn
+from stiffcal.report.content import ReportContent, ReportSource
 
 ORDER = 900
 _TITLE = "Sources"
 FIRST_PAGE_HOLDS = 12
 
 
-def section(content: ReportContent) -> Section | LeftOut | None:
+def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out the files with size and SHA-256; a few stand on the first page already."""
     sources = content.provenance.sources
     if not sources:
         return LeftOut(_TITLE, "the store names no source files")
-    return Section(_TITLE, (sources_table(sources),)) if len(sources) > FIRST_PAGE_HOLDS else None
+    return ReportSection(_TITLE, (sources_table(sources),)) if len(sources) > FIRST_PAGE_HOLDS else None
 
 
-def sources_table(sources: Sequence[SourceFile]) -> Table:
+def sources_table(sources: Sequence[ReportSource]) -> TableBlock:
     """Return the table of files with size and SHA-256."""
     columns = (
-        Column("file", align="left", width=1.0), Column("size", "kB"), Column("SHA-256", align="left", mono=True),
-    )  # fmt: skip
+        TableColumn("file", align="left", width=1.0),
+        TableColumn("size", "kB"),
+        TableColumn("SHA-256", align="left", mono=True),
+    )
     rows = tuple((each.file, wording.digits(each.n_bytes / 1e3), each.sha256) for each in sources)
     caption = "Files that the results rest on. A file with another SHA-256 is not the file that was evaluated here."
-    return Table(columns, rows, caption)
+    return TableBlock(columns, rows, caption)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Column, LeftOut, Paragraph, Section, Subheading, Table
+from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, Subheading, TableBlock, TableColumn
 from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.sections.friction import identified_friction
 
@@ -17,7 +17,7 @@ _STIFFNESS_UNITS = {"rad/(N·m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "ra
 _PRINTED_UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "rad/(N·m)": ("µrad/(N·m)", 1e6), "m/N": ("µm/kN", 1e9)}
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out every parameter with ± 95 %."""
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet: run “stiffcal identify”")
@@ -39,7 +39,7 @@ def section(content: ReportContent) -> Section | LeftOut:
     if others:
         blocks.append(Subheading("Other parameters"))
         blocks.append(_other_table(others, content.joint_names))
-    return Section(_TITLE, tuple(blocks))
+    return ReportSection(_TITLE, tuple(blocks))
 
 
 def _lead(fit: Document) -> str:
@@ -121,12 +121,16 @@ def _is_open_ended(parameter: Document) -> bool:
     return interval is not None and interval[1] is None
 
 
-def _stiffness_table(members: list[Document], unit: str, scale: float, joint_names: tuple[str, ...]) -> Table:
+def _stiffness_table(members: list[Document], unit: str, scale: float, joint_names: tuple[str, ...]) -> TableBlock:
     columns = (
-        Column("place", align="left"), Column("effect", align="left"), Column("stiffness", unit),
-        Column("± 95 %", unit), Column("standard uncertainty", "%"), Column("95 % interval", unit, align="left"),
-        Column("remark", align="left", width=1.0),
-    )  # fmt: skip
+        TableColumn("place", align="left"),
+        TableColumn("effect", align="left"),
+        TableColumn("stiffness", unit),
+        TableColumn("± 95 %", unit),
+        TableColumn("standard uncertainty", "%"),
+        TableColumn("95 % interval", unit, align="left"),
+        TableColumn("remark", align="left", width=1.0),
+    )
     rows: list[tuple[str, ...]] = []
     poorly: list[str] = []
     for each in members:
@@ -152,16 +156,16 @@ def _stiffness_table(members: list[Document], unit: str, scale: float, joint_nam
     return _without_empty_remarks(columns, rows, caption)
 
 
-def _without_empty_remarks(columns: tuple[Column, ...], rows: list[tuple[str, ...]], caption: str) -> Table:
+def _without_empty_remarks(columns: tuple[TableColumn, ...], rows: list[tuple[str, ...]], caption: str) -> TableBlock:
     """Leave the last column out where no row has a remark."""
     last = None if any(row[-1] for row in rows) else -1
-    return Table(columns[:last], tuple(row[:last] for row in rows), caption)
+    return TableBlock(columns[:last], tuple(row[:last] for row in rows), caption)
 
 
-def _other_table(members: list[Document], joint_names: tuple[str, ...]) -> Table:
+def _other_table(members: list[Document], joint_names: tuple[str, ...]) -> TableBlock:
     columns = (
-        Column("parameter", align="left"), Column("place", align="left", width=1.0), Column("value"),
-        Column("± 95 %"), Column("unit", align="left"), Column("remark", align="left", width=1.0),
+        TableColumn("parameter", align="left"), TableColumn("place", align="left", width=1.0), TableColumn("value"),
+        TableColumn("± 95 %"), TableColumn("unit", align="left"), TableColumn("remark", align="left", width=1.0),
     )  # fmt: skip
     rows: list[tuple[str, ...]] = []
     for each in members:

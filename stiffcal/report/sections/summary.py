@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, Section
+from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, ReportSection
 from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.sections.sources import FIRST_PAGE_HOLDS, sources_table
 
@@ -13,7 +13,7 @@ NOT_YOURS = (
 )
 
 
-def section(content: ReportContent) -> Section | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the result in a few sentences, and where it comes from."""
     blocks: list[Block] = []
     if (content.identify or {}).get("origin") == "foreign":
@@ -37,7 +37,7 @@ def section(content: ReportContent) -> Section | LeftOut:
     blocks.append(Facts(_provenance_rows(content)))
     if 0 < len(content.provenance.sources) <= FIRST_PAGE_HOLDS:
         blocks.append(sources_table(content.provenance.sources))
-    return Section("In short", tuple(blocks))
+    return ReportSection("In short", tuple(blocks))
 
 
 def _fit_sentences(content: ReportContent) -> list[str]:

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.campaign.typed import Name, Table
+from stiffcal.campaign.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.readers import Batch, FuzzInput, Header, Options, Reader, Wanted, check_columns, check_options
+from stiffcal.readers import Batch, FuzzInput, Header, Options, Reader, WantedColumns, check_columns, check_options
 
 
-class JsonRowsOptions(Table):
+class JsonRowsOptions(TomlTable):
     """Where in the document the rows lie.
 
     Attributes
@@ -41,7 +41,7 @@ class JsonRowsReader(Reader):
         """Return True for the format's ending."""
         return path.suffix.lower() in self.endings
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: Wanted | None = None) -> Header:
+    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
         """Return the keys of the first row."""
         rows = _rows(path, options, shown or str(path))
         columns = tuple(rows[0])
@@ -49,7 +49,7 @@ class JsonRowsReader(Reader):
             check_columns(wanted, columns, shown, "rows")
         return Header(columns, {}, len(rows))
 
-    def read_batches(self, path: Path, options: Options, wanted: Wanted, shown: str = "") -> Iterator[Batch]:
+    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
         """Yield all rows at once."""
         rows = _rows(path, options, shown)
         check_columns(wanted, tuple(rows[0]), shown, "rows")

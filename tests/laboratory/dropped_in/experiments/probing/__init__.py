@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from stiffcal.campaign.typed import Name, Table
+from stiffcal.campaign.typed import Name, TomlTable
 from stiffcal.experiments import ExperimentKind
 
 
-class ProbingOptions(Table):
+class ProbingOptions(TomlTable):
     """What is touched.
 
     Attributes

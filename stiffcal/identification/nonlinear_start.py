@@ -20,12 +20,12 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole
 
 
-def lacks_shape(one: PlacedEffect) -> bool:
+def lacks_nonlinear_value(one: PlacedEffect) -> bool:
     """Return whether a shape parameter has no value yet."""
     return any(spec.symbol not in one.values for spec in one.specs(ParameterRole.NONLINEAR))
 
 
-def start_shapes(
+def start_nonlinear(
     robot: CompliantRobot, data: Observations, whitening: Whitening, fixed: frozenset[str] = frozenset()
 ) -> CompliantRobot:
     """Give every shape parameter that has none the value that leaves least of the residual, effect by effect.
@@ -38,11 +38,11 @@ def start_shapes(
     """
     space = Projection.of(data, whitening)
     for number, one in enumerate(robot.placed):
-        if not lacks_shape(one):
+        if not lacks_nonlinear_value(one):
             continue
         others = replace(robot, placed=tuple(p for k, p in enumerate(robot.placed) if k != number))
         state = Linearised.about(others, data)
-        known = [state.regressor(p.effect, p.place, p.shape()) for p in others.placed if not lacks_shape(p)]
+        known = [state.regressor(p.effect, p.place, p.shape()) for p in others.placed if not lacks_nonlinear_value(p)]
         background = np.concatenate([s.columns for s in known] or [np.zeros((0, *data.measured.shape))])
         residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
         base = space.rows(np.concatenate([background, residual[None]]))

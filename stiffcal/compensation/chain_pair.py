@@ -54,7 +54,7 @@ def displacement_basis(deformed: bool) -> Floats:
 
 
 def seeing_matrix(chain: NodeChain, nodes: LinearNodes) -> Floats:
-    """Return (5 N + 3, 16 (N + 1)): what is wanted of all frames, rows as they stand in `Shapes`.
+    """Return (5 N + 3, 16 (N + 1)): what is wanted of all frames, rows as they stand in `ChainPair`.
 
     Columns: the ground and every node, before its own displacement and after it, two shapes, the frame's four rows.
     """
@@ -103,7 +103,7 @@ def wrench_matrix(gravity: Floats, moments: bool) -> Floats:
     return matrix.reshape(9, 48)
 
 
-class Shapes:
+class ChainPair:
     """The chain's two shapes.
 
     Parameters

@@ -65,12 +65,12 @@ def _split_fraction(text: str) -> tuple[str, float]:
     return text, 0.0
 
 
-def seconds_of_moments(moments: NDArray[Any]) -> NDArray[np.float64]:
+def seconds_of_timestamps(moments: NDArray[Any]) -> NDArray[np.float64]:
     """Return moments (n,) of any step as seconds; what is none as NaN, what a database calls infinite so.
 
     Examples
     --------
-    >>> seconds_of_moments(np.array(["1970-01-02T00:00:00.5", "NaT"], dtype="datetime64[us]"))
+    >>> seconds_of_timestamps(np.array(["1970-01-02T00:00:00.5", "NaT"], dtype="datetime64[us]"))
     array([86400.5,     nan])
     """
     unit, count = np.datetime_data(moments.dtype)
