@@ -220,9 +220,9 @@ def _covariate(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any
     if answer is None:
         return ""
     if not isinstance(answer, Covariate) or not (_is_text(answer.label) and _is_text(answer.unit)):
-        return f"no Driver: {_shown(answer)}"
+        return f"no Covariate: {_shown(answer)}"
     wrong = _wrong_array(answer.value, loads.wrench.shape[-1:])
-    return f"a driver whose value {wrong}" if wrong else ""
+    return f"a covariate whose value {wrong}" if wrong else ""
 
 
 def _from_torque_angle(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
@@ -261,9 +261,9 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "observation_columns": _observation_columns,
     "observation_shift": _observation_shift,
     "adjusted": _adjusted,
-    "shape_grid": _nonlinear_grid,
+    "nonlinear_grid": _nonlinear_grid,
     "places": _places,
-    "driver": _covariate,
+    "covariate": _covariate,
     "from_torque_angle": _from_torque_angle,
     "describe": _text,
     "lacking": _text_or_none,

@@ -65,7 +65,7 @@ ATTRIBUTES = (
 )  # fmt: skip
 METHODS = (
     "places", "form", "lacking", "terms", "joint_torque", "from_torque_angle", "torque_columns", "adjusted",
-    "observation_columns", "observation_shift", "shape_grid", "impossible", "possible_near", "driver", "spec",
+    "observation_columns", "observation_shift", "nonlinear_grid", "impossible", "possible_near", "covariate", "spec",
     "describe",
     "__init__", "__new__", "__eq__", "__hash__", "__getattribute__", "__class__", "__repr__", "__bool__",
 )  # fmt: skip

@@ -119,7 +119,7 @@ def test_three_rods_are_advised_and_those_that_tell_most_come_first() -> None:
     assert len(advice) == 3
     counts = [len(rod.determines) for rod in advice]
     assert counts == sorted(counts, reverse=True)
-    same = [rod.gain for rod in advice if rod.determines == advice[0].tells]
+    same = [rod.gain for rod in advice if rod.determines == advice[0].determines]
     assert same == sorted(same)
 
 

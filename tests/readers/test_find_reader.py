@@ -54,10 +54,10 @@ def test_unknown_formats_are_named() -> None:
 def test_a_csv_log_costs_no_other_formats_import() -> None:
     script = """
 import sys, pathlib, tempfile
-from stiffcal.readers import Wanted, find_reader
+from stiffcal.readers import WantedColumns, find_reader
 path = pathlib.Path(tempfile.mkdtemp(), "a.csv")
 path.write_text("t,run\\n1,a\\n")
-assert len(list(find_reader(path).read_batches(path, {}, Wanted(("t",), texts=("run",))))) == 1
+assert len(list(find_reader(path).read_batches(path, {}, WantedColumns(("t",), texts=("run",))))) == 1
 print(sorted({"h5py", "pandas", "pyarrow.dataset"} & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

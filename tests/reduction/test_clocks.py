@@ -111,7 +111,7 @@ def test_a_lag_that_goes_to_and_fro_between_two_settles_between_them(monkeypatch
         return np.full(8, 0.01 if lag < 0.2 else -0.01) - 0.5 * (lag - 0.2), np.ones(8)
 
     monkeypatch.setattr("stiffcal.reduction.clocks.ramp_answers", answers)
-    monkeypatch.setattr("stiffcal.reduction.clocks._follows_steps", lambda *_: True)
+    monkeypatch.setattr("stiffcal.reduction.clocks._steps_agree", lambda *_: True)
     time = np.linspace(0.0, 40.0, 4001)
     values = np.sin(time)[:, None]
     one, other = (SharedSignal(name, time, values, False) for name in ("one", "other"))

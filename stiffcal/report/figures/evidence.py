@@ -125,7 +125,7 @@ def draw_errors_by_run(evidence: EvidenceFigure, noise: float | None) -> Figure:
         axes.axhline(noise * factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)")
     axes.set_ylim(0.0, float(max(before.max(), after.max())) * 1.12)
     axes.set_xlim(-0.7, len(at) - 0.3)
-    axes.grid(escape_invisible=False, axis="x")
+    axes.grid(visible=False, axis="x")
     axes.set_ylabel(f"{'rotation ' if evidence.rotational else ''}error, unseen poses [{unit}]")
     name_runs(axes, [name for name, _, _ in evidence.by_run])
     canvas.share_legend(figure, axes.get_legend_handles_labels()[0])

@@ -45,7 +45,7 @@ def _draw_bars(axes: Axes, entries: Entries, component: str, noise: float | None
         axes.axhline(noise * factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)")
     axes.set_ylim(0, canvas.padded_limits(np.concatenate([rms, largest]))[1])
     axes.set_xlim(-0.7, len(entries) - 0.3)
-    axes.grid(escape_invisible=False, axis="x")
+    axes.grid(visible=False, axis="x")
     words = {"translation": "residual", "length": "rods’ residual"}.get(component, f"{component} residual")
     axes.set_ylabel(f"{words} [{unit}]")
 

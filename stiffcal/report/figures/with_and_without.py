@@ -81,7 +81,7 @@ def draw_errors_by_pose(pairs: WithAndWithout) -> Figure:
             panel.plot(at, top, linestyle="none", marker="_", markersize=8, color=canvas.INK, zorder=4)
         panel.set_xticks(place, [pose.off.name for pose in pairs.poses], rotation=30 if len(place) > 4 else 0)
         panel.set_ylabel(("position error [mm]", "orientation error [mrad]")[which])
-        panel.grid(escape_invisible=False, axis="x")
+        panel.grid(visible=False, axis="x")
     canvas.share_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure
 

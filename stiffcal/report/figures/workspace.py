@@ -107,7 +107,7 @@ def _draw_panel(figure: Figure, axes: Axes, result: MapResult, level: int, quant
 
     grid, values = result.grid, quantity.values
     status = result.found.status.reshape(grid.shape)[level]
-    axes.grid(escape_invisible=False)
+    axes.grid(visible=False)
     axes.set_facecolor(canvas.PALE)
     limits = np.where(status == 1, 1.0, np.nan)
     if np.isfinite(limits).any():
