@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.experiments.clamped_chain import clamped_inverse
 from stiffcal.measurements.load_states import HELD, LoadStates
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.clamped_inverse import clamped_inverse
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.effect import link_node

@@ -15,6 +15,9 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
+from stiffcal.experiments.clamped.states import clamped_states
+from stiffcal.experiments.clamped.sweeps import clamped_readings, moved_joint
+from stiffcal.experiments.friction.runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.data_quality import DataQuality, check_load_states
 from stiffcal.ingest.logged_runs import log_files, logged_runs
@@ -25,8 +28,6 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.blocks import BlockAverager, Blocks
-from stiffcal.reduction.clamped_states import clamped_states
-from stiffcal.reduction.friction_runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
 from stiffcal.reduction.holds import Holds, UnusedStretch, given_holds
 from stiffcal.reduction.logs import is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
@@ -35,7 +36,6 @@ from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
 from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
 from stiffcal.reduction.states import RawStates, load_states, no_states, of_run, stacked, tabled_states
-from stiffcal.reduction.sweeps import clamped_readings, moved_joint
 from stiffcal.store import TableStream, Writing
 
 SCHEMA = "stiffcal/ingest/1"

@@ -21,8 +21,8 @@ import pyarrow as pa
 
 from stiffcal.campaign.manifest import Source
 from stiffcal.diagnosis.evidence import EffectEvidence
-from stiffcal.experiments.friction import FrictionFit
-from stiffcal.experiments.friction_rows import steady_rows
+from stiffcal.experiments.friction.fitting import FrictionFit
+from stiffcal.experiments.friction.rows import steady_rows
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, RowLayout
 from stiffcal.identification.state_tables import observed_table

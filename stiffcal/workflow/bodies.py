@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from stiffcal.workflow.steps import Document, Ingested
 
 if TYPE_CHECKING:
-    from stiffcal.experiments.joint_lines import JointComplianceMatrix, JointLine
-    from stiffcal.experiments.joint_motion import JointMotion
+    from stiffcal.identification.joint_lines import JointComplianceMatrix, JointLine
+    from stiffcal.identification.joint_motion import JointMotion
 
 
 def bodies_document(data: Ingested) -> Document:
@@ -19,9 +19,9 @@ def bodies_document(data: Ingested) -> Document:
     ----------
     data : a campaign with its load states.
     """
-    from stiffcal.experiments.cartesian_stiffness import cartesian_stiffnesses
-    from stiffcal.experiments.joint_lines import joint_compliance
-    from stiffcal.experiments.joint_motion import joint_motions
+    from stiffcal.identification.cartesian_stiffness import cartesian_stiffnesses
+    from stiffcal.identification.joint_lines import joint_compliance
+    from stiffcal.identification.joint_motion import joint_motions
 
     found: Document = {}
     chain = data.campaign.chain

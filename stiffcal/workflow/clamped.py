@@ -10,19 +10,19 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.errors import InputError
-from stiffcal.experiments.clamped import ClampedRun, analyse_runs
+from stiffcal.experiments.clamped.analysis import ClampedRun, analyse_runs
+from stiffcal.experiments.clamped.chain import ClampedChain, clamped_chain
+from stiffcal.experiments.clamped.faults import loaded_words, why_no_sweep
+from stiffcal.experiments.clamped.heldout import angle_residual
+from stiffcal.experiments.clamped.joints import ClampedJoint, joints_of
 from stiffcal.experiments.clamped.results import ClampedSection
-from stiffcal.experiments.clamped_chain import ClampedChain, clamped_chain
-from stiffcal.experiments.clamped_faults import loaded_words, why_no_sweep
-from stiffcal.experiments.clamped_joints import ClampedJoint, joints_of
-from stiffcal.experiments.saturation import find_saturation
+from stiffcal.experiments.clamped.saturation import find_saturation
+from stiffcal.experiments.clamped.sweeps import cut_sweeps, moved_joint
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.document import model_document
 from stiffcal.ingest.parts import CLAMPED
 from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
 from stiffcal.model.assembly import fixed_parameters
-from stiffcal.reduction.sweeps import cut_sweeps, moved_joint
-from stiffcal.validation.clamped import angle_residual
 from stiffcal.workflow.clamped_documents import (
     DEFINITION,
     NORMAL_95,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
     from stiffcal.campaign.loading import Campaign
     from stiffcal.campaign.manifest import Run
-    from stiffcal.validation.clamped import HeldoutRun
+    from stiffcal.experiments.clamped.heldout import HeldoutRun
 
 
 BRANCHES = "clamped_branches"
@@ -108,7 +108,7 @@ def clamped_experiment_fit(data: Ingested) -> ExperimentFit | None:
 
 def clamped_validation(data: Ingested) -> ExperimentValidation | None:
     """Judge each joint in a pose that its law has not seen; None where the campaign holds no clamped run."""
-    from stiffcal.validation.clamped import heldout_clamped
+    from stiffcal.experiments.clamped.heldout import heldout_clamped
 
     result = clamped_result(data.campaign, readings_of(data))
     if result is None:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.experiments.clamped import LEAST_MOTION
+from stiffcal.experiments.clamped.analysis import LEAST_MOTION
+from stiffcal.experiments.clamped.faults import loaded_words
 from stiffcal.experiments.clamped.results import (
     Definition,
     JointResult,
@@ -19,15 +20,14 @@ from stiffcal.experiments.clamped.results import (
     Tangent,
     TorqueOverAngle,
 )
-from stiffcal.experiments.clamped_faults import loaded_words
-from stiffcal.experiments.torque_angle import SLOPE_SHARE
+from stiffcal.experiments.clamped.torque_angle import SLOPE_SHARE
 from stiffcal.workflow.steps import Document, Ingested
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from stiffcal.experiments.clamped import ClampedRun
-    from stiffcal.experiments.clamped_joints import ClampedJoint
+    from stiffcal.experiments.clamped.analysis import ClampedRun
+    from stiffcal.experiments.clamped.joints import ClampedJoint
     from stiffcal.model.composite import PlacedEffect
     from stiffcal.model.effect import Effect, TorqueAngle
 

@@ -30,8 +30,8 @@ from stiffcal.workflow.friction_documents import (
 from stiffcal.workflow.steps import Document, Ingested, moving_effects
 
 if TYPE_CHECKING:
-    from stiffcal.experiments.friction import FrictionFit
-    from stiffcal.experiments.friction_rows import FrictionRows
+    from stiffcal.experiments.friction.fitting import FrictionFit
+    from stiffcal.experiments.friction.rows import FrictionRows
     from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings
     from stiffcal.model.composite import PlacedEffect
 
@@ -49,7 +49,7 @@ def friction_experiment_fit(data: Ingested) -> ExperimentFit | None:
     InputError
         The model holds no friction and nothing else could be fitted.
     """
-    from stiffcal.experiments.friction import fit_friction
+    from stiffcal.experiments.friction.fitting import fit_friction
 
     readings = friction_readings(data)
     if readings == (None, None):
@@ -84,7 +84,7 @@ def friction_readings(data: Ingested) -> tuple[SteadyReadings | None, FreeMotion
 
 def friction_rows(data: Ingested) -> FrictionRows | None:
     """Return the equations of all friction runs, None where no reading is used."""
-    from stiffcal.experiments.friction_rows import motion_rows, stacked_rows, steady_rows
+    from stiffcal.experiments.friction.rows import motion_rows, stacked_rows, steady_rows
 
     steady, motion = friction_readings(data)
     parts = []
@@ -97,7 +97,7 @@ def friction_rows(data: Ingested) -> FrictionRows | None:
 
 def friction_validation(data: Ingested) -> ExperimentValidation | None:
     """Judge friction at speeds that the fit has not seen; None where the campaign tells no friction."""
-    from stiffcal.validation.friction import heldout_friction
+    from stiffcal.experiments.friction.heldout import heldout_friction
 
     rows, placed = friction_rows(data), moving_effects(data.campaign)
     if rows is None or not placed:
@@ -105,7 +105,7 @@ def friction_validation(data: Ingested) -> ExperimentValidation | None:
     rows = rows.select(np.isin(rows.joint, [one.place.joints[0] for one in placed]))
     if len(rows) == 0:
         return None
-    from stiffcal.experiments.friction import fit_friction
+    from stiffcal.experiments.friction.fitting import fit_friction
 
     fixed, held_out = _fixed(data), _held_out(data, rows)
     heldout = heldout_friction(rows, placed, fixed, held_out)

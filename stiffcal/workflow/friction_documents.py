@@ -21,7 +21,7 @@ from stiffcal.workflow.steps import Document, Ingested
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from stiffcal.experiments.friction import FrictionFit, FrictionParameter, JointFrictionFit
+    from stiffcal.experiments.friction.fitting import FrictionFit, FrictionParameter, JointFrictionFit
     from stiffcal.measurements.friction_readings import SteadyReadings
     from stiffcal.model.composite import PlacedEffect
 
@@ -109,7 +109,7 @@ def joint_friction(
     data: Ingested, fit: FrictionFit, one: JointFrictionFit, placed: tuple[PlacedEffect, ...]
 ) -> JointFriction:
     """Return what is told of one joint: how it was measured, what is left, its curve with standard uncertainty."""
-    from stiffcal.experiments.friction import friction_curve
+    from stiffcal.experiments.friction.fitting import friction_curve
 
     own = fit.rows.joint == one.joint
     effect = next(each for each in placed if each.place.joints == (one.joint,))

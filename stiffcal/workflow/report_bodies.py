@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.joint_lines import COMPONENTS
-from stiffcal.experiments.joint_motion import JointMotion, joint_motions
 from stiffcal.identification.document import values_of
+from stiffcal.identification.joint_lines import COMPONENTS
+from stiffcal.identification.joint_motion import JointMotion, joint_motions
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Kind, NodeLoads, joint_node, tool_node
 from stiffcal.model.equilibrium import law_terms, node_displacements

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.experiments.clamped_faults import loaded_words, other_loaded, why_no_sweep
-from stiffcal.experiments.saturation import find_saturation
-from stiffcal.experiments.torque_angle import TorqueAngleLaw
+from stiffcal.experiments.clamped.faults import loaded_words, other_loaded, why_no_sweep
+from stiffcal.experiments.clamped.saturation import find_saturation
+from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 from tests.experiments.test_clamped_chain import driven

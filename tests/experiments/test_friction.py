@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from stiffcal.experiments.friction import FrictionFit, fit_friction, friction_curve
-from stiffcal.experiments.friction_rows import motion_rows, stacked_rows, steady_rows
+from stiffcal.experiments.friction.fitting import FrictionFit, fit_friction, friction_curve
+from stiffcal.experiments.friction.rows import motion_rows, stacked_rows, steady_rows
+from stiffcal.experiments.friction.runs import reduce_friction
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.reduction.friction_runs import reduce_friction
 from tests.laboratory.joint_strokes import LAW, SLOW_AND_FAST, friction_runs, robot
 
 TRUE = {"coulomb": 50.0, "stribeck": 20.0, "velocity": 0.06, "exponent": 1.5, "viscous": 80.0}

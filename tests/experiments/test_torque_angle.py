@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.experiments import torque_angle
-from stiffcal.experiments.branches import Branches, average_branches, reversal_error
-from stiffcal.experiments.clamped import encoder_step
-from stiffcal.experiments.torque_angle import fit_series, play_segment
+from stiffcal.experiments.clamped import torque_angle
+from stiffcal.experiments.clamped.analysis import encoder_step
+from stiffcal.experiments.clamped.branches import Branches, average_branches, reversal_error
+from stiffcal.experiments.clamped.torque_angle import fit_series, play_segment
 from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, TABLE_2, branches, initial_friction_law, sweep
 
 

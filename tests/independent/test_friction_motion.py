@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.friction import FrictionFit, fit_friction
-from stiffcal.experiments.friction_rows import FrictionRows, motion_rows, steady_rows
+from stiffcal.experiments.friction.fitting import FrictionFit, fit_friction
+from stiffcal.experiments.friction.rows import FrictionRows, motion_rows, steady_rows
+from stiffcal.experiments.friction.runs import FrictionRun, reduce_friction
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.reduction.blocks import blocks_of
-from stiffcal.reduction.friction_runs import FrictionRun, reduce_friction
 from tests.laboratory.joint_strokes import LAW, stroke
 from tests.laboratory.mujoco_drives import Drives, driven
 from tests.laboratory.robots import six_axes

@@ -8,9 +8,9 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.effects.joint_friction import JointFriction
+from stiffcal.experiments.friction.runs import FrictionRun
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.friction_runs import FrictionRun
 from tests.laboratory.robots import six_axes
 
 INTERVAL = 0.005

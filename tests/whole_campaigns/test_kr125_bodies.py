@@ -14,10 +14,10 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.search import search_missing
 from stiffcal.errors import no_progress
-from stiffcal.experiments.joint_lines import joint_compliance
-from stiffcal.experiments.joint_motion import joint_motions
 from stiffcal.identification.fit import Fit, Parameter
 from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.joint_lines import joint_compliance
+from stiffcal.identification.joint_motion import joint_motions
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain

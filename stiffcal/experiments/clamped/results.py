@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stiffcal.documents import Matrix, Number
-from stiffcal.experiments.clamped_chain import TorqueSource
+from stiffcal.experiments.clamped.chain import TorqueSource
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,16 +10,16 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
+from stiffcal.experiments.friction.clocks import torque_clock
+from stiffcal.experiments.friction.free_motion import free_motion
+from stiffcal.experiments.friction.steady import JointLog, JointPass, angle_noise, readings_of, steady_passes
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, stacked_motion
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.free_motion import free_motion
 from stiffcal.reduction.holds import UnusedStretch
-from stiffcal.reduction.motion_clocks import torque_clock
-from stiffcal.reduction.steady import JointLog, JointPass, angle_noise, readings_of, steady_passes
 
 # A joint moves when it travels this far, more than this share of the widest, and out of its noise: others are held by
 # their servos within arc seconds, and give by some 1e-4 rad when a neighbour accelerates.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.experiments.clamped_chain import ClampedChain
+from stiffcal.experiments.clamped.chain import ClampedChain
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.reduction.blocks import noise_of
 

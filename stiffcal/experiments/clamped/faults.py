@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.clamped_chain import ClampedChain
-from stiffcal.experiments.saturation import Saturation
+from stiffcal.experiments.clamped.chain import ClampedChain
+from stiffcal.experiments.clamped.saturation import Saturation
 from stiffcal.measurements.varying import varies
 
 # A held flange lets the moved drive alone give, and no other then carries a torque that follows the motion. Links and

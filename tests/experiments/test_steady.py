@@ -7,7 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.reduction.steady import ONE_WAY, SHORT, JointLog, JointPass, readings_of, steady_passes, turning_points
+from stiffcal.experiments.friction.steady import (
+    ONE_WAY,
+    SHORT,
+    JointLog,
+    JointPass,
+    readings_of,
+    steady_passes,
+    turning_points,
+)
 from tests.laboratory.joint_strokes import INTERVAL, to_and_fro
 
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
-from stiffcal.experiments.branches import Branches
+from stiffcal.experiments.clamped.branches import Branches
 from stiffcal.fault_codes import FaultCode
 
 # The play is the segment about the crossing whose slope stays below this share of the outer slope.

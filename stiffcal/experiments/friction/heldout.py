@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.experiments.friction import fit_friction
-from stiffcal.experiments.friction_rows import FrictionRows, felt_columns, together
+from stiffcal.experiments.friction.fitting import fit_friction
+from stiffcal.experiments.friction.rows import FrictionRows, felt_columns, together
 from stiffcal.model.composite import PlacedEffect
 
 # Two unknowns of a straight line and one to spare.

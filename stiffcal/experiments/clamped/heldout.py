@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.branches import Branches
-from stiffcal.experiments.clamped import ClampedRun
-from stiffcal.experiments.clamped_joints import joints_of
-from stiffcal.experiments.torque_angle import TorqueAngleLaw
+from stiffcal.experiments.clamped.analysis import ClampedRun
+from stiffcal.experiments.clamped.branches import Branches
+from stiffcal.experiments.clamped.joints import joints_of
+from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw
 
 SETTLED, MOST_STEPS = 1e-9, 50
 

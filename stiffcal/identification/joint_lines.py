@@ -15,7 +15,7 @@ from statistics import NormalDist
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.experiments.joint_motion import JointMotion
+from stiffcal.identification.joint_motion import JointMotion
 
 COMPONENTS = ("tx", "ty", "tz", "rx", "ry", "rz")
 # A compliance rises above the noise where it is more than this many standard uncertainties: of 36 that are nothing one

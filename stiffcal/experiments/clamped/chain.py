@@ -19,16 +19,15 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.torque_angle import TorqueAngleLaw
+from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.clamped_readings import ClampedReadings
-from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.kinematics import attached_poses, jacobians
+from stiffcal.mechanics.clamped_inverse import clamped_inverse
+from stiffcal.mechanics.kinematics import attached_poses
 
 TorqueSource: TypeAlias = Literal["force sensor", "motor torque"]
 """What measures the torque on the arm."""
-# Singular values below this share of the largest count as none: two axes within about a sixth of a degree.
-RANK = 0.003
 # A joint of which less than this share is seen in a pose is not measured there.
 LEAST_EXCITED = 0.1
 
@@ -151,20 +150,6 @@ def clamped_chain(
         weight=float(held[joint - 1]),
         lever=float(np.median(np.abs(own[pulled]) / force[pulled])) if measured and pulled.any() else float("nan"),
     )
-
-
-def clamped_inverse(chain: Chain, angles: Floats, held: Attachment) -> tuple[Floats, Floats]:
-    """Return (J, 6) and (6, J): how the drives turn with the held frame, and how it moves with them; base axes.
-
-    Parameters
-    ----------
-    angles : (1, J) model angles, rad. held : the frame by which the robot is held.
-    """
-    jacobian = jacobians(chain, angles, held)[0] @ chain.drive_axes
-    # lengths count by the lever, so that metres and radians weigh alike
-    lever = float(np.sqrt(np.mean(np.sum(jacobian[:3] ** 2, axis=0)))) or 1.0
-    scale = np.array([1.0 / lever] * 3 + [1.0] * 3)
-    return np.asarray(np.linalg.pinv(scale[:, None] * jacobian, rcond=RANK) * scale), np.asarray(jacobian)
 
 
 def _weight(chain: Chain, setup: MeasurementSetup, angles: Floats) -> Floats:

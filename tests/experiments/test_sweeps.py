@@ -12,10 +12,10 @@ from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
 from stiffcal.campaign.manifest import Source
 from stiffcal.errors import InputError
+from stiffcal.experiments.clamped.sweeps import cut_sweeps, lag_of, moved_joint
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.logs import Rows
 from stiffcal.reduction.motor_side import MotorSide
-from stiffcal.reduction.sweeps import cut_sweeps, lag_of, moved_joint
 
 KR125 = Path(__file__).parents[2] / "campaigns" / "kr125" / "robot.toml"
 NAMES = ("A1", "A2", "A3")

@@ -10,7 +10,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import InputError
-from stiffcal.experiments.friction_rows import FrictionRows
+from stiffcal.experiments.friction.rows import FrictionRows
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole

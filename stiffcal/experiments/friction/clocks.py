@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.friction.free_motion import smoothed
 from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.free_motion import smoothed
 
 MOST_POINTS = 1 << 15
 WINDOW = 11

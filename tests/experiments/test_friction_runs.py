@@ -7,9 +7,9 @@ import pytest
 
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
+from stiffcal.experiments.friction.clocks import torque_clock
+from stiffcal.experiments.friction.runs import friction_run, moved_joints, reduce_friction
 from stiffcal.reduction.blocks import Blocks, blocks_of
-from stiffcal.reduction.friction_runs import friction_run, moved_joints, reduce_friction
-from stiffcal.reduction.motion_clocks import torque_clock
 from tests.laboratory.joint_strokes import LAW, friction_runs, robot
 
 VALUES = {"coulomb": 50.0, "stribeck": 0.0, "velocity": 0.05, "exponent": 1.3, "viscous": 80.0}

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.clamped.sweeps import cut_sweeps, leading_component
 from stiffcal.measurements.clamped_readings import ClampedReadings
 from stiffcal.reduction.states import RawStates
-from stiffcal.reduction.sweeps import cut_sweeps, leading_component
 
 # Stretches of one half sweep: enough to tell a play and a curve, few enough to average encoder steps away.
 STEPS = 48

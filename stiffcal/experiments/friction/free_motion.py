@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.friction.steady import angle_noise
 from stiffcal.measurements.friction_readings import FreeMotion
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rigid_body import drive_matrix
-from stiffcal.reduction.steady import angle_noise
 
 # A robot's path planner ramps its accelerations in 50 to 100 ms; what is faster is ripple of the drives.
 WINDOW_S = 0.055

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.clamped import ClampedRun
-from stiffcal.experiments.clamped_chain import TorqueSource
+from stiffcal.experiments.clamped.analysis import ClampedRun
+from stiffcal.experiments.clamped.chain import TorqueSource
 
 NORMAL_95 = 1.96
 # Poses that resolve the play this many times more coarsely than the finest do not count for it.

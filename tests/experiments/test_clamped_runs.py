@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.branches import Branches
-from stiffcal.experiments.clamped import ClampedRun
-from stiffcal.experiments.torque_angle import TorqueAngleLaw, fit_series, play_segment
-from stiffcal.reduction.sweeps import Sweeps
-from stiffcal.validation import clamped
-from stiffcal.validation.clamped import HeldoutRun, angle_residual, heldout_clamped
+from stiffcal.experiments.clamped import heldout as clamped
+from stiffcal.experiments.clamped.analysis import ClampedRun
+from stiffcal.experiments.clamped.branches import Branches
+from stiffcal.experiments.clamped.heldout import HeldoutRun, angle_residual, heldout_clamped
+from stiffcal.experiments.clamped.sweeps import Sweeps
+from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw, fit_series, play_segment
 from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, branches, initial_friction_law
 
 NOTHING = Branches(*(np.zeros(0),) * 2, np.zeros(0, dtype=np.bool_), np.zeros(0), np.zeros(0, dtype=np.int64), 0.0)

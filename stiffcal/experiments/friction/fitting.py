@@ -1,0 +1,229 @@
+"""Friction of drives from free motion (paper 004, eq. 1): amplitudes, shapes, and whether Stribeck friction is seen.
+
+Amplitudes are linear and found inside, shapes outside (variable projection), weight and inertia are projected out. A
+part of the law that an effect calls optional is kept where the information criterion asks for it and the 95 % interval
+of its amplitude leaves zero out; its shape is then refined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Booleans, Floats
+from stiffcal.experiments.friction.rows import FrictionRows, felt_columns, together
+from stiffcal.experiments.friction.solving import FrictionLaw, PartFit, initial_friction_law
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import ParameterRole, ParameterSpec
+
+
+@dataclass(frozen=True)
+class FrictionParameter:
+    """One parameter of one joint.
+
+    Attributes
+    ----------
+    name : full name. joint : from 1. spec : symbol, unit, bounds.
+    value : SI; None where these data do not tell it. std, interval : None where not known or held.
+    fixed : held, at the model file's value or at the usual one. at_bound : on the edge of possible values.
+    why : what a reader must know of it, "" where nothing.
+    """
+
+    name: str
+    effect: str
+    joint: int
+    spec: ParameterSpec
+    value: float | None
+    std: float | None
+    interval: tuple[float, float] | None
+    fixed: bool
+    at_bound: bool
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class JointFrictionFit:
+    """What was found of one joint.
+
+    Attributes
+    ----------
+    joint : from 1. parameters : in the effect's order.
+    free : symbols that were estimated. covariance : of them, in that order.
+    seen : name of each optional part (its amplitude) to whether it is seen. verdict : why, in words.
+    noise : N·m of one pass, from repeats; None where there are too few.
+    n_rows, n_speeds : equations, and speeds or seconds. lowest, highest : rad/s, the range of speeds.
+    """
+
+    joint: int
+    parameters: tuple[FrictionParameter, ...]
+    free: tuple[str, ...]
+    covariance: Floats
+    seen: Mapping[str, bool]
+    verdict: Mapping[str, str]
+    noise: float | None
+    n_rows: int
+    n_speeds: int
+    lowest: float
+    highest: float
+
+    def values(self) -> dict[str, float]:
+        """Return symbol to value of what is known."""
+        return {one.spec.symbol: one.value for one in self.parameters if one.value is not None}
+
+
+@dataclass(frozen=True)
+class FrictionFit:
+    """Friction of all joints.
+
+    Attributes
+    ----------
+    joints : fits by joint, in order. rows : what was fitted.
+    friction : (k,) N·m, the model's friction. nuisance : (k,) N·m, weight, inertia and zeros as fitted.
+    unknowns, unknowns_std : (m,) of weight, inertia and zeros, and standard uncertainty; of those that hang together
+        the combination of least size.
+    residual : (k,) N·m, measured minus both. sigma : (k,) N·m each row was weighted with.
+    dof : degrees of freedom. reduced_chi2 : None where the noise is not known.
+    condition : of the whitened friction columns, of unit length. scaled : stds are from the residuals.
+    """
+
+    joints: tuple[JointFrictionFit, ...]
+    rows: FrictionRows
+    friction: Floats
+    nuisance: Floats
+    unknowns: Floats
+    unknowns_std: Floats
+    residual: Floats
+    sigma: Floats
+    dof: int
+    reduced_chi2: float | None
+    condition: float
+    scaled: bool
+
+    @property
+    def friction_measured(self) -> Floats:
+        """(k,) N·m: measured torque less weight, inertia and zeros."""
+        return np.asarray(self.rows.torque - self.nuisance)
+
+
+def fit_friction(
+    rows: FrictionRows, placed: tuple[PlacedEffect, ...], fixed: frozenset[str] = frozenset()
+) -> FrictionFit:
+    """Fit the friction of every joint that has an effect and rows.
+
+    Parameters
+    ----------
+    rows : equations; those of joints without an effect are left out.
+    placed : effects that show in motion, one per joint, with the model file's values.
+    fixed : full names held at those values.
+
+    Raises
+    ------
+    ValueError
+        No row belongs to a joint with an effect.
+    """
+    rows = rows.select(np.isin(rows.joint, [one.place.joints[0] for one in placed]))
+    if len(rows) == 0:
+        raise ValueError("no reading of friction belongs to a joint of the model")
+    parts = []
+    for part in together(rows):
+        own = rows.select(part)
+        laws = [initial_friction_law(one, fixed) for one in placed if one.place.joints[0] in own.joint]
+        parts.append((part, PartFit(own, laws).run()))
+    return _whole(rows, parts)
+
+
+def _whole(rows: FrictionRows, parts: list[tuple[Booleans, PartFit]]) -> FrictionFit:
+    """Put the parts together in the order of the rows."""
+    friction, nuisance, sigma = np.zeros(len(rows)), np.zeros(len(rows)), np.ones(len(rows))
+    unknowns, spread = np.zeros(rows.nuisance.shape[1]), np.zeros(rows.nuisance.shape[1])
+    joints: list[JointFrictionFit] = []
+    condition, dof, chi2, scaled = 1.0, 0, 0.0, False
+    for part, fit in parts:
+        friction[part], sigma[part] = fit.friction(), fit.sigma
+        felt = felt_columns(rows.nuisance[part])
+        unknowns[felt], spread[felt] = fit.unknowns(), fit.unknowns_std()
+        nuisance[part] = rows.nuisance[np.ix_(part, felt)] @ unknowns[felt]
+        condition = max(condition, fit.condition())
+        estimated = sum(len(law.free_nonlinear) for law in fit.laws) + fit.matrix.shape[1]
+        dof += len(fit.rows) - fit.basis.shape[1] - estimated
+        chi2 += float(fit.residual @ fit.residual)
+        scaled = scaled or any(fit.noise[law.joint] is None for law in fit.laws)
+        joints += [_joint_fit(fit, law) for law in fit.laws]
+    return FrictionFit(
+        joints=tuple(sorted(joints, key=lambda one: one.joint)),
+        rows=rows,
+        friction=friction,
+        nuisance=nuisance,
+        unknowns=unknowns,
+        unknowns_std=spread,
+        residual=rows.torque - friction - nuisance,
+        sigma=sigma,
+        dof=max(dof, 0),
+        reduced_chi2=None if scaled or dof <= 0 else chi2 / dof,
+        condition=condition,
+        scaled=scaled,
+    )
+
+
+def _joint_fit(fit: PartFit, law: FrictionLaw) -> JointFrictionFit:
+    free, covariance = fit.covariance(law)
+    speed = np.abs(fit.rows.velocity[fit.own[law.joint]])
+    own = fit.own[law.joint]
+    parameters = tuple(_parameter(fit, law, spec, free, covariance) for spec in law.placed.effect.parameters)
+    return JointFrictionFit(
+        joint=law.joint,
+        parameters=parameters,
+        free=tuple(free),
+        covariance=covariance,
+        seen=dict(law.seen),
+        verdict=dict(law.verdict),
+        noise=fit.noise[law.joint],
+        n_rows=int(own.sum()),
+        n_speeds=int(np.unique(fit.rows.piece[own]).size),
+        lowest=float(speed.min()),
+        highest=float(speed.max()),
+    )
+
+
+def _parameter(
+    fit: PartFit, law: FrictionLaw, spec: ParameterSpec, free: list[str], covariance: Floats
+) -> FrictionParameter:
+    name = law.placed.parameter_name(spec.symbol)
+    effect = law.placed.effect.name
+    unmeasured = [one for one, shapes in law.placed.effect.optional.items()
+              if spec.symbol in (one, *shapes) and one not in law.amplitudes]  # fmt: skip
+    if unmeasured:
+        why = f"{unmeasured[0]} friction is not seen: {law.verdict.get(unmeasured[0], '')}"
+        return FrictionParameter(name, effect, law.joint, spec, None, None, None, False, False, why)
+    shape = spec.role is ParameterRole.NONLINEAR
+    value = law.shape[spec.symbol] if shape else fit.amplitude[law.joint, spec.symbol]
+    if spec.symbol not in free:
+        why = "" if law.held(spec.symbol) else "these data do not tell it; the usual value is taken"
+        return FrictionParameter(name, effect, law.joint, spec, value, None, None, True, False, why)
+    k = free.index(spec.symbol)
+    std = float(np.sqrt(covariance[k, k]))
+    interval = (max(value - 1.96 * std, spec.lower), min(value + 1.96 * std, spec.upper))
+    at_bound = value <= spec.lower or value >= spec.upper
+    return FrictionParameter(name, effect, law.joint, spec, value, std, interval, False, at_bound)
+
+
+def friction_curve(one: JointFrictionFit, placed: PlacedEffect, speed: Floats) -> tuple[Floats, Floats]:
+    """Return (n,) friction and its standard uncertainty at velocities (n,), N·m, as fitted."""
+    values = one.values()
+    shape = placed.shape() | {s: values[s] for s in placed.shape() if s in values}
+    columns = placed.effect.torque_columns(speed, shape)
+    torque = np.asarray(sum(values.get(symbol, 0.0) * column for symbol, column in columns.items()))
+    slopes = []
+    for symbol in one.free:
+        if symbol in columns:
+            slopes.append(columns[symbol])
+            continue
+        small = 1e-4 * shape[symbol]
+        ends = [placed.effect.torque_columns(speed, shape | {symbol: shape[symbol] + way * small}) for way in (1, -1)]
+        slope = sum(values.get(s, 0.0) * (ends[0][s] - ends[1][s]) / (2.0 * small) for s in columns)
+        slopes.append(np.asarray(slope))
+    matrix = np.stack(slopes, axis=1) if slopes else np.zeros((speed.size, 0))
+    variance = np.einsum("ni,ij,nj->n", matrix, one.covariance, matrix)
+    return torque, np.sqrt(np.maximum(variance, 0.0))
