@@ -16,6 +16,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics
+from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
 from stiffcal.reduction.plausibility import LogQuality, check_displacements
@@ -74,18 +75,23 @@ class DataQuality:
         return told
 
 
-def check_load_states(states: LoadStates, campaign: Campaign, estimated: bool) -> tuple[list[Fault], list[str]]:
+def check_load_states(
+    states: LoadStates, campaign: Campaign, estimated: bool, partial_logs: bool = False
+) -> tuple[list[Fault], list[str]]:
     """Return what cannot be in the load states, as faults, and what is doubtful, as warnings.
 
     Parameters
     ----------
     estimated : True where frames were found from these very states.
+    partial_logs : True where more states are to come: of logs only the beginning was read, or files are not there yet.
     """
     chain, manifest = campaign.chain, "campaign.toml"
     # Where the controller was correcting, what is seen is not what the load did.
     loads = np.array([run.experiment == "load" and not run.compensated for run in states.runs], dtype=np.bool_)
     chosen = states.select(loads[states.run] & states.used)
     faults = check_displacements([run.name for run in states.runs], chosen.run, chosen.position, manifest)
+    if not faults and not partial_logs:
+        faults = check_displacement_measured(states)
     if faults:
         return faults, []
     rezeroed, perhaps = rezeroed_runs(chosen, chain)

@@ -57,6 +57,7 @@ def check_campaign(
 
     campaign = load_campaign(Path(folder), check_files=False)
     _check_run(campaign, run)
+    any_table = any(source.is_states for source in campaign.manifest.sources.values())
     faults: list[Fault] = []
     quality = DataQuality(campaign)
     non_load = NonLoadRuns()
@@ -78,7 +79,8 @@ def check_campaign(
     if gathered is not None and not faults:
         progress("looking at load states", None)
         states, registration = placed_states(campaign, gathered)
-        found, warnings = check_load_states(states, campaign, registration is not None)
+        more_to_come = bool(missing) or (quick and not any_table)
+        found, warnings = check_load_states(states, campaign, registration is not None, more_to_come)
         faults += quality.causes() + found if found else []
         if not faults:
             states = states if quick else reject_outliers(states)
@@ -91,7 +93,7 @@ def check_campaign(
                 rods=rod_views(campaign, states.setup) if states.setup.rods else None,
                 registration=None if registration is None else registration.summary,
             )
-            if not quick or any(source.is_states for source in campaign.manifest.sources.values()):
+            if not quick or any_table:
                 joints, unidentifiable = _joints(campaign, states)
                 result, missing = replace(result, joints=joints), missing + unidentifiable
     elif gathered is None and not faults and not non_load and not (quick and _read_in_full(campaign)):

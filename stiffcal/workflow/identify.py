@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stiffcal.errors import InputError
+from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.store.index import FOREIGN, OWN
 from stiffcal.workflow.steps import (
@@ -136,6 +136,7 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
     """
     from stiffcal.identification.identify import Settings, identify_parameters
     from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.reduction.displacement_measured import check_displacement_measured
 
     campaign = data.campaign
     if len(data.states) == 0 and data.non_load:
@@ -157,6 +158,7 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
             "no load state can be used",
             "stiffcal check says why each was set aside",
         )
+    raise_faults(check_displacement_measured(data.states))  # a store of an earlier version may hold none
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
     return identify_parameters(data.states, robot, settings, context.progress)
 

@@ -1,0 +1,87 @@
+"""Whether load states hold a displacement at all: without one there is no stiffness, whatever a solver answers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.campaign.experiment_kinds import kind_names
+from stiffcal.errors import Fault
+from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.like_poses import pose_groups
+
+SAME_POSE_RAD = float(np.radians(1.0))
+"""As for folds: runs whose joints agree within 1° are one pose."""
+ABSOLUTE = "absolute"
+"""The kind of experiment that works with places in place of displacements, where this version has it."""
+
+
+def check_displacement_measured(states: LoadStates, file: str = "campaign.toml") -> list[Fault]:
+    """Return a fault where no run of these states holds a displacement.
+
+    A displacement is a difference: two readings of the target, a rod or a gauge in one run, a ``deflection`` that the
+    campaign gives, or the motors' angles of a clamped run.
+
+    Parameters
+    ----------
+    states : all load states; those set aside do not count.
+    file : the manifest, for the fault.
+    """
+    if len(states) == 0 or states.deflection_given or states.clamped.any():
+        return []
+    measured = _measured(states) & states.used
+    per_run = np.bincount(states.run[measured], minlength=len(states.runs))
+    present = np.unique(states.run)
+    loads = np.array([run.experiment == "load" for run in states.runs], dtype=np.bool_)
+    if (per_run > 1).any() or not loads[present].any():
+        return []
+    reason = f"{_what_is_there(states, present.size)}; {_what_is_missing(states, measured)}"
+    return [Fault(FaultCode.DATA_MISSING, file, "runs", reason, _what_would_serve(states))]
+
+
+def _measured(states: LoadStates) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Return (n,) where something was read that moves under load."""
+    n = len(states)
+    readings = (states.position.reshape(n, -1), states.lengths, states.displacement)
+    return np.asarray(np.isfinite(np.concatenate(readings, axis=1)).any(axis=1))
+
+
+def _what_is_there(states: LoadStates, n_runs: int) -> str:
+    parts = ["joint angles"]
+    if np.any(states.wrench):
+        parts.append("loads")
+    if np.isfinite(states.position).any():
+        parts.append("places of the target")
+    if np.isfinite(states.lengths).any():
+        parts.append("lengths of rods")
+    if np.isfinite(states.displacement).any():
+        parts.append("readings of gauges")
+    return f"{_count(len(states), 'load state')} in {_count(n_runs, 'run')}, with {', '.join(parts)}"
+
+
+def _what_is_missing(states: LoadStates, measured: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> str:
+    needs = "stiffness needs each pose unloaded and loaded"
+    if not measured.any():
+        return f"nothing that moves under load was measured in any of them: {needs}"
+    if np.bincount(states.run).max() == 1:
+        return f"every run has one state and no deflection is given: {needs}"
+    return f"no run has two usable states in which the target was measured, and no deflection is given: {needs}"
+
+
+def _what_would_serve(states: LoadStates) -> str:
+    groups = pose_groups(states.joints, SAME_POSE_RAD) if np.isfinite(states.joints).all() else np.arange(len(states))
+    shared = np.flatnonzero(np.bincount(groups) > 1)
+    if shared.size and np.bincount(states.run).max() == 1:
+        rows = ", ".join(str(row) for row in states.row[groups == shared[0]][:4])
+        mend = (
+            f"rows {rows} have the same joint angles: give states of one pose one run, "
+            'with a column of its number and run = { column = "…" }'
+        )
+    else:
+        mend = "measure each pose unloaded too, as two states of one run"
+    mend += "; or write displacements already taken as deflection = { … }"
+    return f'{mend}; or experiment = "{ABSOLUTE}"' if ABSOLUTE in kind_names() else mend
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
