@@ -29,6 +29,7 @@ ACROSS_ROOMS = {
     "fuzz": "spoils inputs",
     "independent": "tests against engines from outside",
     "laboratory": "builds robots, states and campaigns for all tests",
+    "python": "`import stiffcal` as scripts, notebooks and plugins use it",
     "rates": "counts how often the right effect is named",
     "security": "tests of folders from strangers",
     "whole_campaigns": "tests of campaigns through the command line",
@@ -125,7 +126,7 @@ def test_top_level_holds_only_what_was_agreed() -> None:
     if listing.returncode:
         pytest.skip("not a git checkout")
     top = {name.split("/")[0] for name in listing.stdout.splitlines()}
-    agreed = {"README.md", "LICENSE", "Makefile", "pyproject.toml", "requirements"}
+    agreed = {"README.md", "CHANGELOG.md", "LICENSE", "Makefile", "pyproject.toml", "requirements"}
     assert {name for name in top if not name.startswith(".")} <= agreed | {
         "stiffcal",
         "campaigns",

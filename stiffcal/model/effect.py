@@ -18,12 +18,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from types import MappingProxyType
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.deprecated_names import old_names, take_old_methods, with_old_field, with_old_methods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 
@@ -51,6 +52,7 @@ class ParameterRole(Enum):
     SETUP = "set-up"
 
 
+@with_old_field("sort", "role")
 @dataclass(frozen=True)
 class ParameterSpec:
     """One parameter of an effect.
@@ -63,7 +65,7 @@ class ParameterSpec:
     lower, upper : bounds of possible values.
     typical : a size met on industrial robots; ``source`` says where the number is from.
     source : where ``typical`` is from.
-    sort : amplitude, shape or set-up.
+    role : amplitude, nonlinear or set-up.
     inverse : True where the amplitude in the law is 1 / value (a stiffness or flexural rigidity is reported, and its
         inverse is estimated, because the displacement is linear in that).
     compliance : True where ``1 / value`` is a stiffness that people want to read.
@@ -266,6 +268,7 @@ class TorqueAngle:
     band: tuple[float, float] | None
 
 
+@with_old_methods
 class Effect(ABC):
     """A physical effect. Subclasses hold constants and pure functions; instances carry no state."""
 
@@ -289,6 +292,11 @@ class Effect(ABC):
     """Symbols of the law's curved form (`form`), where it has one beside the straight."""
     optional: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
     """Amplitudes that are kept only where the data show them, and the shape parameters that go with each."""
+
+    def __init_subclass__(cls, **named: Any) -> None:
+        """Take methods that a plugin defines by the names they had before."""
+        super().__init_subclass__(**named)
+        take_old_methods(cls)
 
     def places(self, chain: Chain) -> list[Place]:
         """Return where on this robot the effect can act."""
@@ -428,3 +436,4 @@ def tool_node(chain: Chain) -> int:
 
 
 BASE_NODE = 0
+__getattr__ = old_names(__name__, {"Driver": "Covariate", "Sort": "ParameterRole"})

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.deprecated_names import old_names
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
@@ -290,3 +291,6 @@ def model_text(campaign: Campaign) -> str:
 def without_update(context: RunContext) -> RunContext:
     """Return the same means, refusing to run earlier steps."""
     return replace(context, update=False)
+
+
+__getattr__ = old_names(__name__, {"Means": "RunContext"})

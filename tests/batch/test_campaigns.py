@@ -35,7 +35,7 @@ pytestmark = pytest.mark.long
 Document = dict[str, Any]
 PLUGIN = """
 import os, signal, time
-from stiffcal.model.effect import DocumentedEffect, Kind
+from stiffcal.effects_api import DocumentedEffect, Kind
 class Own(DocumentedEffect):
     name = "own"
     kind = Kind.NODE_LAW

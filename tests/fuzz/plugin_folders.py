@@ -25,7 +25,7 @@ from tests.fuzz.running import fresh_folder, fresh_state, run_fenced
 MARK = "import pathlib\npathlib.Path(__file__).with_name('ran').touch()\n"
 CODE = '''"""{doc}"""
 import numpy as np
-from stiffcal.model.effect import RZ, DocumentedEffect, Kind, ParameterSpec, Place, Term, joint_node
+from stiffcal.effects_api import RZ, DocumentedEffect, Kind, ParameterSpec, Place, Term, joint_node
 
 class CrossStiffness(DocumentedEffect):
     """{doc}"""

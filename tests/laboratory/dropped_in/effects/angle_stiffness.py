@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stiffcal.effects_api import RZ, DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values, joint_node
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import RZ, DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values, joint_node
 
 
 class AngleStiffness(DocumentedEffect):

@@ -1,0 +1,74 @@
+"""What a physical effect of one's own is written with: the names that a plugin may import, and no others.
+
+A plugin is a Python file in the campaign's folder, or an installed package with an entry point in the group
+``stiffcal.effects``. README shows one; `stiffcal.effects` holds those that come along, each a file.
+"""
+
+from stiffcal.arrays import Floats
+from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, members_of
+from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.model.effect import (
+    BASE_NODE,
+    RX,
+    RY,
+    RZ,
+    TX,
+    TY,
+    TZ,
+    Covariate,
+    DocumentedEffect,
+    Effect,
+    Evidence,
+    Inputs,
+    Kind,
+    NodeLoads,
+    Observed,
+    ParameterRole,
+    ParameterSpec,
+    Place,
+    PlaceKind,
+    StateOrder,
+    Term,
+    TorqueAngle,
+    Values,
+    joint_node,
+    link_node,
+    tool_node,
+)
+
+__all__ = [
+    "BASE_NODE",
+    "RX",
+    "RY",
+    "RZ",
+    "TX",
+    "TY",
+    "TZ",
+    "Attachment",
+    "Chain",
+    "Covariate",
+    "DocumentedEffect",
+    "Effect",
+    "Evidence",
+    "Floats",
+    "Inputs",
+    "Kind",
+    "LoadStates",
+    "MeasurementSetup",
+    "NodeLoads",
+    "Observed",
+    "ParameterRole",
+    "ParameterSpec",
+    "Place",
+    "PlaceKind",
+    "StateOrder",
+    "Term",
+    "TorqueAngle",
+    "Values",
+    "joint_node",
+    "link_node",
+    "members_of",
+    "rotation_from_vector",
+    "tool_node",
+]
