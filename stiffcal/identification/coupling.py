@@ -21,6 +21,7 @@ from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -166,11 +167,8 @@ def without_links(states: LoadStates, chain: Chain, links: tuple[MeasuredLink, .
             for number, gauge in enumerate(states.setup.gauges):
                 if directions is not None and gauge.target == body:
                     gauges[where, number] -= np.einsum("ni,ni->n", directions[where, number], part[:, :3])
-    aside = np.where(states.used & ~read, "no reading of the rods", states.set_aside)
-    freed = replace(
-        states, position=position, rotation=rotation, deflection=deflection, displacement=gauges, set_aside=aside
-    )
-    return without_rods(freed)
+    freed = replace(states, position=position, rotation=rotation, deflection=deflection, displacement=gauges)
+    return without_rods(freed.with_set_aside(states.used & ~read, SetAsideCode.RODS_NOT_READ, "no reading of the rods"))
 
 
 def coupling_document(coupling: Coupling) -> dict[str, Any]:

@@ -240,8 +240,10 @@ def _friction_entry(run: FrictionRun, friction: FrictionReduction) -> dict[str, 
     if steady is not None:
         own = np.array([steady.runs[k].name == name for k in steady.run], dtype=np.bool_)
         readings += int((own & steady.used).sum())
-        reasons, counts = np.unique(steady.set_aside[own & ~steady.used], return_counts=True)
-        dropped += [{"why": str(why), "pieces": int(count)} for why, count in zip(reasons, counts, strict=True)]
+        codes = steady.set_aside_code
+        for code in np.unique(codes[own & ~steady.used]):
+            alike = own & (codes == code)
+            dropped.append({"why": str(steady.set_aside[alike][0]), "pieces": int(alike.sum())})
     if motion is not None:
         readings += int(np.sum([motion.runs[k].name == name for k in motion.run]))
     clocks = {source: document_of(offset) for source, offset in run.clocks.items()}

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import RunInfo
+from stiffcal.measurements.set_aside import SetAsideCode
 
 STEADY = "stiffcal/friction/1"
 MOTION = "stiffcal/free-motion/1"
@@ -36,7 +37,8 @@ class SteadyReadings:
     start, end : (m,) s on the log's clock, where the velocity was held.
     n_readings : (m,) samples averaged.
     scatter : (m,) N·m, standard deviation of single samples about the mean.
-    set_aside : (m,) why the pass is not used, "" where it is.
+    set_aside : (m,) text for people why the pass is not used, "" where it is.
+    set_aside_code : (m,) values of `SetAsideCode`.
     """
 
     runs: tuple[RunInfo, ...]
@@ -52,6 +54,7 @@ class SteadyReadings:
     n_readings: Integers
     scatter: Floats
     set_aside: NDArray[np.str_]
+    set_aside_code: NDArray[np.str_]
 
     def __len__(self) -> int:
         return int(self.run.shape[0])
@@ -59,7 +62,7 @@ class SteadyReadings:
     @property
     def used(self) -> Booleans:
         """(m,) True for the passes that are not set aside."""
-        return np.asarray(self.set_aside == "", dtype=np.bool_)
+        return np.asarray(self.set_aside_code == SetAsideCode.NONE.value, dtype=np.bool_)
 
     def select(self, keep: Booleans | Integers) -> SteadyReadings:
         """Return the passes picked by a mask or by indices; runs keep their numbers."""
@@ -131,6 +134,7 @@ def steady_table(readings: SteadyReadings, joint_names: tuple[str, ...]) -> pa.T
         "n_readings": readings.n_readings,
         "torque_scatter_Nm": readings.scatter,
         "set_aside": pa.array(readings.set_aside.tolist(), pa.string()),
+        "set_aside_code": pa.array(readings.set_aside_code.tolist(), pa.string()),
     }
     return _with_runs(pa.table(columns), readings.runs, joint_names, STEADY)
 
@@ -154,6 +158,7 @@ def steady_from_table(table: pa.Table) -> SteadyReadings:
         n_readings=column("n_readings").astype(np.int64),
         scatter=column("torque_scatter_Nm"),
         set_aside=np.array(table.column("set_aside").to_pylist(), dtype=np.str_),
+        set_aside_code=np.array(table.column("set_aside_code").to_pylist(), dtype=np.str_),
     )
 
 

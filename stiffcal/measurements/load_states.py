@@ -5,6 +5,7 @@ Bodies are numbered along the chain: 0 is the base, k = 1 … J the link that jo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rods import BeamProperties, Rods
+from stiffcal.measurements.set_aside import SetAsideCode
 
 # What the frame is called by which a clamped robot is held, among the targets.
 HELD = "held"
@@ -159,14 +161,14 @@ class LoadStates:
     n_readings : (n,) readings averaged into the state.
     wrench_scatter : (n, 6) standard deviation of single readings within the hold, NaN where not known.
     position_scatter : (n, B, 3) likewise, m.
-    set_aside : (n,) reason why the state is not used ("" where it is): excluded in the manifest, a bumped reading, or
-        held too briefly to be read.
+    set_aside : (n,) text for people why the state is not used, "" where it is.
     setup : where the instruments sit.
     lengths : (n, R) m, of each rod as read, less what it grows with the temperature where that is known: changes are
         what counts; NaN where not logged. R may be 0.
     displacement : (n, G) m, of each gauge as read, along its direction; NaN where not logged. G may be 0.
     markers_measured : (n, B, K) which of a target's points were measured, in the order of ``setup.markers``;
         K is that of the target with most of them, 0 where poses are read.
+    set_aside_code : (n,) values of `SetAsideCode`; where not given, what has a text is excluded.
     """
 
     runs: tuple[RunInfo, ...]
@@ -189,6 +191,7 @@ class LoadStates:
     lengths: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     displacement: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     markers_measured: Booleans = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=np.bool_))
+    set_aside_code: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, dtype=np.str_))
 
     def __post_init__(self) -> None:
         # Campaigns without rods or gauges need not say so: no columns, as many rows as there are states.
@@ -198,6 +201,11 @@ class LoadStates:
         if self.markers_measured.size == 0:
             nothing = np.zeros((len(self), self.position.shape[1], 0), dtype=np.bool_)
             object.__setattr__(self, "markers_measured", nothing)
+        if self.set_aside_code.size == 0:
+            excluded = np.where(self.set_aside == "", SetAsideCode.NONE.value, SetAsideCode.EXCLUDED.value)
+            object.__setattr__(self, "set_aside_code", excluded)
+        elif ((self.set_aside_code == "") != (self.set_aside == "")).any():
+            raise ValueError("a state that is set aside has a code and a text, one that is used has neither")
 
     def __len__(self) -> int:
         return int(self.run.shape[0])
@@ -229,7 +237,7 @@ class LoadStates:
             for name in (
                 "run", "time", "hold", "joints", "wrench", "position", "rotation", "deflection", "reference",
                 "temperature", "row", "n_readings", "wrench_scatter", "position_scatter", "set_aside",
-                "lengths", "displacement", "markers_measured",
+                "lengths", "displacement", "markers_measured", "set_aside_code",
             )
         }  # fmt: skip
         return replace(self, **arrays)
@@ -237,7 +245,22 @@ class LoadStates:
     @property
     def used(self) -> Booleans:
         """(n,) True for the states that are not set aside."""
-        return np.asarray(self.set_aside == "", dtype=np.bool_)
+        return np.asarray(self.set_aside_code == SetAsideCode.NONE.value, dtype=np.bool_)
+
+    def with_set_aside(
+        self, chosen: Booleans | Integers | Sequence[int], code: SetAsideCode, reasons: str | Sequence[str]
+    ) -> LoadStates:
+        """Return the states with some set aside.
+
+        Parameters
+        ----------
+        chosen : mask or indices of k states.
+        code : their cause.
+        reasons : the text of all, or k texts.
+        """
+        codes, texts = self.set_aside_code.astype(object), self.set_aside.astype(object)
+        codes[chosen], texts[chosen] = code.value, reasons
+        return replace(self, set_aside=texts.astype(np.str_), set_aside_code=codes.astype(np.str_))
 
     def members(self) -> list[Integers]:
         """Return the states of each of the R runs, as indices; empty for a run without states."""

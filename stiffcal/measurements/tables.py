@@ -35,7 +35,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     where its pose comes from points), ``<rod>_length_m`` and ``<gauge>_displacement_m`` as read,
     ``reference``, ``temperature<k>``, ``n_readings``,
     ``Fx_scatter_N …`` and ``<target>_x_scatter_m …`` (standard deviation of single readings within the hold), and
-    ``set_aside`` (why a state is not used, "" where it is).
+    ``set_aside`` (why a state is not used, "" where it is), ``set_aside_code`` (the same as a value of `SetAsideCode`).
 
     Parameters
     ----------
@@ -66,6 +66,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
     columns["n_readings"] = states.n_readings
     columns |= {_scatter_name(name): states.wrench_scatter[:, k] for k, name in enumerate(_WRENCH)}
     columns["set_aside"] = [str(reason) for reason in states.set_aside]
+    columns["set_aside_code"] = [str(code) for code in states.set_aside_code]
     table = table_of(columns)
     document = {"schema": SCHEMA, "joints": list(names)} | _setup_document(states)
     return table.replace_schema_metadata({_KEY: json.dumps(document)})
@@ -130,6 +131,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
         lengths=block([f"{rod}_length_m" for rod in setup.rod_names]),
         displacement=block([f"{gauge.name}_displacement_m" for gauge in setup.gauges]),
         markers_measured=_markers_measured(table, setup),
+        set_aside_code=values_of(table.column("set_aside_code")),
     )
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, LoadStates
+from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.reduction.motion import gauge_directions
@@ -47,14 +48,14 @@ def without_commands(states: LoadStates, chain: Chain) -> LoadStates:
         return states
     position, rotation = states.position.copy(), states.rotation.copy()
     joints, displacement = states.joints.copy(), states.displacement.copy()
-    set_aside = states.set_aside.astype(object)
+    not_logged = np.zeros(len(states), dtype=np.bool_)
     for run in np.unique(states.run[on]):
         members = np.flatnonzero(states.run == run)
         marked = members[states.reference[members]]
         start = joints[marked[0] if marked.size else members[0]]
         moved = np.abs(joints[members] - start).max()
         if states.deflection_given or moved < _STANDS_STILL:
-            set_aside[members] = np.where(set_aside[members] == "", _NOT_LOGGED, set_aside[members])
+            not_logged[members] = states.used[members]
             continue
         for b, target in enumerate(states.setup.targets):
             shift, turn = _rigid_motion(chain, joints[members], start, target)
@@ -66,10 +67,8 @@ def without_commands(states: LoadStates, chain: Chain) -> LoadStates:
                 shift, _ = _rigid_motion(chain, joints[members], start, states.setup.targets[gauge.target])
                 displacement[members, g] -= np.einsum("ni,ni->n", along[:, g], shift)
         joints[members] = start
-    words = np.array([str(reason) for reason in set_aside], dtype=np.str_)
-    return replace(
-        states, position=position, rotation=rotation, joints=joints, displacement=displacement, set_aside=words
-    )
+    still = replace(states, position=position, rotation=rotation, joints=joints, displacement=displacement)
+    return still.with_set_aside(not_logged, SetAsideCode.COMMANDS_NOT_LOGGED, _NOT_LOGGED)
 
 
 def _rigid_motion(chain: Chain, joints: Floats, start: Floats, target: Attachment) -> tuple[Floats, Floats]:

@@ -8,15 +8,15 @@ not a place between them. The worst goes first, then the rest is looked at again
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations, groupby, pairwise
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.measurements.set_aside import SetAsideCode, any_code
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.reduction.holds import BRIEF
 from stiffcal.reduction.load_cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles, load_vector
 
 # Natural log of the false alarms: e^-16 is 1e-7 per state for one explanation alone, and several have to fail.
@@ -26,9 +26,6 @@ MOST_SET_ASIDE = 0.34  # of the readings of one direction and branch: more is no
 FEW = 12  # readings of a group of which two bumped ones can hide each other
 LEAST_LOADED = 0.1  # of the most loaded direction of a run: below, how it gives that way is not known
 NOT_SMOOTH = 2.5  # times the noise, left by a line with a jump: then it is not that
-
-
-BUMPED = "bumped"  # begins the reason of a reading that is wrong while its load is right
 
 
 @dataclass(frozen=True)
@@ -51,11 +48,7 @@ def reject_outliers(states: LoadStates) -> LoadStates:
     reasons = outlier_readings(states)
     if not reasons:
         return states
-    width = max(max(len(reason) for reason in reasons.values()), 1)
-    told = states.set_aside.astype(f"<U{max(width, states.set_aside.dtype.itemsize // 4)}")
-    for k, reason in reasons.items():
-        told[k] = reason
-    return replace(states, set_aside=told)
+    return states.with_set_aside(np.array(list(reasons)), SetAsideCode.BUMPED, list(reasons.values()))
 
 
 def load_is_good(states: LoadStates) -> Booleans:
@@ -64,8 +57,8 @@ def load_is_good(states: LoadStates) -> Booleans:
     A bumped reading was taken under a good load, which laws with memory (play, creep) must pass through, and so was one
     that was held too briefly; what the manifest excludes is in doubt as a whole.
     """
-    remembered = np.char.startswith(states.set_aside, BUMPED) | np.char.startswith(states.set_aside, BRIEF)
-    return np.asarray(states.used | remembered)
+    good = (SetAsideCode.NONE, SetAsideCode.BUMPED, SetAsideCode.HELD_BRIEFLY)
+    return any_code(states.set_aside_code, *good)
 
 
 def outlier_readings(states: LoadStates) -> dict[int, str]:
@@ -90,9 +83,7 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
     for number, own in _by_run(groups, states.run).items():
         for k, distance in _RunReadings(white, own, kept, cycles.left, bound).bumped():
             size = 1e3 * distance * wider.get(number, 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
-            found[k] = (
-                f"{BUMPED}: off by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
-            )
+            found[k] = f"bumped: off by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
     return found
 
 
@@ -393,4 +384,4 @@ class _RunReadings:
         return False
 
 
-__all__ = ["BUMPED", "load_is_good", "outlier_readings", "reject_outliers"]
+__all__ = ["load_is_good", "outlier_readings", "reject_outliers"]

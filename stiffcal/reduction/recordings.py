@@ -12,6 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clock_course import clock_courses
 from stiffcal.reduction.clocks import SharedSignal, SourceClockOffset, align_clocks, moves
@@ -115,8 +116,9 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         )
     numbers = np.flatnonzero(keep)
     states = _averaged(run, holds, numbers, placed)
-    aside = [f"{BRIEF} to be read: {end - start:.2g} s" for start, end in zip(holds.reached, holds.left, strict=True)]
-    states = replace(states, set_aside=[aside[k] if brief[k] else "" for k in numbers])
+    lasted = holds.left - holds.reached
+    aside = [SetAside(SetAsideCode.HELD_BRIEFLY, f"{BRIEF} to be read: {seconds:.2g} s") for seconds in lasted]
+    states = replace(states, set_aside=[aside[k] if brief[k] else IN_USE for k in numbers])
     dropped = sorted(dropped, key=lambda stretch: stretch.start)
     return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes)
 
@@ -242,7 +244,7 @@ def _averaged(
         signals=signals,
         scatter=scatter,
         n_readings=n_readings,
-        set_aside=[""] * numbers.size,
+        set_aside=[IN_USE] * numbers.size,
     )
 
 

@@ -16,6 +16,7 @@ from stiffcal.campaign.signals import Pose
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
+from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode, set_aside_columns
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_quaternion
 from stiffcal.reduction.logs import Rows, place_of_row, read_rows
@@ -37,7 +38,7 @@ class RawStates:
     signals : name to (n, c), as in `stiffcal.reduction.logs.Rows` but states first.
     scatter : likewise, standard deviation of single readings within the hold; signals without one are left out.
     n_readings : (n,).
-    set_aside : n reasons, "" where the state is used.
+    set_aside : why each of the n states is not used; `IN_USE` where it is.
     """
 
     run: list[str]
@@ -47,7 +48,7 @@ class RawStates:
     signals: dict[str, Floats]
     scatter: dict[str, Floats]
     n_readings: Integers
-    set_aside: list[str]
+    set_aside: list[SetAside]
 
 
 def no_states() -> RawStates:
@@ -119,7 +120,7 @@ def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown:
             FaultCode.KEY_MISSING, "campaign.toml", f"[sources.{name}]", "which run each row belongs to is not said",
             'add run = { column = "run" } or run = { each = "row" }',
         )  # fmt: skip
-    reasons = [""] * n
+    reasons = [IN_USE] * n
     for exclusion in manifest.exclude:
         if exclusion.source != name:
             continue
@@ -132,7 +133,7 @@ def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown:
             )
         for k in range(n):
             if int(rows.number[k]) in rows_out and exclusion.run in (None, labels[k]):
-                reasons[k] = f"excluded in the manifest: {exclusion.why}"
+                reasons[k] = SetAside(SetAsideCode.EXCLUDED, f"excluded in the manifest: {exclusion.why}")
     hold = rows.signals["hold"][0] if "hold" in rows.signals else np.full(n, np.nan)
     gathered = RawStates(
         labels, rows.number, rows.time, hold,
@@ -233,7 +234,7 @@ def _joined_side_by_side(one: RawStates, other: RawStates, source: str) -> RawSt
         signals=one.signals | other.signals,
         time=np.where(np.isfinite(one.time), one.time, other.time),
         hold=np.where(np.isfinite(one.hold), one.hold, other.hold),
-        set_aside=[a or b for a, b in zip(one.set_aside, other.set_aside, strict=True)],
+        set_aside=[a if a.code else b for a, b in zip(one.set_aside, other.set_aside, strict=True)],
     )
 
 
@@ -257,6 +258,7 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
         )  # fmt: skip
     run = np.array([names.index(name) for name in gathered.run], dtype=np.int64)
     position, rotation, markers_measured = _poses(gathered, manifest, setup)
+    codes, texts = set_aside_columns(gathered.set_aside)
     deflection = _deflections(gathered, manifest, setup)
     states = LoadStates(
         runs=tuple(_run_info(name, written.get(name)) for name in names),
@@ -274,11 +276,12 @@ def load_states(gathered: RawStates, manifest: Manifest, chain: Chain, setup: Me
         n_readings=gathered.n_readings,
         wrench_scatter=gathered.scatter.get("wrench", np.full((n, 6), np.nan)),
         position_scatter=_scatter(gathered, setup),
-        set_aside=np.array(gathered.set_aside, dtype=np.str_) if n else np.zeros(0, dtype="<U1"),
+        set_aside=texts,
         setup=setup,
         lengths=_side_by_side(gathered, [f"lengths.{rod}" for rod in setup.rod_names]),
         displacement=_side_by_side(gathered, [f"displacement.{gauge.name}" for gauge in setup.gauges]),
         markers_measured=markers_measured,
+        set_aside_code=codes,
     )
     if states.deflection_given:
         return states

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from stiffcal.measurements.set_aside import OF_PASSES, SetAsideCode
+
 
 @dataclass(frozen=True)
 class ColumnDescription:
@@ -30,6 +32,12 @@ def _each(pattern: str, axes: Iterable[str], meaning: ColumnDescription) -> dict
     return {pattern.format(axis): meaning for axis in axes}
 
 
+def _cause(thing: str, codes: Iterable[SetAsideCode]) -> ColumnDescription:
+    return ColumnDescription(
+        f"the cause in one word, empty where the {thing} is used: {', '.join(filter(None, codes))}"
+    )
+
+
 _FORCE = ColumnDescription(
     "force on the robot by its surroundings, in the axes of the setup written beside the table", "N"
 )
@@ -48,6 +56,7 @@ FRICTION: Mapping[str, ColumnDescription] = {
     "n_readings": ColumnDescription("samples averaged"),
     "torque_scatter_Nm": ColumnDescription("standard deviation of single samples", "N·m"),
     "set_aside": ColumnDescription("why the pass is not used; empty where it is"),
+    "set_aside_code": _cause("pass", OF_PASSES),
 }
 
 FREE_MOTION: Mapping[str, ColumnDescription] = {
@@ -121,6 +130,7 @@ STATES: Mapping[str, ColumnDescription] = {
         ColumnDescription("standard deviation of single readings within the hold", "N·m", missing=True),
     ),
     "set_aside": ColumnDescription("why the state is not used; empty where it is"),
+    "set_aside_code": _cause("state", [code for code in SetAsideCode if code not in OF_PASSES]),
 }
 
 RECORDING: Mapping[str, ColumnDescription] = {

@@ -205,6 +205,7 @@ def _passes() -> SteadyReadings:
     return SteadyReadings(
         runs=(RunInfo("run"),), run=_FIRST, joint=first, velocity=_ONE, torque=_ONE, stretch=_FIRST, low=_ONE,
         high=_ONE, start=_ONE, end=_ONE, n_readings=first, scatter=_ONE, set_aside=np.array([""]),
+        set_aside_code=np.array([""]),
     )  # fmt: skip
 
 

@@ -98,6 +98,7 @@ def many_states(n: int) -> LoadStates:
         wrench_scatter=np.full((n, 6), np.nan),
         position_scatter=np.full((n, 1, 3), np.nan),
         set_aside=np.full(n, "", dtype=np.str_),
+        set_aside_code=np.full(n, "", dtype=np.str_),
     )
 
 

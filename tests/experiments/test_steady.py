@@ -16,6 +16,7 @@ from stiffcal.experiments.friction.steady import (
     steady_passes,
     turning_points,
 )
+from stiffcal.measurements.set_aside import IN_USE
 from tests.laboratory.joint_strokes import INTERVAL, to_and_fro
 
 
@@ -102,14 +103,14 @@ def test_only_the_stretch_that_all_passes_cover_counts() -> None:
 def test_speeds_and_joints_are_kept_apart() -> None:
     readings = readings_of([*moved(1.8), *moved(2.0), *moved(2.0, joint=3)])
     assert [one.stretch for one in readings] == [0, 0, 1, 1, 2, 2]
-    assert all(one.set_aside == "" for one in readings)
+    assert all(one.set_aside == IN_USE for one in readings)
 
 
 def test_one_direction_only() -> None:
     readings = readings_of([*moved(0.5), *moved(1.0)[:1]])
-    assert [one.set_aside for one in readings] == ["", "", ONE_WAY]
+    assert [one.set_aside for one in readings] == [IN_USE, IN_USE, ONE_WAY]
 
 
 def test_a_pass_elsewhere_is_set_aside() -> None:
     readings = readings_of([*moved(0.5), *moved(0.5), *moved(0.5, 0.6, 1.9)[:1]])
-    assert [one.set_aside for one in readings] == [""] * 4 + [SHORT]
+    assert [one.set_aside for one in readings] == [IN_USE] * 4 + [SHORT]

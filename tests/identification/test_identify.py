@@ -10,6 +10,7 @@ import pytest
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem, identify_parameters
 from stiffcal.measurements.load_states import Sigma
+from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
@@ -56,8 +57,8 @@ def test_an_offset_in_a_run_changes_nothing() -> None:
     position[states.run == 2] += [3e-4, -2e-4, 1e-4]
     reference = states.reference & (states.run == 4)
     position[reference] += 1e-3  # this reading itself then stands out, but shifts nothing else
-    aside = np.where(reference, "bumped", "").astype("<U40")
-    fit = identify_parameters(replace(states, position=position, set_aside=aside), joint_springs(six_axes()))
+    bumped = replace(states, position=position).with_set_aside(reference, SetAsideCode.BUMPED, "bumped")
+    fit = identify_parameters(bumped, joint_springs(six_axes()))
     assert np.allclose(compliances(fit) * SIX_STIFFNESS, 1.0, atol=2e-5)
 
 

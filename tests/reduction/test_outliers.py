@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.measurements.load_states import Sigma
+from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.reduction.load_cycles import find_load_cycles
 from stiffcal.reduction.outliers import load_is_good, outlier_readings, reject_outliers
 from tests.laboratory.hidden_campaigns import reduced
@@ -74,9 +75,10 @@ def test_states_set_aside_keep_their_reasons() -> None:
 def test_the_load_of_a_bumped_reading_is_good_that_of_an_excluded_row_in_doubt() -> None:
     states = reduced("11").states
     assert load_is_good(states).all()
-    reasons = states.set_aside.copy().astype("<U80")
-    reasons[7] = "excluded in the manifest: bumped the table"
-    assert np.flatnonzero(~load_is_good(replace(states, set_aside=reasons))).tolist() == [7]
+    excluded = states.with_set_aside([7], SetAsideCode.EXCLUDED, "bumped: off by a hand")
+    assert np.flatnonzero(~load_is_good(excluded)).tolist() == [7]
+    for code in (SetAsideCode.BUMPED, SetAsideCode.HELD_BRIEFLY):
+        assert load_is_good(states.with_set_aside([7], code, "any text")).all()
 
 
 def test_loads_set_askew_are_no_bumps() -> None:

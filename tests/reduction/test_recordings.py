@@ -8,6 +8,7 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
+from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.reduction.blocks import Blocks, blocks_of
 from stiffcal.reduction.recordings import reduce_run
 from tests.laboratory.made_up_logs import load_cycle
@@ -47,8 +48,9 @@ def test_a_load_held_too_briefly_is_remembered() -> None:
     logs = {"ft": blocks_of(at, {"wrench": wrench}), "tracker": blocks_of(at, {"position.target": position})}
     states = reduce_run(Run(id="a"), logs).states
     np.testing.assert_allclose(states.signals["wrench"][:, 2], levels, atol=2.0)
-    assert [bool(why) for why in states.set_aside] == (levels == 220.0).tolist()
-    assert states.set_aside[6].startswith("held too briefly to be read: 0.")
+    brief = [entry.code == SetAsideCode.HELD_BRIEFLY for entry in states.set_aside]
+    assert brief == (levels == 220.0).tolist()
+    assert states.set_aside[6].text.startswith("held too briefly to be read: 0.")
     assert states.number.tolist() == list(range(1, 14))
 
 

@@ -169,4 +169,5 @@ def test_states_survive_the_table(name: str) -> None:
         np.testing.assert_array_equal(getattr(again, field), getattr(states, field))
     np.testing.assert_allclose(again.rotation, states.rotation, atol=1e-14)
     assert (again.set_aside == states.set_aside).all()
+    assert (again.set_aside_code == states.set_aside_code).all()
     np.testing.assert_array_equal(again.setup.wrench_axes.transform, states.setup.wrench_axes.transform)

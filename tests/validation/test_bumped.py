@@ -9,6 +9,7 @@ import pytest
 
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
@@ -29,10 +30,9 @@ def states() -> LoadStates:
     made = played(with_friction(medium_robot(), c=3e-7, slip=60.0), runs=4)
     force = np.linalg.norm(made.wrench[:, :3], axis=1)
     peaks = np.flatnonzero(force > 0.9 * force.max())[::2]
-    aside, position = made.set_aside.copy(), made.position.copy()
-    aside[peaks] = "bumped: stands off its repeats"
+    position = made.position.copy()
     position[peaks] += 5e-4
-    return replace(made, set_aside=aside, position=position)
+    return replace(made, position=position).with_set_aside(peaks, SetAsideCode.BUMPED, "off its repeats")
 
 
 def test_friction_goes_through_the_load_of_a_bumped_reading(states: LoadStates) -> None:
@@ -53,6 +53,6 @@ def test_bumped_readings_do_not_count(states: LoadStates) -> None:
 
 def test_what_the_manifest_excludes_is_no_load(states: LoadStates) -> None:
     """A state excluded by the user is out as a whole."""
-    excluded = np.where(states.set_aside == "", "", "excluded in the manifest: cable slipped").astype("<U60")
-    fit = identify_parameters(replace(states, set_aside=excluded), joint_springs(six_axes()))
+    excluded = states.with_set_aside(~states.used, SetAsideCode.EXCLUDED, "cable slipped")
+    fit = identify_parameters(excluded, joint_springs(six_axes()))
     assert fit.data.n_states == np.count_nonzero(states.used)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped.sweeps import cut_sweeps, leading_component
 from stiffcal.measurements.clamped_readings import ClampedReadings
+from stiffcal.measurements.set_aside import IN_USE
 from stiffcal.reduction.states import RawStates
 
 # Stretches of one half sweep: enough to tell a play and a curve, few enough to average encoder steps away.
@@ -71,7 +72,7 @@ def clamped_states(readings: ClampedReadings, joint: int) -> RawStates | None:
         signals={"joints": middles(readings.joints), "wrench": middles(readings.wrench)},
         scatter={},
         n_readings=np.concatenate([[rest.size], count]),
-        set_aside=[""] * n,
+        set_aside=[IN_USE] * n,
     )
 
 

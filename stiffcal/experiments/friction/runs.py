@@ -16,6 +16,7 @@ from stiffcal.experiments.friction.steady import JointLog, JointPass, angle_nois
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, stacked_motion
 from stiffcal.measurements.load_states import RunInfo
+from stiffcal.measurements.set_aside import set_aside_columns
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clocks import SourceClockOffset
@@ -308,6 +309,7 @@ def _steady(infos: tuple[RunInfo, ...], passes: Sequence[JointPass]) -> SteadyRe
     if not passes:
         return None
     readings = readings_of(passes)
+    codes, texts = set_aside_columns([one.set_aside for one in readings])
     return SteadyReadings(
         runs=infos,
         run=np.array([one.moved.run for one in readings], dtype=np.int64),
@@ -321,7 +323,8 @@ def _steady(infos: tuple[RunInfo, ...], passes: Sequence[JointPass]) -> SteadyRe
         end=np.array([float(one.moved.held.time[-1]) for one in readings]),
         n_readings=np.array([one.n_readings for one in readings], dtype=np.int64),
         scatter=np.array([one.scatter for one in readings]),
-        set_aside=np.array([one.set_aside for one in readings], dtype=np.str_),
+        set_aside=texts,
+        set_aside_code=codes,
     )
 
 
@@ -331,9 +334,10 @@ def _one_way_words(steady: SteadyReadings, chain: Chain) -> list[str]:
     for joint in np.unique(steady.joint):
         own = steady.joint == joint
         name = chain.joint_names[int(joint) - 1]
-        reasons, counts = np.unique(steady.set_aside[own & ~steady.used], return_counts=True)
-        for reason, count in zip(reasons, counts, strict=True):
-            speeds = np.unique(np.abs(steady.velocity[own & (steady.set_aside == reason)]).round(3))
+        for code in np.unique(steady.set_aside_code[own & ~steady.used]):
+            alike = own & (steady.set_aside_code == code)
+            speeds = np.unique(np.abs(steady.velocity[alike]).round(3))
             shown = ", ".join(f"{speed:.3g}" for speed in speeds[:4]) + (", …" if speeds.size > 4 else "")
+            count, reason = alike.sum(), steady.set_aside[alike][0]
             words.append(f"joint {name}: {count} of {own.sum()} readings set aside (at {shown} rad/s): {reason}")
     return words

@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.holds import UnusedStretch
 
 # A turn of the motion counts when it goes back by more than this share of the whole travel, and by more than noise.
@@ -39,8 +40,11 @@ LEAST_SHARED = 0.6
 # Poses of the joints at rest that count as one.
 SAME_POSE_RAD = np.radians(1.0)
 
-ONE_WAY = "moved in one direction only at this speed: weight and friction cannot be told apart"
-SHORT = "covers another stretch of angle than the other passes at this speed"
+ONE_WAY = SetAside(
+    SetAsideCode.ONE_DIRECTION,
+    "moved in one direction only at this speed: weight and friction cannot be told apart",
+)
+SHORT = SetAside(SetAsideCode.ANOTHER_STRETCH, "covers another stretch of angle than the other passes at this speed")
 
 
 @dataclass(frozen=True)
@@ -267,7 +271,7 @@ class SteadyTorque:
     torque: float
     scatter: float
     n_readings: int
-    set_aside: str
+    set_aside: SetAside
 
 
 def readings_of(passes: Sequence[JointPass]) -> list[SteadyTorque]:
@@ -289,14 +293,14 @@ def readings_of(passes: Sequence[JointPass]) -> list[SteadyTorque]:
         low, high = max(one.low for one in held), min(one.high for one in held)
         both = len({np.sign(one.velocity) for one in held}) == 2
         for k in chosen:
-            found[k] = _reading(passes[k], number, low, high, "" if both else ONE_WAY)
+            found[k] = _reading(passes[k], number, low, high, IN_USE if both else ONE_WAY)
         for k in (level[i] for i in short):
             one = passes[k].held
             found[k] = _reading(passes[k], number, one.low, one.high, SHORT)
     return [found[k] for k in range(len(passes))]
 
 
-def _reading(moved: JointPass, stretch: int, low: float, high: float, why: str) -> SteadyTorque:
+def _reading(moved: JointPass, stretch: int, low: float, high: float, set_aside: SetAside) -> SteadyTorque:
     """Average a pass between two angles, to a fraction of a sample: weight must be alike in both directions."""
     held = moved.held
     slope = _slope(held.time, held.angle)
@@ -310,7 +314,7 @@ def _reading(moved: JointPass, stretch: int, low: float, high: float, why: str) 
         torque = float(held.torque.mean())
     inside = held.torque[(held.time >= start) & (held.time <= end)]
     scatter = float(inside.std(ddof=1)) if inside.size > 1 else 0.0
-    return SteadyTorque(moved, stretch, low, high, held.velocity, torque, scatter, int(inside.size), why)
+    return SteadyTorque(moved, stretch, low, high, held.velocity, torque, scatter, int(inside.size), set_aside)
 
 
 def _levels(passes: Sequence[JointPass]) -> list[list[int]]:
