@@ -213,8 +213,8 @@ def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats
             mine = task.data.run == run
             shown = offsets[mine].reshape(-1, offsets.shape[2])
             size = np.linalg.norm(shown, axis=0)
-            escape_invisible = shown[:, size > ROUNDING * size.max(initial=0.0)]
-            basis = np.linalg.qr(escape_invisible)[0]
+            measurable = shown[:, size > ROUNDING * size.max(initial=0.0)]
+            basis = np.linalg.qr(measurable)[0]
             flat = rows[mine].reshape(len(shown), -1)
             rows[mine] = (flat - basis @ (basis.T @ flat)).reshape(rows[mine].shape)
     flat = rows.reshape(-1, rows.shape[2])

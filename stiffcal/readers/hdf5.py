@@ -200,9 +200,9 @@ def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
         for name, item in datasets.items()
         if item.dtype.names is None and (item.ndim == 1 or (item.ndim == 2 and item.shape[1] == 1))
     }
-    damaged_file_errors = [item for name, item in datasets.items() if name not in flat and item.ndim > 0]
-    if not flat and not elsewhere and len(damaged_file_errors) == 1:
-        return _columns_of_dataset(damaged_file_errors[0], shown)
+    tables = [item for name, item in datasets.items() if name not in flat and item.ndim > 0]
+    if not flat and not elsewhere and len(tables) == 1:
+        return _columns_of_dataset(tables[0], shown)
 
     readers = {name: by_chunk(partial(_rows_of, item), item, 0, item.shape[0]) for name, item in flat.items()}
 

@@ -17,7 +17,7 @@ from stiffcal.experiments.clamped.branches import Branches
 from stiffcal.experiments.clamped.heldout import HeldoutRun, angle_residual, heldout_clamped
 from stiffcal.experiments.clamped.sweeps import Sweeps
 from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw, fit_series, play_segment
-from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, branches, initial_friction_law
+from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, branches, clamped_law
 
 NOTHING = Branches(*(np.zeros(0),) * 2, np.zeros(0, dtype=np.bool_), np.zeros(0), np.zeros(0, dtype=np.int64), 0.0)
 
@@ -60,14 +60,14 @@ def slope_of_residual(result: HeldoutRun) -> float:
 @pytest.fixture(scope="module")
 def straight() -> TorqueAngleLaw:
     """A straight spring without play or friction."""
-    law = initial_friction_law(3, width=0.0)[0]
+    law = clamped_law(3, width=0.0)[0]
     return replace(law, curve=(law.curve[0], 0.0, 0.0))
 
 
 @pytest.fixture(scope="module")
 def own() -> TorqueAngleLaw:
     """The law of joint 3, with some friction."""
-    return initial_friction_law(3, friction=12.0)[0]
+    return clamped_law(3, friction=12.0)[0]
 
 
 @pytest.fixture(scope="module")
@@ -203,14 +203,14 @@ def on_the_law(law: TorqueAngleLaw, late: float = 0.0) -> Branches:
 )  # fmt: skip
 def test_an_error_of_the_angle_comes_back(changed: dict[str, float]) -> None:
     """Friction, what of it grows with the load, the sensor's zero and a lag are taken off first."""
-    law = initial_friction_law(3, **changed)[0]
+    law = clamped_law(3, **changed)[0]
     np.testing.assert_allclose(angle_residual(on_the_law(law), law), 0.0, atol=2e-7)
     late = angle_residual(on_the_law(law, 1e-4), law)
     np.testing.assert_allclose(late, 1e-4, atol=2e-7)
 
 
 def test_inside_the_play_no_angle_is_held_against_the_torque() -> None:
-    law = initial_friction_law(3, zero=70.0)[0]
+    law = clamped_law(3, zero=70.0)[0]
     data = on_the_law(law)
     kept = len(angle_residual(data, law))
     flanks = np.abs(data.torque - law.zero) > 3.0 * law.band
@@ -225,7 +225,7 @@ def test_inside_the_play_no_angle_is_held_against_the_torque() -> None:
 
 
 def test_torques_beyond_the_law_have_no_angle() -> None:
-    law = replace(initial_friction_law(3)[0], width=0.0)
+    law = replace(clamped_law(3)[0], width=0.0)
     data = on_the_law(law)
     beyond = replace(law, reach=(0.5 * law.reach[0], 0.5 * law.reach[1]))
     _, torque = beyond.grid()

@@ -12,12 +12,12 @@ from stiffcal.experiments.clamped import torque_angle
 from stiffcal.experiments.clamped.analysis import encoder_step
 from stiffcal.experiments.clamped.branches import Branches, average_branches, reversal_error
 from stiffcal.experiments.clamped.torque_angle import fit_series, play_segment
-from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, TABLE_2, branches, initial_friction_law, sweep
+from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, TABLE_2, branches, clamped_law, sweep
 
 
 @pytest.mark.parametrize("joint", TABLE_2)
 def test_table_2_comes_back(joint: int) -> None:
-    law, noise = initial_friction_law(joint)
+    law, noise = clamped_law(joint)
     fit = fit_series(branches(law, noise))
     segment = play_segment(fit.law)
     assert fit.play_found
@@ -35,7 +35,7 @@ def test_table_2_comes_back(joint: int) -> None:
 
 
 def test_friction_without_play_is_no_play() -> None:
-    law, noise = initial_friction_law(3, width=0.0, friction=12.0)
+    law, noise = clamped_law(3, width=0.0, friction=12.0)
     data = branches(law, noise)
     fit = fit_series(data)
     assert not fit.play_found
@@ -49,7 +49,7 @@ def test_friction_without_play_is_no_play() -> None:
 
 
 def test_play_without_friction_is_no_friction() -> None:
-    law, noise = initial_friction_law(3)
+    law, noise = clamped_law(3)
     fit = fit_series(branches(law, noise))
     assert fit.play_found
     assert abs(fit.law.friction) < 4.0 * fit.std("friction")
@@ -57,7 +57,7 @@ def test_play_without_friction_is_no_friction() -> None:
 
 
 def test_play_and_friction_side_by_side() -> None:
-    law, noise = initial_friction_law(2, friction=60.0)
+    law, noise = clamped_law(2, friction=60.0)
     fit = fit_series(branches(law, noise))
     assert fit.law.width == pytest.approx(law.width, abs=0.003 * DEGREE)
     assert fit.law.friction == pytest.approx(60.0, abs=5.0 * fit.std("friction") + 0.5)
@@ -65,23 +65,21 @@ def test_play_and_friction_side_by_side() -> None:
 
 def test_a_soft_spring_is_no_play() -> None:
     """A curve that only bends is told by its cubic."""
-    straight = initial_friction_law(5)[0].curve[0]
-    law = replace(
-        initial_friction_law(5, width=0.0)[0], curve=(0.45 * straight, 0.0, 2.0 * straight / (0.1 * DEGREE) ** 2)
-    )
+    straight = clamped_law(5)[0].curve[0]
+    law = replace(clamped_law(5, width=0.0)[0], curve=(0.45 * straight, 0.0, 2.0 * straight / (0.1 * DEGREE) ** 2))
     assert not fit_series(branches(law, 0.2)).play_found
 
 
 def test_two_clocks_are_no_friction() -> None:
     """A torque that stays behind is a lag in angle on the flanks, and nothing in the play."""
-    law, noise = initial_friction_law(6, lag=0.001 * DEGREE)
+    law, noise = clamped_law(6, lag=0.001 * DEGREE)
     fit = fit_series(branches(law, noise), with_lag=True)
     assert fit.law.lag == pytest.approx(0.001 * DEGREE, rel=0.2)
     assert abs(fit.law.friction) < 5.0 * fit.std("friction") + 0.02
 
 
 def test_one_way_tells_no_friction() -> None:
-    law, noise = initial_friction_law(3)
+    law, noise = clamped_law(3)
     angle, torque, number, up = sweep(law, noise)
     only = np.where(up > 0.5, number // 2, -1).astype(np.int64)
     fit = fit_series(average_branches(angle, torque, only, up.astype(np.bool_), 120))
@@ -90,7 +88,7 @@ def test_one_way_tells_no_friction() -> None:
 
 
 def test_encoder_step_shows_in_the_values() -> None:
-    angle = sweep(*initial_friction_law(3))[0]
+    angle = sweep(*clamped_law(3))[0]
     assert encoder_step(angle) == pytest.approx(ENCODER, rel=1e-6)
     assert encoder_step(np.random.default_rng(1).standard_normal(1000)) == 0.0
 

@@ -134,15 +134,15 @@ def draw_setup(rng: np.random.Generator, chain: Chain, point: Floats, force_only
     force_only : the sensor reads no moments; the manifest then says where the force acts.
     """
     flange = chain.n_joints + 1
-    sensor = Attachment(flange, _located_fault((0.0, 0.0, 0.06), rng.uniform(-1.0, 1.0)))
-    target = Attachment(flange, _located_fault((0.06, *rng.uniform(-0.06, 0.06, 1), rng.uniform(0.08, 0.15)), 0.0))
+    sensor = Attachment(flange, _attachment((0.0, 0.0, 0.06), rng.uniform(-1.0, 1.0)))
+    target = Attachment(flange, _attachment((0.06, *rng.uniform(-0.06, 0.06, 1), rng.uniform(0.08, 0.15)), 0.0))
     acts = np.eye(4)
     acts[:3, 3] = point
     place = Attachment(flange, sensor.transform @ acts) if force_only else sensor
     return MeasurementSetup(sensor, place, (target,), ("target",), not force_only, np.eye(4))
 
 
-def _located_fault(position: tuple[float, ...], turn: float) -> Floats:
+def _attachment(position: tuple[float, ...], turn: float) -> Floats:
     transform = np.eye(4)
     c, s = np.cos(turn), np.sin(turn)
     transform[:2, :2] = [[c, -s], [s, c]]

@@ -23,7 +23,7 @@ TABLE_2 = {
 ENCODER = 0.0005 * DEGREE
 
 
-def initial_friction_law(joint: int, **changed: float) -> tuple[TorqueAngleLaw, float]:
+def clamped_law(joint: int, **changed: float) -> tuple[TorqueAngleLaw, float]:
     play, p3, p2, p1, noise = TABLE_2[joint]
     curve = (1e3 * p1 / DEGREE, 1e3 * p2 / DEGREE**2, 1e3 * p3 / DEGREE**3)
     # the printed cubic of joint 1 turns over at 0.096°

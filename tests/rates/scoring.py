@@ -55,7 +55,7 @@ def judge_campaign(campaign: Hidden) -> Verdict:
     start = time.perf_counter()
     search = search_missing(campaign.states, campaign.model, built_in_effects())
     seconds = time.perf_counter() - start
-    outcome, good = _outcome_of_future(campaign, search)
+    outcome, good = _outcome_of(campaign, search)
     before = search.before.ratio if search.before else np.nan
     after = search.after.ratio if search.after else np.nan
     return Verdict(
@@ -87,7 +87,7 @@ def _identified(one: MissingEffect) -> str:
     return one.candidate.name + (f" [{others}]" if others else "") + f" {one.judgement.errors:.1f}se"
 
 
-def _outcome_of_future(campaign: Hidden, search: Search) -> tuple[str, bool]:
+def _outcome_of(campaign: Hidden, search: Search) -> tuple[str, bool]:
     truth = [name_of(one) for one in campaign.hidden]
     named = search.found
     if campaign.kind == "none":

@@ -52,14 +52,14 @@ def heldout_clamped(runs: Sequence[ClampedRun]) -> list[HeldoutRun]:
         own = run.fit.law
         friction = joint.friction or 0.0
         expected = replace(own, width=joint.width, band=joint.band or own.band, curve=joint.curve, friction=friction)
-        law = _located_fault(expected, run.branches)
+        law = _moved_to_data(expected, run.branches)
         residual = run.branches.torque - law.torque_at(run.branches.angle, run.branches.up)
         angle = angle_residual(run.branches, law)
         found.append(HeldoutRun(run.name, run.joint, run.branches.torque, np.asarray(residual), angle))
     return found
 
 
-def _located_fault(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:
+def _moved_to_data(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:
     """Return the law with middle and zero fitted to branches, by Gauss-Newton steps.
 
     Without play the zero stays, as in `fit_series`: of a straight spring middle and zero do the same, and steps along
