@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +22,13 @@ if TYPE_CHECKING:
 COMPONENTS = ("dx_m", "dy_m", "dz_m", "rx_rad", "ry_rad", "rz_rad")
 
 
-def observed_table(states: LoadStates, data: Observations, predicted: Floats, residual: Floats) -> pa.Table:
+def observed_table(
+    states: LoadStates,
+    data: Observations,
+    predicted: Floats,
+    residual: Floats,
+    of_states: Mapping[str, NDArray[Any]] | None = None,
+) -> pa.Table:
     """Return one row per load state that was judged.
 
     Columns: ``state`` (index into the load states, from 0), ``run``, ``row``, and per target and component
@@ -35,11 +41,13 @@ def observed_table(states: LoadStates, data: Observations, predicted: Floats, re
     states : all load states of the campaign.
     data : the observations, m components of n states.
     predicted, residual : (m, n) m and rad.
+    of_states : further columns, (all load states,) each, which stand after ``row``.
     """
     columns: dict[str, Any] = {
         "state": data.index,
         "run": [states.runs[number].name for number in data.run],
         "row": states.row[data.index],
+        **{name: values[data.index] for name, values in (of_states or {}).items()},
     }
     for name, place, read in _named_rows(states, data):
         measured_mask = data.measured_mask[place] & read

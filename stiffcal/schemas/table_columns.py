@@ -188,6 +188,13 @@ OBSERVED: Mapping[str, ColumnDescription] = {
     },
 }
 
+HELDOUT: Mapping[str, ColumnDescription] = {
+    **OBSERVED,
+    "branch": ColumnDescription("loading or unloading; empty where unloaded, or where the load only rises"),
+    "load_N": ColumnDescription("size of the force less that of the run's reference", "N"),
+    "tau_<k>_Nm": ColumnDescription("torque about the axis of joint k, weight included, as the fit has it", "N·m"),
+}
+
 _READ = "in unseen poses, read in the direction in which the effect acts; m, or rad where the entry says rotation"
 
 EVIDENCE: Mapping[str, ColumnDescription] = {

@@ -25,6 +25,7 @@ from stiffcal.experiments.friction.fitting import FrictionFit
 from stiffcal.experiments.friction.rows import steady_rows
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, ROTATION, TRANSLATION, GaugeRows, RowLayout
+from stiffcal.identification.state_loads import BRANCH, LOAD, TORQUE
 from stiffcal.identification.state_tables import observed_table
 from stiffcal.ingest.recording_tables import recording_table
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, motion_table, steady_table
@@ -41,6 +42,7 @@ from stiffcal.schemas.table_columns import (
     FREE_MOTION,
     FRICTION,
     FRICTION_FIT,
+    HELDOUT,
     OBSERVED,
     RECORDING,
     STATES,
@@ -69,12 +71,13 @@ _TOLD = {
 def specimens() -> dict[str, tuple[pa.Table, Mapping[str, ColumnDescription]]]:
     """Return each table of the store with one row, as its writer makes it, and what its columns mean."""
     states = _states()
-    observed = observed_table(states, _observations(states), np.zeros((8, 1)), np.zeros((8, 1)))
+    judged = (states, _observations(states), np.zeros((8, 1)), np.zeros((8, 1)))
+    words = np.array([""])
     return {
         "states": (states_table(states, ("<joint>",)), STATES),
         "recording": (_recording(), RECORDING),
-        "fit": (observed, OBSERVED),
-        "unseen": (observed, OBSERVED),
+        "fit": (observed_table(*judged), OBSERVED),
+        "unseen": (observed_table(*judged, {BRANCH: words, LOAD: _ONE, TORQUE.format(1): _ONE}), HELDOUT),
         "evidence": (table_of(evidence_columns(states, {"": _evidence()})), EVIDENCE),
         "friction": (steady_table(_passes(), ("<joint>",)), FRICTION),
         "free_motion": (motion_table(_motion(), ("<joint>",)), FREE_MOTION),

@@ -86,7 +86,7 @@ def states_with_residuals(data: Ingested) -> pa.Table:
     table, judged = data.table, data.store.read_table(HELDOUT_STATES)
     where = values_of(judged.column("state"))
     for name in judged.column_names:
-        if name in {"state", "run", "row"}:
+        if not name.endswith(("_measured", "_predicted", "_residual")):
             continue
         values = np.full(table.num_rows, np.nan)
         values[where] = values_of(judged.column(name))

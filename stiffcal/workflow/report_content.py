@@ -19,11 +19,12 @@ from stiffcal.campaign.signals import Joints, Wrench
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.documents import result_of
 from stiffcal.files import read_regular
+from stiffcal.identification.state_loads import branch_words, force_since_reference, torques_about_joints
 from stiffcal.identification.state_tables import component_block, gauge_block
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
-from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
+from stiffcal.reduction.load_cycles import LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.report.content import (
     Instrument,
@@ -180,21 +181,10 @@ def _with_states_set_aside(states: LoadStates, measured: Floats) -> Floats:
     return filled
 
 
-def force_in_base(states: LoadStates, chain: Chain) -> Floats:
-    """Return (n, 3) N: the force on the robot in base axes, as read."""
-    _, rotation = attached_poses(chain, chain.model_angles(states.joints), states.setup.wrench_axes)
-    return np.asarray(np.einsum("nij,nj->ni", rotation, np.nan_to_num(states.wrench[:, :3])))
-
-
 def _loads(states: LoadStates, chain: Chain) -> tuple[Floats, NDArray[np.str_], NDArray[np.str_]]:
     """Return force less the reference's (n, 3), direction labels, branches."""
-    force = force_in_base(states, chain)
-    cycles = find_load_cycles(states)
-    for members in members_of(states.run):
-        chosen = members[states.reference[members]]
-        if chosen.size and not states.deflection_given:
-            force[members] -= force[chosen][0]
-    return force, _direction_labels(states, force, cycles), _branches(cycles)
+    force, cycles = force_since_reference(states, chain), find_load_cycles(states)
+    return force, _direction_labels(states, force, cycles), branch_words(cycles)
 
 
 def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> NDArray[np.str_]:
@@ -213,16 +203,6 @@ def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> 
             taken.append(word)
             labels[members] = word if taken.count(word) == 1 else f"{word} ({taken.count(word)})"
     return labels
-
-
-def _branches(cycles: LoadCycles) -> NDArray[np.str_]:
-    # A single state a run is on no branch: there is nothing that it was loaded from.
-    cyclic = bool(np.any(cycles.branch == UNLOADING))
-    words = np.full(len(cycles.branch), "", dtype="<U9")
-    if cyclic:
-        words[np.isin(cycles.branch, (LOADING, PEAK))] = "loading"
-        words[cycles.branch == UNLOADING] = "unloading"
-    return words
 
 
 def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
@@ -337,12 +317,8 @@ def _set_aside(states: LoadStates) -> list[SetAside]:
 def joint_torques(data: Ingested, identified: Document) -> Floats:
     """Return (n, J) N·m: the whole torque about each joint's axis, weight included, at the fitted balance."""
     from stiffcal.identification.document import values_of
-    from stiffcal.model.equilibrium import solve_balance
 
-    states, chain = data.states, data.campaign.chain
-    robot = placed_robot(data.campaign).with_values(values_of(identified))
-    wrench = np.nan_to_num(states.wrench)
-    return solve_balance(robot, chain.model_angles(states.joints), wrench, states.setup).joint_torque
+    return torques_about_joints(data.states, placed_robot(data.campaign).with_values(values_of(identified)))
 
 
 def most_correlated_covariates(data: Ingested, identified: Document, shown: ReportStates) -> list[ResidualCovariate]:

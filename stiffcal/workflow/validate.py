@@ -112,6 +112,7 @@ def validate_now(data: Ingested, identified: Document, context: RunContext, fit:
     identified : the fit's document.
     fit : the fit itself where it is at hand; it is made again otherwise.
     """
+    from stiffcal.identification.state_loads import load_columns
     from stiffcal.identification.state_tables import observed_table
     from stiffcal.validation.document import validation_document
     from stiffcal.validation.validate import validate_fit
@@ -128,7 +129,8 @@ def validate_now(data: Ingested, identified: Document, context: RunContext, fit:
         document = validation_with(validation_document(data.states, validation), parts)
         heldout = validation.heldout
         predicted = heldout.displacement - heldout.residual
-        tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual)
+        carried = load_columns(data.states, fit.robot)
+        tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual, carried)
     document |= {"fit_id": identified["fit_id"], "key": _key(identified)}
     document |= check_thresholds(data, identified, document, context)
 
