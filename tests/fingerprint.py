@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from stiffcal.documents import document_of
 from stiffcal.revision import REVISION
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
@@ -56,7 +57,7 @@ def _answers(name: str, place: Path) -> Document:
         },
     }
     if CAMPAIGNS[name]:
-        found = diagnose_campaign(folder)
+        found = document_of(diagnose_campaign(folder))
         answers["diagnose"] = {
             **{key: found[key] for key in ("adequate", "unexplained", "rms")},
             "missing": [{key: one[key] for key in ("effect", "where")} for one in found["missing"]],

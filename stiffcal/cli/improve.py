@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Answer, Document, answering, command_line
+from stiffcal.cli.answers import Answer, answering, command_line
+from stiffcal.cli.diagnose import effect_words
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.tables import plain_table
@@ -15,6 +17,9 @@ from stiffcal.cli.wording import NOT_KNOWN, deviation, places
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.diagnosis.results import ProposedEffect
+    from stiffcal.workflow.improve_results import ImproveResult, ImproveStep
 
 
 def improve(
@@ -38,39 +43,33 @@ def improve(
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         asks = sys.stdin.isatty() and not yes and not as_json
 
-        def ask(proposal: Document) -> bool:
+        def ask(effect: ProposedEffect) -> bool:
             answer.progress.stop()
-            return typer.confirm(f"add {proposal['effect']} ({places(proposal['where'])})?", default=True, err=True)
+            return typer.confirm(f"add {effect_words(effect)}?", default=True, err=True)
 
-        document = improve_campaign(
-            folder, context, ask if asks else always, dry_run, None if as_json else lambda step: tell(answer, step)
-        )
-        answer.give(document, show_ladder, command_line("report", folder, store=store))
+        notify_step = None if as_json else partial(print_step, answer)
+        result = improve_campaign(folder, context, ask if asks else always, dry_run, notify_step)
+        answer.give(result, show_ladder, command_line("report", folder, store=store))
     return OK
 
 
-def tell(answer: Answer, step: Document) -> None:
-    """Say a rung of the ladder as it is reached."""
-    what = (
-        "present model" if step["action"] == "start" else f"{step['action']} {step['effect']} ({places(step['where'])})"
-    )
-    answer.notify(f"{what}: {deviation(step['heldout_rms'])} in unseen poses")
+def print_step(answer: Answer, step: ImproveStep) -> None:
+    """Print a rung of the ladder as it is reached."""
+    answer.notify(f"{_step_words(step)}: {deviation(step.heldout_rms)} in unseen poses")
 
 
-def show_ladder(console: Console, document: Document) -> None:
+def _step_words(step: ImproveStep) -> str:
+    return "present model" if step.action == "start" else f"{step.action} {step.effect} ({places(step.where)})"
+
+
+def show_ladder(console: Console, result: ImproveResult) -> None:
     """Draw the ladder of errors, from no model down to the noise."""
     table = plain_table("step", "unseen poses, rms>")
-    first = document["steps"][0]
-    table.add_row("no model", deviation(first.get("zero_model")))
-    for step in document["steps"]:
-        words = (
-            "present model"
-            if step["action"] == "start"
-            else f"{step['action']} {step['effect']} ({places(step['where'])})"
-        )
-        table.add_row(words, deviation(step["heldout_rms"]) if step["heldout_rms"] else "not done")
-    table.add_row("noise", deviation(document["noise"]) if document["noise"] else NOT_KNOWN)
+    table.add_row("no model", deviation(result.steps[0].zero_model))
+    for step in result.steps:
+        table.add_row(_step_words(step), deviation(step.heldout_rms) if step.heldout_rms else "not done")
+    table.add_row("noise", deviation(result.noise) if result.noise else NOT_KNOWN)
     console.print(table)
-    console.print(document["summary"], soft_wrap=True)
-    for one in document["structure"]:
-        console.print(f"  what is left follows the {one['follows']}: {one['seen']}", soft_wrap=True)
+    console.print(result.summary, soft_wrap=True)
+    for dependence in result.structure:
+        console.print(f"  what is left follows the {dependence.follows}: {dependence.seen}", soft_wrap=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from stiffcal.diagnosis.results import UntestableEffect
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import LoadStates
@@ -31,14 +32,6 @@ class Candidate:
     def name(self) -> str:
         """``effect at place``."""
         return f"{self.effect.name} {self.place.label}"
-
-
-@dataclass(frozen=True)
-class UntestableEffect:
-    """An effect that these data cannot tell, and what it would need."""
-
-    effect: str
-    needs: str
 
 
 def list_candidates(

@@ -1,4 +1,4 @@
-"""A diagnosis as the JSON interface writes it."""
+"""What a search found, as `diagnose` answers it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import chosen_in_every_fold, confidence
 from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, size_at_tool
 from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice, near_best
+from stiffcal.diagnosis.results import CandidateParameter, DiagnoseResult, Finding, ProposedEffect, SearchPace
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.search import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
@@ -18,41 +19,42 @@ from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, explain
 from stiffcal.identification.document import finite, parameter_document
 from stiffcal.measurements.load_states import LoadStates
-
-SCHEMA = "stiffcal/diagnose/1"
-
-Rms = dict[str, float | None]
+from stiffcal.measurements.rms import Rms, VarianceRatio
+from stiffcal.model.summary import EffectAt, Where
 
 
-def candidate_document(candidate: Candidate) -> dict[str, Any]:
+def effect_at(candidate: Candidate) -> EffectAt:
     """Return effect and place."""
-    return {"effect": candidate.effect.name, "where": candidate.place.as_where()}
+    return EffectAt(effect=candidate.effect.name, where=Where.of(candidate.place))
 
 
-def _lack(lack: LackOfFit | None) -> dict[str, Any] | None:
+def _against_noise(lack: LackOfFit | None) -> VarianceRatio | None:
     if lack is None:
         return None
-    dof = [lack.dof[0], finite(lack.dof[1])]
-    return {"statistic": lack.statistic, "dof": dof, "p_value": lack.p_value}
+    return VarianceRatio(statistic=lack.statistic, dof=[lack.dof[0], finite(lack.dof[1])], p_value=lack.p_value)
 
 
-def _missing(found: MissingEffect) -> dict[str, Any]:
-    alternatives = [candidate_document(one) for one in found.alternatives]
-    return {**candidate_document(found.candidate), "alternatives": alternatives}
+def _proposed(found: MissingEffect) -> ProposedEffect:
+    at = effect_at(found.candidate)
+    alternatives = [effect_at(candidate) for candidate in found.alternatives]
+    return ProposedEffect(effect=at.effect, where=at.where, alternatives=alternatives)
 
 
-def _by_effect(candidates: tuple[Candidate, ...]) -> list[dict[str, Any]]:
+def _by_effect(candidates: tuple[Candidate, ...]) -> list[EffectAt]:
     """Return effects, each with all its places."""
     places: dict[str, dict[str, list[Any]]] = {}
-    for one in candidates:
-        where = places.setdefault(one.effect.name, {})
-        for kind, items in one.place.as_where().items():
+    for candidate in candidates:
+        where = places.setdefault(candidate.effect.name, {})
+        for kind, items in Where.of(candidate.place).items():
             where.setdefault(kind, []).extend(items)
-    return [{"effect": name, "where": {k: sorted(v) for k, v in where.items()}} for name, where in places.items()]
+    return [
+        EffectAt(effect=name, where=Where(**{kind: sorted(items) for kind, items in where.items()}))
+        for name, where in places.items()
+    ]
 
 
-def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
-    """Return the document of ``diagnose``.
+def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
+    """Return what ``diagnose`` answers.
 
     Parameters
     ----------
@@ -61,54 +63,57 @@ def diagnosis_document(states: LoadStates, search: Search) -> dict[str, Any]:
 
     Returns
     -------
-    dict
-        The document; ``next_measurement`` is left for who can plan measurements (`look_alike_pairs`).
+    DiagnoseResult
+        ``next_measurement`` is left for who can plan measurements (`look_alike_pairs`), ``superfluous``,
+        ``evidence``, ``fit_id`` and ``key`` for who knows the campaign.
     """
     scan = search.first
-    noise = search.final.noise_length if search.final.noise is not None else None
+    noise = Rms.of(search.final.noise_length) if search.final.noise is not None else None
     before = left_out_rms(scan, None)
     adequate = None if search.before is None else not search.tried and search.before.adequate
     remainder = what_it_follows(search.final_scan if search.found else scan, states)
     with_missing = fitted_rms(states, search.final) if search.found else before
-    document = {
-        "schema": SCHEMA,
-        "warnings": _warnings(search),
-        "adequate": adequate,
-        "noise": noise,
-        "rms": before,
-        "lack_of_fit": _lack(search.before),
-        "missing": [_missing(one) for one in search.found],
-        "could_be": _by_effect(search.could_be),
-        "findings": _findings(search, before, noise),
-        "next_measurement": None,
-        "not_tried": [{"effect": one.effect, "needs": one.needs} for one in search.not_tried],
-        "unexplained": search.unexplained if search.after is not None else None,
-        "structure": [{"follows": one.what, "share": one.share, "seen": one.words} for one in remainder]
-        if search.unexplained or search.after is None
+    return DiagnoseResult(
+        warnings=_warnings(search),
+        adequate=adequate,
+        noise=noise,
+        rms=before,
+        lack_of_fit=_against_noise(search.before),
+        missing=[_proposed(found) for found in search.found],
+        could_be=_by_effect(search.could_be),
+        findings=_findings(search, before),
+        next_measurement=None,
+        not_tried=list(search.not_tried),
+        unexplained=search.unexplained if search.after is not None else None,
+        structure=remainder if search.unexplained or search.after is None else [],
+        explained_by_missing=_explained(search, before, with_missing) if search.tried else None,
+        heldout_rms_with_missing=with_missing,
+        heldout_rms_after_choosing=_after_choosing(scan, before),
+        parameters_with_missing=[parameter_document(parameter) for parameter in search.final.parameters]
+        if search.found
         else [],
-        "explained_by_missing": _explained(search, before, with_missing) if search.tried else None,
-        "heldout_rms_with_missing": with_missing,
-        "heldout_rms_after_choosing": _after_choosing(scan, before),
-        "parameters_with_missing": [parameter_document(one) for one in search.final.parameters] if search.found else [],
-        "n_candidates": len(scan.trials),
-        "n_signatures": scan.n_tried,
-        "pace": {
-            "models": search.pace.models,
-            "candidates": search.pace.candidates,
-            "signatures": search.pace.regressors,
-            "seconds": search.pace.seconds,
-            "candidates_per_second": search.pace.candidates / search.pace.seconds,
-        },
-    }
-    document["summary"] = summary(search, before, noise)
-    return document
+        n_candidates=len(scan.trials),
+        n_signatures=scan.n_tried,
+        pace=SearchPace(
+            models=search.pace.models,
+            candidates=search.pace.candidates,
+            signatures=search.pace.regressors,
+            seconds=search.pace.seconds,
+            candidates_per_second=search.pace.candidates / search.pace.seconds,
+        ),
+        summary=summary(search, before, noise),
+        superfluous=[],
+        evidence=[],
+        fit_id="",
+        key="",
+    )
 
 
 def _explained(search: Search, before: Rms, after: Rms) -> float | None:
     """Return the share of the avoidable error that goes; of all the error where no noise is known to be unavoidable."""
     if search.after is not None:
         return search.explained
-    first, last = before["translation"], after["translation"]
+    first, last = before.translation, after.translation
     return 1.0 - (last / first) ** 2 if first and last is not None else None
 
 
@@ -136,63 +141,58 @@ def _after_choosing(scan: Scan, before: Rms) -> Rms:
     """Return the unseen error with the choice repeated in every fold, scaled from whitened squares."""
     squares, base = float(chosen_in_every_fold(scan).sum()), float(np.trace(scan.base.nested))
     factor = math.sqrt(max(squares, 0.0) / base) if base > 0.0 else 1.0
-    return {kind: None if value is None else value * factor for kind, value in before.items()}
+    return Rms.of({kind: None if value is None else value * factor for kind, value in before.items()})
 
 
-def _findings(search: Search, before: Rms, noise: Rms | None) -> list[dict[str, Any]]:
+def _findings(search: Search, before: Rms) -> list[Finding]:
     """Return the ranking for the next single step, best first."""
     scan = search.first
-    near = near_best(scan)
-    names = [one.candidate.name for one in near]
+    near = [trial.candidate for trial in near_best(scan)]
+    names = [candidate.name for candidate in near]
     shares = confidence(scan)
     after_choosing = _after_choosing(scan, before)
     ranked = sorted(
-        scan.trials, key=lambda one: names.index(one.candidate.name) if one.candidate.name in names else len(names)
+        scan.trials,
+        key=lambda trial: names.index(trial.candidate.name) if trial.candidate.name in names else len(names),
     )
-    documents = []
-    for place, trial in enumerate(ranked):
-        judgement = judge(scan, trial)
-        leads = place == 0 and bool(near)
-        if leads:
-            judgement = judge_choice(scan, trial)
-        verdict = "rejected"
-        if judgement.supported:
-            verdict = "supported" if leads else "possible"
+    findings = []
+    for rank, trial in enumerate(ranked):
+        leads = rank == 0 and bool(near)
+        judgement = judge_choice(scan, trial) if leads else judge(scan, trial)
+        name = trial.candidate.name
         after = left_out_rms(scan, trial)
-        alternatives = [
-            one.candidate for one in near if one.candidate.name in names and one.candidate.name != trial.candidate.name
-        ] if trial.candidate.name in names else []  # fmt: skip
+        alternatives = [candidate for candidate in near if candidate.name != name] if name in names else []
         explanation = None
-        if verdict != "rejected":
-            explanation = explain(scan, trial, before["translation"], after["translation"], alternatives)
-        documents.append(
-            {
-                **candidate_document(trial.candidate),
-                "verdict": verdict,
-                "explains": _explains(scan, trial),
-                "size_m": size_at_tool(scan, trial),
-                "p_value": judgement.p_value,
-                "heldout_rms_before": before,
-                "heldout_rms_after": after,
-                "heldout_rms_after_choosing": after_choosing if leads else None,
-                "confidence": shares.get(trial.candidate.name, 0.0),
-                "parameters": [
-                    {"symbol": symbol, "value": finite(value), "unit": trial.candidate.effect.spec(symbol).unit}
-                    for symbol, value in fitted_values(trial).items()
-                ],
-                "alternatives": [candidate_document(one) for one in alternatives],
-                "why": explanation.text if explanation is not None else _why_rejected(scan, trial),
-                "evidence": {
-                    "seen": explanation.seen,
-                    "means": explanation.means,
-                    "alike": explanation.alike,
-                    "check": explanation.check,
-                }
-                if explanation is not None
-                else None,
-            }
+        if judgement.supported:
+            explanation = explain(scan, trial, before.translation, after.translation, alternatives)
+        at = effect_at(trial.candidate)
+        findings.append(
+            Finding(
+                effect=at.effect,
+                where=at.where,
+                verdict="rejected" if not judgement.supported else "supported" if leads else "possible",
+                explains=_explains(scan, trial),
+                size_m=size_at_tool(scan, trial),
+                p_value=judgement.p_value,
+                heldout_rms_before=before,
+                heldout_rms_after=after,
+                heldout_rms_after_choosing=after_choosing if leads else None,
+                confidence=shares.get(name, 0.0),
+                parameters=_parameters(trial),
+                alternatives=[effect_at(candidate) for candidate in alternatives],
+                why=explanation.text if explanation is not None else _why_rejected(scan, trial),
+                evidence=explanation,
+            )
         )
-    return documents
+    return findings
+
+
+def _parameters(trial: Trial) -> list[CandidateParameter]:
+    effect = trial.candidate.effect
+    return [
+        CandidateParameter(symbol=symbol, value=finite(value), unit=effect.spec(symbol).unit)
+        for symbol, value in fitted_values(trial).items()
+    ]
 
 
 def _explains(scan: Scan, trial: Trial) -> float | None:
@@ -236,8 +236,8 @@ def _named(found: MissingEffect) -> str:
 
 def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     """Return the answer in one or two sentences."""
-    error = before["translation"] or 0.0
-    floor = noise["translation"] if noise is not None else None
+    error = before.translation or 0.0
+    floor = noise.translation if noise is not None else None
     against = f"{1e3 * error:.3g} mm in unseen poses" + (f", noise {1e3 * floor:.3g} mm" if floor else "")
     if not search.tried and search.before is None:
         return f"Nothing is supported; without a known noise nobody can say whether that is good enough ({against})."

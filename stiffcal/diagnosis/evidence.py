@@ -23,6 +23,7 @@ from stiffcal.identification.observation import ParameterColumn, free_columns
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.identification.rows import GAUGE, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import members_of
+from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.varying import varies
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, ParameterRole
@@ -51,7 +52,7 @@ class EffectEvidence:
     value : (n,) the driver.
     before, after : (n,) m or rad, residual in unseen poses without and with the effect; NaN where nothing can be read.
     law : (n,) m or rad, what the effect adds in the same direction, counted from the weight-only state.
-    rms_before, rms_after : {"translation", "rotation"} m and rad, of the whole residual vector in unseen poses.
+    rms_before, rms_after : of the whole residual vector in unseen poses.
     by_run : (run number, rms before, rms after) of the same kind as ``before``, m or rad.
     """
 
@@ -65,8 +66,8 @@ class EffectEvidence:
     before: Floats
     after: Floats
     law: Floats
-    rms_before: dict[str, float | None]
-    rms_after: dict[str, float | None]
+    rms_before: Rms
+    rms_after: Rms
     by_run: tuple[tuple[int, float, float], ...]
 
 
@@ -121,7 +122,7 @@ def _evidence(
     return EffectEvidence(
         one, covariate, unit, bool(data.rotational[rows][0]), lever, data.index, value,
         _along(direction, before, rows), _along(direction, after, rows), law,
-        rms_of(before, data), rms_of(after, data), _by_run(data.run, before[rows], after[rows]),
+        Rms.of(rms_of(before, data)), Rms.of(rms_of(after, data)), _by_run(data.run, before[rows], after[rows]),
     )  # fmt: skip
 
 

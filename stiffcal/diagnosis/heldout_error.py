@@ -9,6 +9,7 @@ from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.observation import free_columns
 from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.validation.heldout import corrected_for_freedom, heldout_residuals
 from stiffcal.validation.validate import rms_of
@@ -31,15 +32,15 @@ def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
     return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 
 
-def left_out_rms(scan: Scan, trial: Trial | None) -> dict[str, float | None]:
-    """Return the rms in unseen poses, m and rad."""
-    return rms_of(left_out_residual(scan, trial), scan.fit.data)
+def left_out_rms(scan: Scan, trial: Trial | None) -> Rms:
+    """Return the rms in unseen poses."""
+    return Rms.of(rms_of(left_out_residual(scan, trial), scan.fit.data))
 
 
-def fitted_rms(states: LoadStates, fit: Fit) -> dict[str, float | None]:
-    """Return a fit's rms in unseen poses, m and rad."""
+def fitted_rms(states: LoadStates, fit: Fit) -> Rms:
+    """Return a fit's rms in unseen poses."""
     heldout = heldout_residuals(states, fit)
-    return rms_of(heldout.residual, heldout.data)
+    return Rms.of(rms_of(heldout.residual, heldout.data))
 
 
 def contribution(scan: Scan, trial: Trial) -> Floats:

@@ -15,7 +15,7 @@ from itertools import combinations
 
 import numpy as np
 
-from stiffcal.diagnosis.candidates import Candidate, UntestableEffect, list_candidates
+from stiffcal.diagnosis.candidates import Candidate, list_candidates
 from stiffcal.diagnosis.judge import (
     Judgement,
     LackOfFit,
@@ -27,6 +27,7 @@ from stiffcal.diagnosis.judge import (
     possible_values,
 )
 from stiffcal.diagnosis.pairs import best_pair
+from stiffcal.diagnosis.results import UntestableEffect
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial, scan_candidates
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.sufficient import sufficient_alone

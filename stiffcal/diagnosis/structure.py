@@ -13,6 +13,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.judge import f_tail
+from stiffcal.diagnosis.results import ResidualDependence
 from stiffcal.diagnosis.scan import Scan
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P
 from stiffcal.identification.least_squares import run_edges, triangular_of_rows
@@ -23,22 +24,6 @@ from stiffcal.reduction.load_cycles import LOADING, UNLOADING, find_load_cycles
 
 # Below this share nothing is said to be followed.
 LEAST_SHARE = 0.1
-
-
-@dataclass(frozen=True)
-class ResidualDependence:
-    """Something that the residual follows.
-
-    Attributes
-    ----------
-    what : "joint angle", "load", "branch", "time" or "temperature".
-    share : of the residual's avoidable squares.
-    words : what was seen.
-    """
-
-    what: str
-    share: float
-    words: str
 
 
 def what_it_follows(scan: Scan, states: LoadStates) -> list[ResidualDependence]:
@@ -63,8 +48,8 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[ResidualDependence]:
             continue
         share = float(np.clip((taken - by_chance) / avoidable, 0.0, 1.0))
         if share > LEAST_SHARE:
-            found.append(ResidualDependence(family.what, share, family.words))
-    return sorted(found, key=lambda one: -one.share)
+            found.append(ResidualDependence(follows=family.what, share=share, seen=family.words))
+    return sorted(found, key=lambda dependence: -(dependence.share or 0.0))
 
 
 @dataclass(frozen=True)

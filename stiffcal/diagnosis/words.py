@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import poses_helped, size_at_tool
 from stiffcal.diagnosis.judge import fitted_values
+from stiffcal.diagnosis.results import Explanation
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.model.effect import Place
 
@@ -36,29 +36,6 @@ def candidate_in_words(candidate: Candidate) -> str:
     return f"{candidate.effect.name} of {place_in_words(candidate.place)}"
 
 
-@dataclass(frozen=True)
-class Explanation:
-    """A finding, explained.
-
-    Attributes
-    ----------
-    seen : what was seen, with numbers.
-    means : what it means.
-    alike : what else could look the same.
-    check : how to check it on the machine.
-    """
-
-    seen: str
-    means: str
-    alike: str
-    check: str
-
-    @property
-    def text(self) -> str:
-        """All of it, in one paragraph."""
-        return " ".join(part for part in (self.seen, self.means, self.alike, self.check) if part)
-
-
 def explain(
     scan: Scan, trial: Trial, before: float | None, after: float | None, alike: Sequence[Candidate]
 ) -> Explanation:
@@ -84,7 +61,7 @@ def explain(
         listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
         other = f"In these poses and loads {listed} would look the same."
     check = f"To check on the machine: {effect.how_to_check}" if effect.how_to_check else ""
-    return Explanation(seen, means, other, check)
+    return Explanation(seen=seen, means=means, alike=other, check=check)
 
 
 def _values_in_words(trial: Trial) -> str:

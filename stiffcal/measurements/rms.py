@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Annotated, TypeAlias
 
@@ -27,9 +28,35 @@ class Rms:
     motor_angle: Applicable = None
     """rad, of clamped runs."""
 
+    @classmethod
+    def of(cls, measures: Mapping[str, Number]) -> Rms:
+        """Return what is given by name of the measure, None where one applies and is not known.
+
+        Examples
+        --------
+        >>> list(Rms.of({"translation": 1e-4, "rotation": None, "length": None}).items())
+        [('translation', 0.0001), ('rotation', None), ('length', None)]
+        """
+        always = ("translation", "rotation")
+        return cls(
+            **{name: math.nan if value is None and name not in always else value for name, value in measures.items()}
+        )
+
     def items(self) -> Iterator[tuple[str, Number]]:
         """Return the measures that apply, by name."""
         for field in fields(self):
             value: Number = getattr(self, field.name)
             if value is not None or field.name in ("translation", "rotation"):
                 yield field.name, None if value is None or value != value else value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VarianceRatio:
+    """What a model leaves against the scatter of repeats."""
+
+    statistic: Number
+    """F, or the reduced χ²."""
+    dof: list[Number]
+    """Degrees of freedom of both sides; null where one is known exactly."""
+    p_value: Number
+    """Probability of so large a ratio by chance."""

@@ -28,10 +28,6 @@ class UntrustedEffect:
     effect: str
     needs: str
 
-    def as_document(self) -> dict[str, str]:
-        """Return the entry of ``not_tried``."""
-        return {"effect": self.effect, "needs": self.needs}
-
 
 def plugin_code(campaign: Campaign) -> PluginCode:
     """Read the campaign's own code; as `read_plugins`."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from stiffcal.documents import OrAbsent
+
+if TYPE_CHECKING:
+    from stiffcal.model.effect import Place
 
 Balance: TypeAlias = Literal["deformed", "first-order"]
 
@@ -22,11 +25,30 @@ class Where:
     pairs: OrAbsent[list[list[int]]] = None
     """Numbers of two joints each."""
 
+    @classmethod
+    def of(cls, place: Place) -> Where:
+        """Return a place as results name it."""
+        if place.kind == "joints":
+            return cls(joints=list(place.joints))
+        if place.kind == "pairs":
+            return cls(pairs=[list(place.joints)])
+        return cls(links=[place.link]) if place.kind == "links" else cls()
+
     def items(self) -> Iterator[tuple[str, list[Any]]]:
         """Return the places by their kind, as far as there are any."""
         for kind, places in (("joints", self.joints), ("links", self.links), ("pairs", self.pairs)):
             if places:
                 yield kind, places
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectAt:
+    """An effect at a place."""
+
+    effect: str
+    """Its name."""
+    where: Where
+    """Its place."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.compensation.predict_result import LoadPath
+from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
+from stiffcal.model.summary import EffectAt
 
 Strings = NDArray[np.str_]
 Document: TypeAlias = dict[str, Any]
@@ -232,52 +234,46 @@ class EffectPicture:
 
 @dataclass(frozen=True)
 class EvidenceFigure:
-    """The residual in unseen poses against what drives an effect, without and with it (n load states).
+    """The residual in unseen poses against what drives an effect, without and with it (n load states)."""
 
-    Attributes
-    ----------
-    effect, where : which effect, and its place as in the interface's ``where``.
-    missing : True where the model lacks it, False where the model holds it.
-    driver, unit : what the residual is drawn against.
-    rotational : residuals in rad instead of m.
-    lever : m, mean lever with which turns at the place were multiplied; None where residuals are projected as they are.
-    value : (n,) the driver.
-    before, after : (n,) m or rad, residual without and with the effect; NaN where nothing can be read.
-    branch : (n,) "loading", "unloading" or "".
-    run : (n,) the runs' names; states of a run in the order in which they were reached.
-    path_run : the run whose path is drawn, for effects with a memory; "" for others.
-    rms_before, rms_after : ``{translation, rotation}`` of the whole residual.
-    by_run : (run, rms before, rms after), m or rad.
-    summary, fingerprint, check : the catalogue's words.
-    seen : what was seen, with numbers; "" where no diagnosis says it.
-    alternatives : look-alikes, ``{effect, where}`` each.
-    parameters : ``{name, value, std, unit}`` of the effect as fitted, SI.
-    picture : what such an effect does, on a simple example; None where it cannot be drawn.
-    """
-
-    effect: str
-    where: Document
-    missing: bool
-    covariate: str
-    unit: str
-    rotational: bool
-    lever: float | None
+    evidence: EffectEvidenceSummary
+    """Which effect, what the residual is drawn against, and the errors."""
     value: Floats
+    """(n,) the driver, in its unit."""
     before: Floats
+    """(n,) m or rad, residual without the effect; NaN where nothing can be read."""
     after: Floats
+    """(n,) m or rad, residual with the effect; NaN where nothing can be read."""
     branch: Strings
+    """(n,) "loading", "unloading" or ""."""
     run: Strings
-    path_run: str
-    rms_before: Document
-    rms_after: Document
-    by_run: tuple[tuple[str, float, float], ...]
+    """(n,) the runs' names; states of a run in the order in which they were reached."""
+    path_run: str = ""
+    """The run whose path is drawn, for effects with a memory; "" for others."""
     summary: str = ""
+    """What the effect is, as the catalogue has it."""
     fingerprint: str = ""
+    """How it shows in data, as the catalogue has it."""
     check: str = ""
+    """How to check it on the machine, as the catalogue has it."""
     seen: str = ""
-    alternatives: tuple[Document, ...] = ()
+    """What was seen, with numbers; "" where no diagnosis has found it."""
+    alternatives: tuple[EffectAt, ...] = ()
+    """Look-alikes."""
     parameters: tuple[Document, ...] = ()
+    """``{name, value, std, unit}`` of the effect as fitted, SI."""
     picture: EffectPicture | None = None
+    """What such an effect does, on a simple example; None where it cannot be drawn."""
+
+    @property
+    def missing(self) -> bool:
+        """True where the model lacks the effect, False where it holds it."""
+        return self.evidence.status == "missing"
+
+    @property
+    def rotational(self) -> bool:
+        """True where residuals are in rad, False where they are in m."""
+        return self.evidence.component == "rotation"
 
 
 @dataclass(frozen=True)
@@ -295,9 +291,9 @@ class ReportContent:
     set_aside : what was not used and why.
     covariates : what residuals are to be plotted against, most telling first.
     load_paths : predicted paths of loads.
-    diagnose : the `diagnose` document of the present fit; None where there is none.
+    diagnose : what `diagnose` answers of the present fit; None where there is no such answer.
     not_diagnosed : why there is none, in words.
-    earlier_diagnoses : shortened documents of the diagnoses that led to the present model, oldest first.
+    earlier_diagnoses : the diagnoses that led to the present model, oldest first.
     evidence : what speaks for each effect that is missing, or in the model beyond the joints' compliances.
     extra : documents and arrays of later sections, by section name.
     """
@@ -314,8 +310,8 @@ class ReportContent:
     set_aside: tuple[SetAside, ...] = ()
     covariates: tuple[ResidualCovariate, ...] = ()
     load_paths: tuple[LoadPath, ...] = ()
-    diagnose: Document | None = None
+    diagnose: DiagnoseResult | None = None
     not_diagnosed: str = "the model has not been diagnosed yet: run “stiffcal diagnose”"
-    earlier_diagnoses: tuple[Document, ...] = ()
+    earlier_diagnoses: tuple[EarlierDiagnosis, ...] = ()
     evidence: tuple[EvidenceFigure, ...] = ()
     extra: dict[str, Any] = field(default_factory=dict)

@@ -6,12 +6,28 @@ Everything comes in SI units; what is not known is a dash, never a zero.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from stiffcal.measurements.rms import Rms
+    from stiffcal.model.summary import Where
 
 DASH = "–"
 _NARROW_SPACE = "\u202f"
 MOST_WRITTEN_OUT = 15  # digits before the point; a double holds no more
+
+
+class Placed(Protocol):
+    """A result that names an effect and its place."""
+
+    @property
+    def effect(self) -> str:
+        """The effect's name."""
+
+    @property
+    def where(self) -> Where:
+        """Its place."""
 
 
 def digits(value: float | None, significant: int = 3) -> str:
@@ -68,8 +84,8 @@ def angle(radians: float | None) -> str:
     return DASH if radians is None or not math.isfinite(radians) else f"{digits(radians * 1e3)} mrad"
 
 
-def both(measure: dict[str, Any] | None) -> str:
-    """Write the interface's ``{translation, rotation}`` in one phrase.
+def both(measure: Rms | Mapping[str, Any] | None) -> str:
+    """Write an error ``{translation, rotation, …}`` in one phrase.
 
     Examples
     --------
@@ -78,23 +94,22 @@ def both(measure: dict[str, Any] | None) -> str:
     >>> both({"translation": 4.17e-5, "rotation": None}), both(None)
     ('41.7 µm', '–')
     """
-    if not measure:
-        return DASH
-    parts = [length(measure.get("translation"))] if measure.get("translation") is not None else []
-    if measure.get("rotation") is not None:
-        parts.append(angle(measure["rotation"]))
-    if measure.get("length") is not None:
-        parts.append(f"{length(measure['length'])} at the rods")
-    if measure.get("motor_angle") is not None:
-        parts.append(f"{angle(measure['motor_angle'])} of the motors")
-    if measure.get("torque") is not None:
-        parts.append(f"{digits(float(measure['torque']))} N·m")
+    known = {} if not measure else {name: value for name, value in measure.items() if value is not None}
+    parts = [length(known["translation"])] if "translation" in known else []
+    if "rotation" in known:
+        parts.append(angle(known["rotation"]))
+    if "length" in known:
+        parts.append(f"{length(known['length'])} at the rods")
+    if "motor_angle" in known:
+        parts.append(f"{angle(known['motor_angle'])} of the motors")
+    if "torque" in known:
+        parts.append(f"{digits(float(known['torque']))} N·m")
     return " and ".join(parts) or DASH
 
 
-def part(measure: dict[str, Any] | None, key: str) -> float | None:
+def part(measure: Rms | Mapping[str, Any] | None, key: str) -> float | None:
     """Take one entry of ``{translation, rotation, …}``, None where it is missing or null."""
-    value = measure.get(key) if measure else None
+    value = dict(measure.items()).get(key) if measure else None
     return None if value is None else float(value)
 
 
@@ -150,8 +165,8 @@ def listing(names: Iterable[str], limit: int = 12) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else DASH
 
 
-def place(where: dict[str, Any]) -> str:
-    """Write the interface's ``where`` in words.
+def place(where: Where | Mapping[str, Sequence[Any]]) -> str:
+    """Write a ``where`` in words.
 
     Examples
     --------
@@ -166,6 +181,11 @@ def place(where: dict[str, Any]) -> str:
             noun = key[:-1] if len(members) == 1 and key.endswith("s") else key
             words.append(f"{noun} {_ranges(members)}")
     return "; ".join(words) or "set-up"
+
+
+def effect_at(effect: Placed) -> str:
+    """Write an effect with its place."""
+    return f"{effect.effect} ({place(effect.where)})"
 
 
 def _ranges(members: Sequence[Any]) -> str:

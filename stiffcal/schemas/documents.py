@@ -11,6 +11,7 @@ from stiffcal.batch.document import Batch
 from stiffcal.compensation.compensate_result import CompensateResult
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
+from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.documents import schema_of
 from stiffcal.validation.compare_result import CompareResult
 from stiffcal.workflow.check_results import CheckResult
@@ -24,9 +25,9 @@ from stiffcal.workflow.command_results import (
     ReportResult,
     SimulateResult,
 )
-from stiffcal.workflow.diagnosis_documents import Diagnose, Improve
 from stiffcal.workflow.documents import Error, Identify, Ingest, Validate
 from stiffcal.workflow.history_results import HistoryResult
+from stiffcal.workflow.improve_results import ImproveResult
 from stiffcal.workflow.trust_documents import Trust
 
 DOCUMENTS: dict[str, Any] = {
@@ -37,8 +38,8 @@ DOCUMENTS: dict[str, Any] = {
     "map": MapResult,
     "compensate": CompensateResult,
     "ingest": Ingest,
-    "diagnose": Diagnose,
-    "improve": Improve,
+    "diagnose": DiagnoseResult,
+    "improve": ImproveResult,
     "compare": CompareResult,
     "check": CheckResult,
     "run": Run,

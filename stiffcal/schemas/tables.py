@@ -31,6 +31,7 @@ from stiffcal.ingest.recording_tables import recording_table
 from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.markers import Markers
+from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.rods import BeamProperties, rods_between
 from stiffcal.measurements.tables import states_table
 from stiffcal.model.catalogue import built_in_effects
@@ -198,7 +199,7 @@ def _recording() -> pa.Table:
 
 def _evidence() -> EffectEvidence:
     effect = built_in_effects()["joint-compliance"]
-    rms: dict[str, float | None] = {"translation": 0.0, "rotation": 0.0}
+    rms = Rms(0.0, 0.0)
     placed = PlacedEffect(effect, Place("joints", (1,)))
     return EffectEvidence(placed, "", "1", False, None, _FIRST, _ONE, _ONE, _ONE, _ONE, rms, rms, ())
 

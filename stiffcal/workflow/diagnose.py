@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from stiffcal.documents import document_of, section_of
+from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, SeparatingMeasurement, UntestableEffect
+from stiffcal.documents import Origin, document_of, section_of
 from stiffcal.experiments.results import HeldoutSection
+from stiffcal.measurements.rms import Rms, VarianceRatio
+from stiffcal.store.document_shape import result_from
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, diagnoses_with, evidence_of
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import (
@@ -22,13 +26,12 @@ from stiffcal.workflow.steps import (
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.search import Search
-    from stiffcal.experiments.friction.results import FrictionLackOfFit
 
 DIAGNOSE = "diagnose"
 NOT_JUDGED = HeldoutSection(scheme="none", n_readings=0, rms={}, noise={}, zero_model={})
 
 
-def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Document:
+def diagnose_campaign(folder: Path, context: RunContext | None = None) -> DiagnoseResult:
     """Diagnose the present model.
 
     Parameters
@@ -38,8 +41,8 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Docume
 
     Returns
     -------
-    dict
-        The `diagnose` document (interface, section 4). Where nothing has changed since the last diagnosis, that one's.
+    DiagnoseResult
+        Where nothing has changed since the last diagnosis, that one's.
 
     Raises
     ------
@@ -48,35 +51,36 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Docume
     context = context or RunContext()
     data = ingested(folder, context)
     identified = fitted(data, context)
-    key = diagnosis_key(data, identified)
-    stored = stored_document(data.store, DIAGNOSE)
-    if stored is not None and stored.get("key") == key and "evidence" in stored:
-        return stored | {"origin": data.store.origin_of(DIAGNOSE)}
+    stored, _ = current_diagnosis(data, identified)
+    if stored is not None:
+        return replace(stored, origin=cast(Origin, data.store.origin_of(DIAGNOSE)))
+    made = {"fit_id": identified["fit_id"], "key": diagnosis_key(data, identified)}
     if len(data.states) == 0:
-        document = without_states(data, identified, context)
-        document |= {"evidence": [], "fit_id": identified["fit_id"], "key": key}
-        data.commit({}, {DIAGNOSE: document}, command="diagnose")
-        return document | {"origin": data.origin}
+        diagnosis = replace(without_states(data, identified, context), **made)
+        data.commit({}, {DIAGNOSE: document_of(diagnosis)}, command="diagnose")
+        return replace(diagnosis, origin=cast(Origin, data.origin))
     search = search_now(data, str(identified["loss"]), context)
-    document = diagnosis_of(data, search)
+    diagnosis = diagnosis_of(data, search)
     context.progress("gathering the evidence", 0.9)
-    table, entries = evidence_of(data, search)
-    document |= {"evidence": entries, "fit_id": identified["fit_id"], "key": key}
+    table, evidence = evidence_of(data, search)
+    diagnosis = replace(diagnosis, evidence=evidence, **made)
     data.commit(
         {EVIDENCE: table},
-        lambda stored: {DIAGNOSE: document, DIAGNOSES: diagnoses_with(stored(DIAGNOSES), data, document)},
+        lambda stored: {
+            DIAGNOSE: document_of(diagnosis),
+            DIAGNOSES: diagnoses_with(stored(DIAGNOSES), data, diagnosis),
+        },
         command="diagnose",
     )
-    return document | {"origin": data.origin}
+    return replace(diagnosis, origin=cast(Origin, data.origin))
 
 
-def without_states(data: Ingested, identified: Document, context: RunContext) -> Document:
-    """Return the document of a campaign without load states: nothing to search, but whether each law fits its data.
+def without_states(data: Ingested, identified: Document, context: RunContext) -> DiagnoseResult:
+    """Return the diagnosis of a campaign without load states: nothing to search, but whether each law fits its data.
 
     A law is adequate where the error in unseen poses or at unseen speeds stays within 1.05 times the scatter of
     repeats, or above it by no more than chance (p above 0.01), or, as an angle, within the encoder's step.
     """
-    from stiffcal.diagnosis.document import SCHEMA
     from stiffcal.experiments.clamped.results import ClampedSection
     from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.workflow.validate import validated
@@ -86,7 +90,7 @@ def without_states(data: Ingested, identified: Document, context: RunContext) ->
     clamped = section_of(ClampedSection, identified, "clamped")
     lack = None if friction is None else friction.lack_of_fit
     steps = [] if clamped is None else [run.encoder_step for run in clamped.runs if run.used]
-    held: list[tuple[str, str, str, FrictionLackOfFit | None, float]] = [
+    held: list[tuple[str, str, str, VarianceRatio | None, float]] = [
         ("clamped", "Torque over angle", "in poses left out", None, max(steps, default=0.0)),
         ("friction", "Friction", "at unseen speeds", lack, 0.0),
     ]
@@ -99,30 +103,31 @@ def without_states(data: Ingested, identified: Document, context: RunContext) ->
             fits.append(True if step else fit)
             words.append(_fit_sentence(name, where, fits[-1], judged, step))
     adequate = None if not fits or None in fits else all(fits)
-    nothing = {"translation": None, "rotation": None}
-    return {
-        "schema": SCHEMA,
-        "warnings": list(validation["warnings"]),
-        "adequate": adequate,
-        "noise": validation["noise"],
-        "rms": validation["rms"],
-        "lack_of_fit": None if lack is None else document_of(lack),
-        "missing": [],
-        "could_be": [],
-        "findings": [],
-        "superfluous": [],
-        "next_measurement": None,
-        "not_tried": [{"effect": "every effect that bends the robot", "needs": "load states"}],
-        "unexplained": None if adequate is None else not adequate,
-        "structure": [],
-        "heldout_rms_after_choosing": nothing,
-        "parameters_with_missing": [],
-        "pace": {"models": 0, "candidates": 0, "signatures": 0, "seconds": 0.0, "candidates_per_second": 0.0},
-        "summary": f"The campaign holds no load states, so no effect is searched for. {' '.join(words)}",
-    }
+    return DiagnoseResult(
+        warnings=list(validation["warnings"]),
+        adequate=adequate,
+        noise=None if validation["noise"] is None else Rms.of(validation["noise"]),
+        rms=Rms.of(validation["rms"]),
+        lack_of_fit=lack,
+        missing=[],
+        could_be=[],
+        findings=[],
+        next_measurement=None,
+        not_tried=[UntestableEffect("every effect that bends the robot", "load states")],
+        unexplained=None if adequate is None else not adequate,
+        structure=[],
+        heldout_rms_after_choosing=Rms(None, None),
+        parameters_with_missing=[],
+        pace=SearchPace(models=0, candidates=0, signatures=0, seconds=0.0, candidates_per_second=0.0),
+        summary=f"The campaign holds no load states, so no effect is searched for. {' '.join(words)}",
+        superfluous=[],
+        evidence=[],
+        fit_id="",
+        key="",
+    )
 
 
-def _law_fits(judged: HeldoutSection, lack: FrictionLackOfFit | None) -> bool | None:
+def _law_fits(judged: HeldoutSection, lack: VarianceRatio | None) -> bool | None:
     """Return whether what a law leaves unseen is no more than noise; None where that cannot be judged.
 
     Parameters
@@ -170,15 +175,15 @@ def _fit_sentence(name: str, where: str, fits: bool | None, judged: HeldoutSecti
     )
 
 
-def current_diagnosis(data: Ingested, identified: Document) -> tuple[Document | None, str]:
+def current_diagnosis(data: Ingested, identified: Document) -> tuple[DiagnoseResult | None, str]:
     """Return the stored diagnosis where it is of the present fit; else None, and why in words."""
     stored = stored_document(data.store, DIAGNOSE)
     if stored is None:
         return None, "the model has not been diagnosed yet: run “stiffcal diagnose”"
-    if stored.get("key") != diagnosis_key(data, identified) or "evidence" not in stored:
+    if stored.get("key") != diagnosis_key(data, identified):
         of_fit = f" (it is of fit {stored['fit_id']})" if stored.get("fit_id") != identified["fit_id"] else ""
         return None, f"the last diagnosis is stale{of_fit}: run “stiffcal diagnose” again"
-    return stored, ""
+    return result_from(DiagnoseResult, stored, data.store.shown, DIAGNOSE), ""
 
 
 def diagnosis_key(data: Ingested, identified: Document) -> str:
@@ -202,10 +207,10 @@ def search_now(data: Ingested, loss: str, context: RunContext) -> Search:
     return search_missing(data.states, placed_robot(campaign), catalogue, settings, context.progress)
 
 
-def diagnosis_of(data: Ingested, search: Search) -> Document:
-    """Return the document of a search, with what the present model holds and does not need."""
+def diagnosis_of(data: Ingested, search: Search) -> DiagnoseResult:
+    """Return what a search found, with what the present model holds and does not need."""
     from stiffcal.campaign.model_file import default_model
-    from stiffcal.diagnosis.document import candidate_document, diagnosis_document
+    from stiffcal.diagnosis.document import diagnosis_result, effect_at
     from stiffcal.diagnosis.redundant import redundant_effects
     from stiffcal.diagnosis.search import SearchContext
     from stiffcal.identification.identify import Settings, fit_problem
@@ -221,23 +226,24 @@ def diagnosis_of(data: Ingested, search: Search) -> Document:
         Settings(fixed=fixed_parameters(campaign.model)),
     )
     basic = [entry.type for entry in default_model(campaign.chain.n_joints).effects]
-    extra = redundant_effects(bench, present, basic)
-    document = diagnosis_document(data.states, search)
-    return document | {
-        "not_tried": [*document["not_tried"], *(effect.as_document() for effect in untrusted)],
-        "superfluous": [candidate_document(one) for one in extra],
-        "next_measurement": _next_measurement(data, search),
-    }
+    redundant = redundant_effects(bench, present, basic)
+    diagnosis = diagnosis_result(data.states, search)
+    return replace(
+        diagnosis,
+        not_tried=[*diagnosis.not_tried, *(UntestableEffect(effect.effect, effect.needs) for effect in untrusted)],
+        superfluous=[effect_at(candidate) for candidate in redundant],
+        next_measurement=_next_measurement(data, search),
+    )
 
 
-def _next_measurement(data: Ingested, search: Search) -> Document | None:
+def _next_measurement(data: Ingested, search: Search) -> SeparatingMeasurement | None:
     """Return the pose and load that would separate the first missing effect from the nearest look-alike it can.
 
     None where no load would show a difference beyond the noise: creep that is over at once is compliance.
     """
     import numpy as np
 
-    from stiffcal.diagnosis.document import candidate_document, look_alike_pairs
+    from stiffcal.diagnosis.document import effect_at, look_alike_pairs
     from stiffcal.diagnosis.heldout_error import with_values_of
     from stiffcal.identification.document import finite
     from stiffcal.planning.separate import separating_measurement
@@ -245,14 +251,14 @@ def _next_measurement(data: Ingested, search: Search) -> Document | None:
     scan, states = search.first, data.states
     noise = scan.fit.noise.translation if scan.fit.noise is not None else 0.0
     for pair in look_alike_pairs(search):
-        one, other = (with_values_of(scan, trial) for trial in pair)
-        found = separating_measurement(one, other, states.setup, states.joints, states.wrench, noise)
-        if found is not None and (noise == 0.0 or found.gain >= 1.0):
-            return {
-                "pose_deg": np.degrees(found.joints).tolist(),
-                "load": found.wrench.tolist(),
-                "separates": [candidate_document(trial.candidate) for trial in pair],
-                "gain": finite(found.gain),
-                "difference_m": found.difference,
-            }
+        first, second = (with_values_of(scan, trial) for trial in pair)
+        separation = separating_measurement(first, second, states.setup, states.joints, states.wrench, noise)
+        if separation is not None and (noise == 0.0 or separation.gain >= 1.0):
+            return SeparatingMeasurement(
+                pose_deg=np.degrees(separation.joints).tolist(),
+                load=separation.wrench.tolist(),
+                separates=[effect_at(trial.candidate) for trial in pair],
+                gain=finite(separation.gain),
+                difference_m=separation.difference,
+            )
     return None

@@ -6,10 +6,14 @@ The table ``evidence`` holds one row per effect and load state; outside stiffcal
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, RunErrors
+from stiffcal.documents import document_of
+from stiffcal.model.summary import Where
 from stiffcal.workflow.steps import Document, Ingested, key_of_table
 
 if TYPE_CHECKING:
@@ -17,15 +21,17 @@ if TYPE_CHECKING:
     from stiffcal.diagnosis.search import Search
     from stiffcal.measurements.load_states import LoadStates
 
+Columns: TypeAlias = dict[str, Any]
+"""The columns of a table by name, arrays of one length."""
+
 EVIDENCE, DIAGNOSES = "evidence", "diagnoses"
 # A report shows no more pages of evidence than these; a model seldom needs as many effects beyond its joints.
 MOST_SHOWN = 12
 # Of a diagnosis that a later one has replaced, so many ranks are kept.
 RANKS_KEPT = 8
-KEPT = ("fit_id", "summary", "missing", "next_measurement", "rms", "noise", "heldout_rms_with_missing")
 
 
-def evidence_of(data: Ingested, search: Search) -> tuple[dict[str, Any], list[Document]]:
+def evidence_of(data: Ingested, search: Search) -> tuple[Columns, list[EffectEvidenceSummary]]:
     """Gather the evidence of every effect that is missing, and of those in the model beyond the basic ones.
 
     Parameters
@@ -35,8 +41,8 @@ def evidence_of(data: Ingested, search: Search) -> tuple[dict[str, Any], list[Do
 
     Returns
     -------
-    The columns of the table ``evidence``, and one entry per effect for the document: effect, where, ``status``
-    ("missing" or "in the model"), what it is drawn against, and its errors with and without.
+    columns : of the table ``evidence``.
+    summaries : one per effect.
     """
     from stiffcal.campaign.model_file import default_model
     from stiffcal.diagnosis.evidence import evidence_for
@@ -56,32 +62,34 @@ def evidence_of(data: Ingested, search: Search) -> tuple[dict[str, Any], list[Do
     order = [name for name in missing if name in found]
     order += sorted((name for name in found if name not in order), key=lambda name: -_rms_reduction(found[name]))
     shown = {name: found[name] for name in order[:MOST_SHOWN]}
-    entries = [_entry(data, one, "missing" if name in missing else "in the model") for name, one in shown.items()]
-    return evidence_columns(data.states, shown), entries
+    summaries = [_summary(data, evidence, name in missing) for name, evidence in shown.items()]
+    return evidence_columns(data.states, shown), summaries
 
 
-def _rms_reduction(one: EffectEvidence) -> float:
-    key = "rotation" if one.rotational else "translation"
-    return (one.rms_before[key] or 0.0) - (one.rms_after[key] or 0.0)
+def _rms_reduction(evidence: EffectEvidence) -> float:
+    before, after = evidence.rms_before, evidence.rms_after
+    if evidence.rotational:
+        return (before.rotation or 0.0) - (after.rotation or 0.0)
+    return (before.translation or 0.0) - (after.translation or 0.0)
 
 
-def _entry(data: Ingested, one: EffectEvidence, status: str) -> Document:
+def _summary(data: Ingested, evidence: EffectEvidence, missing: bool) -> EffectEvidenceSummary:
     names = [info.name for info in data.states.runs]
-    return {
-        "effect": one.placed.effect.name,
-        "where": one.placed.place.as_where(),
-        "status": status,
-        "driver": one.covariate,
-        "unit": one.unit,
-        "component": "rotation" if one.rotational else "translation",
-        "lever": one.lever,
-        "heldout_rms_before": one.rms_before,
-        "heldout_rms_after": one.rms_after,
-        "by_run": [{"label": names[run], "before": before, "after": after} for run, before, after in one.by_run],
-    }
+    return EffectEvidenceSummary(
+        effect=evidence.placed.effect.name,
+        where=Where.of(evidence.placed.place),
+        status="missing" if missing else "in the model",
+        driver=evidence.covariate,
+        unit=evidence.unit,
+        component="rotation" if evidence.rotational else "translation",
+        lever=evidence.lever,
+        heldout_rms_before=evidence.rms_before,
+        heldout_rms_after=evidence.rms_after,
+        by_run=[RunErrors(label=names[run], before=before, after=after) for run, before, after in evidence.by_run],
+    )
 
 
-def evidence_columns(states: LoadStates, shown: Mapping[str, EffectEvidence]) -> dict[str, Any]:
+def evidence_columns(states: LoadStates, shown: Mapping[str, EffectEvidence]) -> Columns:
     """Return the table's columns: rows of one effect stand together, in the order of the entries.
 
     Parameters
@@ -117,15 +125,20 @@ def evidence_columns(states: LoadStates, shown: Mapping[str, EffectEvidence]) ->
     }
 
 
-def diagnoses_with(stored: Document | None, data: Ingested, document: Document) -> Document:
-    """Return the earlier diagnoses of these same load states with this one appended; a fit's later one counts."""
+def diagnoses_with(stored: Document | None, data: Ingested, diagnosis: DiagnoseResult) -> Document:
+    """Return the stored diagnoses of these same load states with this one appended; a fit's later one counts."""
     states = key_of_table(data.table)
     earlier = [] if stored is None else stored["entries"]
-    entries = [row for row in earlier if row.get("states_key") == states and row.get("fit_id") != document["fit_id"]]
-    kept: Document = {name: document.get(name) for name in KEPT}
-    ranks = [_without_words(one) for one in document["findings"][:RANKS_KEPT]]
-    return {"entries": [*entries, {**kept, "states_key": states, "findings": ranks}]}
-
-
-def _without_words(finding: Document) -> Document:
-    return {name: value for name, value in finding.items() if name != "why"}
+    entries = [row for row in earlier if row.get("states_key") == states and row.get("fit_id") != diagnosis.fit_id]
+    kept = EarlierDiagnosis(
+        fit_id=diagnosis.fit_id,
+        summary=diagnosis.summary,
+        missing=diagnosis.missing,
+        next_measurement=diagnosis.next_measurement,
+        rms=diagnosis.rms,
+        noise=diagnosis.noise,
+        heldout_rms_with_missing=diagnosis.heldout_rms_with_missing,
+        states_key=states,
+        findings=[replace(finding, why="") for finding in diagnosis.findings[:RANKS_KEPT]],
+    )
+    return {"entries": [*entries, document_of(kept)]}

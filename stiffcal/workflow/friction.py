@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
-from stiffcal.experiments.friction.results import FrictionLackOfFit, FrictionSection
+from stiffcal.experiments.friction.results import FrictionSection
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.parts import FREE_MOTION, FRICTION
+from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.workflow.experiments import ExperimentFit, ExperimentValidation
 from stiffcal.workflow.friction_documents import (
     bearing_frictions,
@@ -186,14 +187,14 @@ def _nothing_identified(data: Ingested, placed: tuple[PlacedEffect, ...]) -> Exp
     )
 
 
-def _lack_of_fit(fit: FrictionFit) -> FrictionLackOfFit | None:
+def _lack_of_fit(fit: FrictionFit) -> VarianceRatio | None:
     """Return what is left against what repeats scatter; None where these are too few."""
     from scipy.special import chdtrc
 
     if fit.reduced_chi2 is None:
         return None
     p_value = float(chdtrc(fit.dof, fit.dof * fit.reduced_chi2))
-    return FrictionLackOfFit(statistic=fit.reduced_chi2, dof=[fit.dof, None], p_value=p_value)
+    return VarianceRatio(statistic=fit.reduced_chi2, dof=[fit.dof, None], p_value=p_value)
 
 
 def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:

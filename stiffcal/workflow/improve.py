@@ -5,23 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from stiffcal.documents import document_of
+from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import EffectAt, ModelSummary, Where
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.steps import Document, RunContext
+from stiffcal.workflow.improve_results import Action, ImproveResult, ImproveStep
+from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.validate import validate_campaign
 
-SCHEMA = "stiffcal/improve/1"
 # More rungs than effects that a diagnosis looks for: the loop ends by itself long before.
 MOST_STEPS = 12
 
-Ask = Callable[[Document], bool]
+Ask = Callable[[ProposedEffect], bool]
 
 
-def always(step: Document) -> bool:
-    """Agree to every step."""
+def always(effect: ProposedEffect) -> bool:
+    """Agree to every effect."""
     return True
 
 
@@ -30,8 +32,8 @@ def improve_campaign(
     context: RunContext | None = None,
     ask: Ask = always,
     dry_run: bool = False,
-    told: Callable[[Document], None] | None = None,
-) -> Document:
+    notify_step: Callable[[ImproveStep], None] | None = None,
+) -> ImproveResult:
     """Add what is missing, one effect after another, each followed by a fit and its error in unseen poses.
 
     Parameters
@@ -40,117 +42,107 @@ def improve_campaign(
     context : store, progress and so on.
     ask : asked before each step; the loop stops where it says no.
     dry_run : only say what would be added.
-    told : told each rung of the ladder as it is reached.
+    notify_step : called with each rung of the ladder as it is reached.
 
     Returns
     -------
-    dict
-        The `improve` document (interface, section 4).
+    ImproveResult
+        Each rung of the ladder, and what the last diagnosis found.
 
     Raises
     ------
     InputError : the input is wrong.
     """
     context = context or RunContext()
-    ladder = _Ladder(folder, context, told)
-    ladder.reached("start", None, {})
+    ladder = _Ladder(folder, context, notify_step)
+    ladder.reached("start", None, Where())
     diagnosed = diagnose_campaign(folder, context)
     if dry_run:
-        ladder.steps += [_would_add(one) for one in diagnosed["missing"]]
+        ladder.steps += [_would_add(effect) for effect in diagnosed.missing]
     else:
         diagnosed = _climb(ladder, diagnosed, ask)
     judged = validate_campaign(folder, context)
-    return {
-        "schema": SCHEMA,
-        "warnings": list(diagnosed["warnings"]),
-        "steps": ladder.steps,
-        "model": _present_model(folder, context),
-        "adequate": diagnosed["adequate"],
-        "unexplained": diagnosed["unexplained"],
-        "missing": diagnosed["missing"],
-        "structure": diagnosed["structure"],
-        "summary": diagnosed["summary"],
-        "heldout_rms": judged["rms"],
-        "noise": judged["noise"],
-    }
+    return ImproveResult(
+        warnings=list(diagnosed.warnings),
+        steps=ladder.steps,
+        model=_present_model(folder),
+        adequate=diagnosed.adequate,
+        unexplained=diagnosed.unexplained,
+        missing=diagnosed.missing,
+        structure=diagnosed.structure,
+        summary=diagnosed.summary,
+        heldout_rms=Rms.of(judged["rms"]),
+        noise=None if judged["noise"] is None else Rms.of(judged["noise"]),
+    )
 
 
 @dataclass
 class _Ladder:
-    """The rungs reached so far, each a change of the model with the error in unseen poses after it.
-
-    Attributes
-    ----------
-    folder, means, told : as `improve_campaign` was given them.
-    steps : the rungs, first the model as it was.
-    """
+    """The rungs reached so far, each a change of the model with the error in unseen poses after it."""
 
     folder: Path
+    """The campaign's."""
     context: RunContext
-    told: Callable[[Document], None] | None
-    steps: list[Document] = field(default_factory=list)
+    notify_step: Callable[[ImproveStep], None] | None
+    """Called with each rung as it is reached."""
+    steps: list[ImproveStep] = field(default_factory=list)
+    """The rungs, first the model as it was."""
 
-    def reached(self, action: str, effect: str | None, where: Any) -> None:
+    def reached(self, action: Action, effect: str | None, where: Where) -> None:
         """Judge the present model and note what was done to get there."""
         judged = validate_campaign(self.folder, self.context)
-        step = {
-            "action": action,
-            "effect": effect,
-            "where": where,
-            "heldout_rms": judged["rms"],
-            "noise": judged["noise"],
-            "zero_model": judged["zero_model"],
-        }
+        step = ImproveStep(
+            action=action,
+            effect=effect,
+            where=where,
+            heldout_rms=Rms.of(judged["rms"]),
+            noise=None if judged["noise"] is None else Rms.of(judged["noise"]),
+            zero_model=Rms.of(judged["zero_model"]),
+        )
         self.steps.append(step)
-        if self.told is not None:
-            self.told(step)
+        if self.notify_step is not None:
+            self.notify_step(step)
 
-    def edit(self, action: Literal["add", "remove"], change: Document) -> None:
+    def edit(self, action: Literal["add", "remove"], change: ProposedEffect | EffectAt) -> None:
         """Change the model, and judge it."""
-        edit_model(self.folder, action, change["effect"], where=places_as_words(change["where"]))
-        self.reached(action, change["effect"], change["where"])
+        edit_model(self.folder, action, change.effect, where=places_as_words(change.where))
+        self.reached(action, change.effect, change.where)
 
 
-def _climb(ladder: _Ladder, diagnosed: Document, ask: Ask) -> Document:
+def _climb(ladder: _Ladder, diagnosed: DiagnoseResult, ask: Ask) -> DiagnoseResult:
     """Add what is missing until nothing is, or the answer is no; return the last diagnosis."""
     for _ in range(MOST_STEPS):
-        if not diagnosed["missing"] or not ask(diagnosed["missing"][0]):
+        if not diagnosed.missing or not ask(diagnosed.missing[0]):
             break
-        ladder.edit("add", diagnosed["missing"][0])
+        ladder.edit("add", diagnosed.missing[0])
         diagnosed = diagnose_campaign(ladder.folder, ladder.context)
-        for one in diagnosed.get("superfluous", []):
-            ladder.edit("remove", one)
+        for redundant in diagnosed.superfluous:
+            ladder.edit("remove", redundant)
     return diagnosed
 
 
-def _would_add(proposal: Document) -> Document:
+def _would_add(effect: ProposedEffect) -> ImproveStep:
     """Return the rung of a dry run: nothing is changed, so nothing is known of the error."""
-    return {
-        "action": "would add",
-        "effect": proposal["effect"],
-        "where": proposal["where"],
-        "heldout_rms": None,
-        "noise": None,
-    }
+    return ImproveStep(action="would add", effect=effect.effect, where=effect.where, heldout_rms=None, noise=None)
 
 
-def places_as_words(where: Document) -> dict[str, str | None]:
+def places_as_words(where: Where) -> dict[str, str | None]:
     """Return places as the command line takes them.
 
     Examples
     --------
-    >>> places_as_words({"pairs": [[5, 6]]})["pairs"]
+    >>> places_as_words(Where(pairs=[[5, 6]]))["pairs"]
     '5-6'
     """
     return {
-        "joints": ",".join(str(joint) for joint in where.get("joints", [])) or None,
-        "links": ",".join(where.get("links", [])) or None,
-        "pairs": ",".join(f"{a}-{b}" for a, b in where.get("pairs", [])) or None,
+        "joints": ",".join(str(joint) for joint in where.joints or []) or None,
+        "links": ",".join(where.links or []) or None,
+        "pairs": ",".join(f"{first}-{second}" for first, second in where.pairs or []) or None,
     }
 
 
-def _present_model(folder: Path, context: RunContext) -> Document:
+def _present_model(folder: Path) -> ModelSummary:
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.workflow.history import model_of
 
-    return document_of(model_of(load_campaign(Path(folder), check_files=False).model))
+    return model_of(load_campaign(Path(folder), check_files=False).model)

@@ -1,4 +1,4 @@
-"""What the report shows of a diagnosis: the document, those that led to it, and the evidence of each effect."""
+"""What the report shows of a diagnosis: the result, those that led to it, and the evidence of each effect."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, ProposedEffect
+from stiffcal.documents import document_of
+from stiffcal.model.summary import EffectAt
 from stiffcal.report.content import EvidenceFigure
+from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.diagnose import current_diagnosis
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE
@@ -14,103 +18,106 @@ from stiffcal.workflow.steps import Document, Ingested, key_of_table, stored_doc
 
 
 def diagnosis_content(data: Ingested, identified: Document) -> dict[str, Any]:
-    """Return the fields of `ReportContent` that speak of a diagnosis.
+    """Return the fields of `ReportContent` that are of a diagnosis.
 
     Parameters
     ----------
     data : the campaign.
     identified : the `identify` document of the present fit.
     """
-    document, reason = current_diagnosis(data, identified)
-    if document is None:
+    diagnosis, reason = current_diagnosis(data, identified)
+    if diagnosis is None:
         return {"not_diagnosed": reason}
-    earlier = _earlier(data, document)
+    earlier = _earlier(data, diagnosis)
     return {
-        "diagnose": document,
+        "diagnose": diagnosis,
         "earlier_diagnoses": earlier,
-        "evidence": tuple(_evidence(data, document, identified, earlier)),
+        "evidence": tuple(_evidence(data, diagnosis, identified, earlier)),
     }
 
 
-def _earlier(data: Ingested, document: Document) -> tuple[Document, ...]:
+def _earlier(data: Ingested, diagnosis: DiagnoseResult) -> tuple[EarlierDiagnosis, ...]:
     """Return the diagnoses of these states that proposed what the model holds now."""
     stored = stored_document(data.store, DIAGNOSES) or {"entries": []}
     states = key_of_table(data.table)
-    in_model = {(one["effect"], str(one["where"])) for one in document["evidence"] if one["status"] == "in the model"}
+    in_model = [evidence for evidence in diagnosis.evidence if evidence.status == "in the model"]
+    entries = (
+        result_from(EarlierDiagnosis, entry, data.store.shown, DIAGNOSES)
+        for entry in stored["entries"]
+        if entry["states_key"] == states
+    )
     return tuple(
-        one
-        for one in stored["entries"]
-        if one["states_key"] == states
-        and (data.origin == FOREIGN or one.get("origin") != FOREIGN)
-        and one["fit_id"] != document["fit_id"]
-        and any((each["effect"], str(each["where"])) in in_model for each in one["missing"])
+        entry
+        for entry in entries
+        if (data.origin == FOREIGN or entry.origin != FOREIGN)
+        and entry.fit_id != diagnosis.fit_id
+        and any(_same(proposed, evidence) for proposed in entry.missing for evidence in in_model)
     )
 
 
 def _evidence(
-    data: Ingested, document: Document, identified: Document, earlier: tuple[Document, ...]
+    data: Ingested, diagnosis: DiagnoseResult, identified: Document, earlier: tuple[EarlierDiagnosis, ...]
 ) -> list[EvidenceFigure]:
     from stiffcal.model.campaign_effects import all_effects
     from stiffcal.store import values_of
     from stiffcal.workflow.effect_pictures import effect_picture
 
-    if not document["evidence"]:
+    if not diagnosis.evidence:
         return []
     table = data.store.read_table(EVIDENCE)
     columns = {name: np.asarray(values_of(table.column(name))) for name in ("entry", "driver", "before", "after")}
     branch, run = (np.array(table.column(name).to_pylist(), dtype=np.str_) for name in ("branch", "run"))
     catalogue, _ = all_effects(data.campaign)
-    found = []
-    for number, entry in enumerate(document["evidence"]):
-        part = columns["entry"] == number
-        effect = catalogue[entry["effect"]]
-        named = _named(entry, document, earlier)
-        fitted = document["parameters_with_missing"] if entry["status"] == "missing" else identified["parameters"]
-        found.append(
+    figures = []
+    for number, evidence in enumerate(diagnosis.evidence):
+        rows = columns["entry"] == number
+        effect = catalogue[evidence.effect]
+        seen, alternatives = _as_proposed(evidence, diagnosis, earlier)
+        fitted = diagnosis.parameters_with_missing if evidence.status == "missing" else identified["parameters"]
+        where = document_of(evidence.where)
+        figures.append(
             EvidenceFigure(
-                effect=entry["effect"],
-                where=entry["where"],
-                missing=entry["status"] == "missing",
-                covariate=entry["driver"],
-                unit=entry["unit"],
-                rotational=entry["component"] == "rotation",
-                lever=entry["lever"],
-                value=columns["driver"][part],
-                before=columns["before"][part],
-                after=columns["after"][part],
-                branch=branch[part],
-                run=run[part],
-                path_run=_most_significant_run(entry) if effect.has_memory else "",
-                rms_before=entry["heldout_rms_before"],
-                rms_after=entry["heldout_rms_after"],
-                by_run=tuple((one["label"], one["before"], one["after"]) for one in entry["by_run"]),
+                evidence=evidence,
+                value=columns["driver"][rows],
+                before=columns["before"][rows],
+                after=columns["after"][rows],
+                branch=branch[rows],
+                run=run[rows],
+                path_run=_most_significant_run(evidence) if effect.has_memory else "",
                 summary=effect.summary,
                 fingerprint=effect.fingerprint,
                 check=effect.how_to_check,
-                seen=named["seen"],
-                alternatives=tuple(named["alternatives"]),
-                parameters=tuple(one for one in fitted if _same(one, entry)),
+                seen=seen,
+                alternatives=alternatives,
+                parameters=tuple(
+                    parameter
+                    for parameter in fitted
+                    if parameter["effect"] == evidence.effect and parameter["where"] == where
+                ),
                 picture=effect_picture(effect),
             )
         )
-    return found
+    return figures
 
 
-def _most_significant_run(entry: Document) -> str:
+def _most_significant_run(evidence: EffectEvidenceSummary) -> str:
     """Return the run in which the effect takes away most."""
-    return str(max(entry["by_run"], key=lambda one: one["before"] - one["after"])["label"])
+    return max(evidence.by_run, key=lambda run: run.before - run.after).label
 
 
-def _same(one: Document, other: Document) -> bool:
-    return bool(one["effect"] == other["effect"] and one["where"] == other["where"])
+def _same(proposed: ProposedEffect, evidence: EffectEvidenceSummary) -> bool:
+    return proposed.effect == evidence.effect and proposed.where == evidence.where
 
 
-def _named(entry: Document, document: Document, earlier: tuple[Document, ...]) -> Document:
-    """Return what the diagnosis that named an effect saw, and which look-alikes it gave."""
-    for diagnosis in (document, *reversed(earlier)):
-        for missing in diagnosis["missing"]:
-            if _same(missing, entry):
-                finding = next((one for one in diagnosis["findings"] if _same(one, entry)), None)
-                words = (finding or {}).get("evidence") or {}
-                return {"seen": words.get("seen", ""), "alternatives": missing["alternatives"]}
-    return {"seen": "", "alternatives": []}
+def _as_proposed(
+    evidence: EffectEvidenceSummary, diagnosis: DiagnoseResult, earlier: tuple[EarlierDiagnosis, ...]
+) -> tuple[str, tuple[EffectAt, ...]]:
+    """Return what the diagnosis that proposed an effect found, in words, and its look-alikes."""
+    sources: list[DiagnoseResult | EarlierDiagnosis] = [diagnosis, *reversed(earlier)]
+    for source in sources:
+        for proposed in source.missing:
+            if _same(proposed, evidence):
+                finding = source.finding_of(proposed)
+                explanation = None if finding is None else finding.evidence
+                return "" if explanation is None else explanation.seen, tuple(proposed.alternatives)
+    return "", ()

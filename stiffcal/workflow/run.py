@@ -30,7 +30,7 @@ def run_campaign(folder: Path, context: RunContext | None = None) -> Document:
     checked = document_of(check_campaign(folder, progress=context.progress))
     identified = identify_campaign(folder, context)
     validation = validate_campaign(folder, context)
-    diagnosis = diagnose_campaign(folder, context)
+    diagnosis = document_of(diagnose_campaign(folder, context))
     report = report_campaign(folder, context)
     steps = (checked, identified, validation, diagnosis)
     return {

@@ -70,12 +70,13 @@ _SCHEMAS = {"history": "stiffcal/history/1", "load_paths": "stiffcal/load-paths/
 @cache
 def _document_types() -> dict[str, tuple[Any, str]]:
     """Return the type and the schema of each document by name; imported only where somebody else's are read."""
+    from stiffcal.diagnosis.results import DiagnoseResult
     from stiffcal.workflow import stored_types as types
 
     return {
         "identify": (types.StoredIdentify, "stiffcal/identify/1"),
         "validate": (types.StoredValidate, "stiffcal/validate/1"),
-        "diagnose": (types.StoredDiagnose, "stiffcal/diagnose/1"),
+        "diagnose": (DiagnoseResult, "stiffcal/diagnose/1"),
         "ingest": (types.Ingest, "stiffcal/ingest/1"),
         "provenance": (StoredProvenance, "stiffcal/provenance/1"),
         "report": (types.ReportMade, "stiffcal/report-made/1"),
@@ -85,7 +86,7 @@ def _document_types() -> dict[str, tuple[Any, str]]:
 @cache
 def _entry_types() -> dict[str, Any]:
     from stiffcal.compensation.predict_result import LoadPath
-    from stiffcal.workflow import stored_types as types
+    from stiffcal.diagnosis.results import EarlierDiagnosis
     from stiffcal.workflow.history_results import StoredFit
 
-    return {"history": StoredFit, "load_paths": LoadPath, "diagnoses": types.EarlierDiagnosis}
+    return {"history": StoredFit, "load_paths": LoadPath, "diagnoses": EarlierDiagnosis}

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, NotRequired
+from typing import Literal
 
 from typing_extensions import TypedDict
 
-from stiffcal.workflow.diagnosis_documents import Diagnose, Missing
-from stiffcal.workflow.document_types import Number, Rms
+from stiffcal.workflow.document_types import Number
 from stiffcal.workflow.documents import Identify, Ingest, Validate
 
 __all__ = ["Ingest"]
@@ -30,30 +29,8 @@ class StoredValidate(Validate):
     fit_id: str
 
 
-class StoredDiagnose(Diagnose):
-    """A diagnosis of the fit ``fit_id``, with what speaks for each effect."""
-
-    key: str
-    fit_id: str
-    evidence: list[dict[str, Any]]
-
-
 class ReportMade(TypedDict):
     """Of which results the PDF is."""
 
     key: str
     sha256: str
-
-
-class EarlierDiagnosis(TypedDict):
-    """What is kept of a diagnosis that a later one has replaced."""
-
-    fit_id: str
-    summary: str
-    missing: list[Missing]
-    rms: Rms
-    noise: Rms | None
-    states_key: str
-    findings: list[dict[str, Any]]
-    next_measurement: NotRequired[dict[str, Any] | None]
-    heldout_rms_with_missing: NotRequired[Rms | None]

@@ -75,7 +75,7 @@ def test_other_effects_are_read_along_what_they_add(effect: str, place: Place, u
     assert found.unit == unit
     assert found.lever is None
     assert np.isfinite(found.value[np.isfinite(found.before)]).all()
-    assert (found.rms_after["translation"] or 0.0) < (found.rms_before["translation"] or 0.0)
+    assert (found.rms_after.translation or 0.0) < (found.rms_before.translation or 0.0)
     read = np.isfinite(found.before)
     assert found.law[read].min() >= 0.0
     # A driver without a sign has the residual along what is added: before it rises, afterwards it does not.
@@ -85,7 +85,7 @@ def test_other_effects_are_read_along_what_they_add(effect: str, place: Place, u
 def test_runs_add_up() -> None:
     """The errors run by run make the whole error, and every state is there once."""
     found, _ = evidence("backlash", Place("joints", (4,)))
-    key = "rotation" if found.rotational else "translation"
+    stated = found.rms_after.rotation if found.rotational else found.rms_after.translation
     whole = np.sqrt(np.mean([after**2 for _, _, after in found.by_run]))
-    assert whole == pytest.approx(found.rms_after[key], rel=0.05)
+    assert whole == pytest.approx(stated, rel=0.05)
     assert len(np.unique(found.index)) == len(found.index) == len(found.value) == len(found.after)

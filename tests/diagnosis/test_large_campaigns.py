@@ -11,7 +11,7 @@ import stiffcal.diagnosis.scoring
 import stiffcal.identification.least_squares
 import stiffcal.identification.projection
 import stiffcal.identification.regressors
-from stiffcal.diagnosis.document import diagnosis_document
+from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.scan import Scan, scan_candidates
 from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.structure import what_it_follows
@@ -55,14 +55,15 @@ def test_a_diagnosis_is_the_same_when_signatures_are_not_kept(monkeypatch: pytes
     monkeypatch.setattr(stiffcal.diagnosis.scoring, "NUMBERS_AT_ONCE", 200)
     pieces = search_missing(states, robot, catalogue)
     assert all(isinstance(trial.regressor, StoredRegressor) for trial in pieces.first.trials)
-    expected, found = diagnosis_document(states, whole), diagnosis_document(states, pieces)
-    assert [one["effect"] for one in found["missing"]] == ["backlash"]
-    assert found["missing"] == expected["missing"]
-    for mine, other in zip(found["findings"], expected["findings"], strict=True):
-        assert (mine["effect"], mine["where"], mine["verdict"]) == (other["effect"], other["where"], other["verdict"])
+    expected, found = diagnosis_result(states, whole), diagnosis_result(states, pieces)
+    assert [effect.effect for effect in found.missing] == ["backlash"]
+    assert found.missing == expected.missing
+    for mine, other in zip(found.findings, expected.findings, strict=True):
+        assert (mine.effect, mine.where, mine.verdict) == (other.effect, other.where, other.verdict)
         for key in ("size_m", "p_value", "explains", "confidence"):
-            assert mine[key] == pytest.approx(other[key], rel=1e-6, abs=1e-12)
-        assert mine["heldout_rms_after"] == pytest.approx(other["heldout_rms_after"], rel=1e-9)
+            assert getattr(mine, key) == pytest.approx(getattr(other, key), rel=1e-6, abs=1e-12)
+        after = dict(mine.heldout_rms_after.items())
+        assert after == pytest.approx(dict(other.heldout_rms_after.items()), rel=1e-9)
 
 
 def test_memory_of_the_search_for_structure_grows_with_the_states() -> None:
@@ -97,7 +98,7 @@ def test_structure_run_by_run_is_that_of_all_runs_together() -> None:
     by_chance = count * max(1.0, rest / scan.dof)
     avoidable = total - scan.dof if scan.fit.noise is not None else total
     share = (total - rest - by_chance) / avoidable
-    found = {one.what: one.share for one in what_it_follows(scan, states)}
+    found = {one.follows: one.share for one in what_it_follows(scan, states)}
     assert found["joint angle"] == pytest.approx(min(share, 1.0), rel=1e-9)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.document import diagnosis_document
+from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.search import Search, search_missing
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.reduction.outliers import reject_outliers
@@ -52,7 +52,7 @@ def test_noise_that_lingers_from_reading_to_reading_is_noise() -> None:
     # 8 runs of 25 readings of three components: 600 numbers tell a correlation to 0.03; lag five is not yet the end.
     assert found.after.lingers == pytest.approx(0.6, abs=0.1)
     assert found.after.adequate
-    assert any("linger" in warning for warning in diagnosis_document(states, found)["warnings"])
+    assert any("linger" in warning for warning in diagnosis_result(states, found).warnings)
 
 
 def test_a_target_that_wanders_off_is_not() -> None:
@@ -92,6 +92,6 @@ def test_a_stated_noise_too_small_is_said_and_a_structure_is_still_told_from_it(
     assert found.after is not None
     assert not found.after.adequate
     assert found.unexplained == spoilt
-    told = diagnosis_document(seen, found)
-    assert ("sigma in campaign.toml" in " ".join(told["warnings"])) == (not spoilt)
-    assert ("larger than stated" in told["summary"]) == (not spoilt)
+    diagnosis = diagnosis_result(seen, found)
+    assert ("sigma in campaign.toml" in " ".join(diagnosis.warnings)) == (not spoilt)
+    assert ("larger than stated" in diagnosis.summary) == (not spoilt)

@@ -9,9 +9,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.document import diagnosis_document
+from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.search import Search, SearchContext, one_for_two, search_missing, with_trial
+from stiffcal.documents import document_of
 from stiffcal.errors import no_progress
 from stiffcal.identification.identify import Settings, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
@@ -48,11 +49,11 @@ def test_nothing_is_missing_where_nothing_is() -> None:
     states, search = searched("nothing")
     assert search.found == ()
     assert not search.unexplained
-    document = diagnosis_document(states, search)
-    assert document["adequate"] is True
-    assert document["missing"] == []
-    assert not [one for one in document["findings"] if one["verdict"] == "supported"]
-    assert document["summary"].startswith("Nothing is missing")
+    diagnosis = diagnosis_result(states, search)
+    assert diagnosis.adequate is True
+    assert diagnosis.missing == []
+    assert not [finding for finding in diagnosis.findings if finding.verdict == "supported"]
+    assert diagnosis.summary.startswith("Nothing is missing")
 
 
 @pytest.mark.parametrize(
@@ -69,13 +70,13 @@ def test_a_hidden_effect_is_named(name: str, effect: str, place: str) -> None:
     assert search.after is not None
     assert search.after.adequate
     assert search.explained > 0.95
-    document = diagnosis_document(states, search)
-    json.dumps(document, allow_nan=False)
-    assert document["adequate"] is False
-    first = document["findings"][0]
-    assert first["verdict"] == "supported"
-    assert "mm" in first["why"]
-    assert first["heldout_rms_after"]["translation"] < first["heldout_rms_before"]["translation"]
+    diagnosis = diagnosis_result(states, search)
+    json.dumps(document_of(diagnosis), allow_nan=False)
+    assert diagnosis.adequate is False
+    first = diagnosis.findings[0]
+    assert first.verdict == "supported"
+    assert "mm" in first.why
+    assert (first.heldout_rms_after.translation or 0.0) < (first.heldout_rms_before.translation or 0.0)
 
 
 def test_one_effect_takes_the_place_of_two() -> None:
@@ -125,9 +126,9 @@ def test_what_is_not_in_the_catalogue_is_unexplained() -> None:
     assert search.unexplained
     assert search.found == ()
     assert search.could_be == ()
-    document = diagnosis_document(mixed, search)
-    assert document["unexplained"] is True
-    assert any(one["follows"] == "joint angle" for one in document["structure"])
+    diagnosis = diagnosis_result(mixed, search)
+    assert diagnosis.unexplained is True
+    assert any(dependence.follows == "joint angle" for dependence in diagnosis.structure)
 
 
 def test_a_pair_that_shows_only_together() -> None:

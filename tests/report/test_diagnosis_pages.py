@@ -9,6 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.diagnosis.results import (
+    DiagnoseResult,
+    EffectEvidenceSummary,
+    Finding,
+    ProposedEffect,
+    ResidualDependence,
+    RunErrors,
+    SearchPace,
+    SeparatingMeasurement,
+    UntestableEffect,
+)
+from stiffcal.measurements.rms import Rms, VarianceRatio
+from stiffcal.model.summary import EffectAt, Where
 from stiffcal.report import wording
 from stiffcal.report.blocks import Items, LeftOut, Paragraph, Picture, ReportSection, TableBlock
 from stiffcal.report.content import EffectPicture, EvidenceFigure, ReportContent
@@ -18,58 +31,71 @@ from stiffcal.report.figures.ladder import ladder_rungs
 from stiffcal.report.sections import diagnosis, evidence, next_measurement, ranking
 from tests.laboratory.report_content import made_up_content
 
-BACKLASH = {"effect": "backlash", "where": {"joints": [4]}}
-HYSTERESIS = {"effect": "friction-hysteresis", "where": {"joints": [4]}}
+BACKLASH = EffectAt(effect="backlash", where=Where(joints=[4]))
+HYSTERESIS = EffectAt(effect="friction-hysteresis", where=Where(joints=[4]))
 
 
-def finding(**changes: Any) -> dict[str, Any]:
-    return BACKLASH | {
-        "verdict": "supported", "explains": 0.98, "size_m": 1.1e-4, "p_value": 1e-30, "confidence": 1.0,
-        "heldout_rms_before": {"translation": 1.2e-4, "rotation": None},
-        "heldout_rms_after": {"translation": 2.9e-5, "rotation": None},
-        "heldout_rms_after_choosing": {"translation": 3e-5, "rotation": None},
-        "parameters": [], "alternatives": [HYSTERESIS], "why": "",
-    } | changes  # fmt: skip
+def proposed(*alternatives: EffectAt) -> ProposedEffect:
+    return ProposedEffect(effect=BACKLASH.effect, where=BACKLASH.where, alternatives=list(alternatives))
 
 
-def document(**changes: Any) -> dict[str, Any]:
-    return {
-        "summary": "Missing: backlash of joint 4 (0.116 mm in unseen poses, noise 0.0286 mm).", "adequate": False,
-        "noise": {"translation": 2.86e-5, "rotation": None}, "rms": {"translation": 1.16e-4, "rotation": None},
-        "lack_of_fit": {"statistic": 16.0, "dof": [3456.0, 1386.0], "p_value": 1e-40},
-        "missing": [BACKLASH | {"alternatives": [HYSTERESIS]}], "findings": [finding()],
-        "next_measurement": {
-            "pose_deg": [10.0, -20.0, 30.0], "load": [100.0, 0.0, 0.0, 0.0, 0.0, 0.0], "gain": 12.0,
-            "separates": [BACKLASH, HYSTERESIS], "difference_m": 3.4e-4,
-        },
-        "not_tried": [{"effect": "joint-friction", "needs": "friction runs"}], "unexplained": False, "structure": [],
-        "heldout_rms_with_missing": {"translation": 2.9e-5, "rotation": None}, "explained_by_missing": 0.99,
-        "superfluous": [], "n_candidates": 87,
-    } | changes  # fmt: skip
+def finding() -> Finding:
+    return Finding(
+        effect=BACKLASH.effect, where=BACKLASH.where, verdict="supported", explains=0.98, size_m=1.1e-4, p_value=1e-30,
+        confidence=1.0, heldout_rms_before=Rms(1.2e-4, None), heldout_rms_after=Rms(2.9e-5, None),
+        heldout_rms_after_choosing=Rms(3e-5, None), parameters=[], alternatives=[HYSTERESIS],
+    )  # fmt: skip
 
 
-def shown(**changes: Any) -> EvidenceFigure:
-    torque = np.linspace(-100.0, 100.0, 41)
-    before = 1e-4 * np.sign(torque) - 1e-6 * torque
-    before[3] = np.nan
-    x = np.linspace(-1.0, 1.0, 21)
-    picture = EffectPicture("backlash", "force [N]", "deflection [mm]", x, x, x + np.sign(x), x < -2.0, "What it does.")
+def diagnosed(**changes: Any) -> DiagnoseResult:
     return replace(
-        EvidenceFigure(
-            effect="backlash", where={"joints": [4]}, missing=True, covariate="torque on joint 4", unit="N·m",
-            rotational=False, lever=0.19, value=torque, before=before, after=0.1 * before,
-            branch=np.where(torque > 0.0, "loading", "unloading"), run=np.full(41, "pose01"), path_run="",
-            rms_before={"translation": 1.16e-4, "rotation": None}, rms_after={"translation": 2.9e-5, "rotation": None},
-            by_run=(("pose01", 1e-4, 3e-5), ("pose02", 1.2e-4, 2.8e-5)), summary="lost motion", seen="It jumps.",
-            alternatives=(HYSTERESIS,), picture=picture,
-            parameters=({"name": "backlash.j4.width", "value": 1.8e-3, "std": 9e-6, "unit": "rad"},),
+        DiagnoseResult(
+            summary="Missing: backlash of joint 4 (0.116 mm in unseen poses, noise 0.0286 mm).", adequate=False,
+            noise=Rms(2.86e-5, None), rms=Rms(1.16e-4, None),
+            lack_of_fit=VarianceRatio(statistic=16.0, dof=[3456.0, 1386.0], p_value=1e-40),
+            missing=[proposed(HYSTERESIS)], could_be=[], findings=[finding()],
+            next_measurement=SeparatingMeasurement(
+                pose_deg=[10.0, -20.0, 30.0], load=[100.0, 0.0, 0.0, 0.0, 0.0, 0.0], gain=12.0,
+                separates=[BACKLASH, HYSTERESIS], difference_m=3.4e-4,
+            ),
+            not_tried=[UntestableEffect("joint-friction", "friction runs")], unexplained=False, structure=[],
+            heldout_rms_with_missing=Rms(2.9e-5, None), explained_by_missing=0.99, n_candidates=87,
+            heldout_rms_after_choosing=Rms(3e-5, None), parameters_with_missing=[], superfluous=[], evidence=[],
+            pace=SearchPace(models=1, candidates=87, signatures=87, seconds=1.0, candidates_per_second=87.0),
+            warnings=[], fit_id="1", key="",
         ),
         **changes,
     )  # fmt: skip
 
 
+def shown(**changes: Any) -> EvidenceFigure:
+    """Return a figure, with changes of its own fields and of those of what it shows."""
+    torque = np.linspace(-100.0, 100.0, 41)
+    before = 1e-4 * np.sign(torque) - 1e-6 * torque
+    before[3] = np.nan
+    x = np.linspace(-1.0, 1.0, 21)
+    picture = EffectPicture("backlash", "force [N]", "deflection [mm]", x, x, x + np.sign(x), x < -2.0, "What it does.")
+    errors = [("pose01", 1e-4, 3e-5), ("pose02", 1.2e-4, 2.8e-5)]
+    evidence = EffectEvidenceSummary(
+        effect="backlash", where=BACKLASH.where, status="missing", driver="torque on joint 4", unit="N·m",
+        component="translation", lever=0.19, heldout_rms_before=Rms(1.16e-4, None), heldout_rms_after=Rms(2.9e-5, None),
+        by_run=[RunErrors(label=run, before=without, after=with_it) for run, without, with_it in errors],
+    )  # fmt: skip
+    own = {name: value for name, value in changes.items() if name in ("picture", "path_run")}
+    return replace(
+        EvidenceFigure(
+            evidence=replace(evidence, **{name: value for name, value in changes.items() if name not in own}),
+            value=torque, before=before, after=0.1 * before, run=np.full(41, "pose01"),
+            branch=np.where(torque > 0.0, "loading", "unloading"), summary="lost motion", seen="It jumps.",
+            alternatives=(HYSTERESIS,), picture=picture,
+            parameters=({"name": "backlash.j4.width", "value": 1.8e-3, "std": 9e-6, "unit": "rad"},),
+        ),
+        **own,
+    )  # fmt: skip
+
+
 def content(**changes: Any) -> ReportContent:
-    return replace(made_up_content(n_runs=1), diagnose=document(**changes), evidence=(shown(),))
+    return replace(made_up_content(n_runs=1), diagnose=diagnosed(**changes), evidence=(shown(),))
 
 
 def words(made: ReportSection | LeftOut | None) -> str:
@@ -106,7 +132,7 @@ def test_nothing_missing_and_nothing_known() -> None:
 
 
 def test_none_of_these_says_what_the_remainder_follows() -> None:
-    follows = [{"follows": "joint angle", "share": 0.97, "seen": "another factor from pose to pose"}]
+    follows = [ResidualDependence(follows="joint angle", share=0.97, seen="another factor from pose to pose")]
     made = diagnosis.section(content(missing=[], unexplained=True, structure=follows))
     text = words(made)
     assert "No name is given rather than a wrong one" in text
@@ -127,7 +153,7 @@ def test_next_measurement_names_pose_load_and_gain() -> None:
     none = next_measurement.section(content(next_measurement=None))
     assert isinstance(none, LeftOut)
     assert "no single load in reach" in none.reason
-    alone = next_measurement.section(content(next_measurement=None, missing=[BACKLASH | {"alternatives": []}]))
+    alone = next_measurement.section(content(next_measurement=None, missing=[proposed()]))
     assert isinstance(alone, LeftOut)
     assert "no effect has a look-alike" in alone.reason
 
@@ -139,7 +165,9 @@ def test_evidence_page() -> None:
     assert isinstance(evidence.section(replace(content(), evidence=())), LeftOut)
 
 
-@pytest.mark.parametrize("change", [{}, {"picture": None, "path_run": "pose01", "rotational": True, "lever": None}])
+@pytest.mark.parametrize(
+    "change", [{}, {"picture": None, "path_run": "pose01", "component": "rotation", "lever": None}]
+)
 def test_evidence_is_drawn_the_same_every_time(tmp_path: Path, change: dict[str, Any]) -> None:
     """Before and after share one scale; the example stands beside them on its own."""
     figure = draw_evidence(shown(**change))

@@ -45,7 +45,7 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
 
     folder = write_small_campaign(tmp_path_factory.mktemp("tables") / "small", poses=3, hidden=COUPLED)
     validate_campaign(folder)
-    assert diagnose_campaign(folder)["evidence"]
+    assert diagnose_campaign(folder).evidence
     return Store(folder / "store", shown="store")
 
 

@@ -106,7 +106,7 @@ def test_a_diagnosis_lists_effects_of_code_that_is_not_trusted_as_not_tried_and_
     state: Path, tmp_path: Path
 ) -> None:
     folder = stranger(tmp_path / "stranger", needed=False)
-    entries = {entry["effect"]: entry["needs"] for entry in diagnose_campaign(folder)["not_tried"]}
+    entries = {entry.effect: entry.needs for entry in diagnose_campaign(folder).not_tried}
     needs = f"this campaign's code, which is not trusted (SHA-256 {digest_of(folder)}); to allow it: stiffcal trust "
     assert entries["cross-stiffness"] == f"{needs}{folder}"
     assert not ran(folder)

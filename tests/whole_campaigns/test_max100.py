@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.diagnosis.document import diagnosis_document
+from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.search import search_missing
 from stiffcal.identification.coupling import without_rods
 from stiffcal.identification.measured_links import measure_links
@@ -21,6 +21,7 @@ from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.summary import EffectAt, Where
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.ingest import stored_states
@@ -133,9 +134,9 @@ def test_diagnosis_with_rods_and_without(folder: Path, states: LoadStates) -> No
     tool_alone = search_missing(without_rods(states), gears, catalogue)
     assert not tool_alone.found
     assert {"link-beam swing", "link-springs swing", "bearing-tilt j2"} <= {one.name for one in tool_alone.could_be}
-    document = diagnosis_document(states, tool_alone)
-    assert "8 poses are too few" in document["summary"]
-    assert {"effect": "link-beam", "where": {"links": ["arm", "carousel", "swing"]}} in document["could_be"]
+    diagnosis = diagnosis_result(states, tool_alone)
+    assert "8 poses are too few" in diagnosis.summary
+    assert EffectAt(effect="link-beam", where=Where(links=["arm", "carousel", "swing"])) in diagnosis.could_be
 
 
 def spoilt(states: LoadStates, fault: str) -> LoadStates:

@@ -29,6 +29,6 @@ def test_the_template_is_rehearsed_and_identified(tmp_path: Path) -> None:
     )
     assert any("joint 5 was driven in no clamped run" in one["reason"] for one in found["not_identifiable"])
     # The encoder's step repeats alike in every cycle: repeats do not show it, and it speaks against no law.
-    told = diagnose_campaign(tmp_path / "rehearsal")
-    assert told["adequate"]
-    assert "encoder's step of 10 µrad" in told["summary"]
+    diagnosis = diagnose_campaign(tmp_path / "rehearsal")
+    assert diagnosis.adequate
+    assert "encoder's step of 10 µrad" in diagnosis.summary

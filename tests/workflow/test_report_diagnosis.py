@@ -30,7 +30,7 @@ def test_not_made_made_and_stale(campaign: Path) -> None:
         data, identified, validated(data, identified, RunContext()), document_of(read_history(campaign))
     )
     assert content.diagnose is not None
-    tilt = next(one for one in content.evidence if one.effect == "bearing-tilt")
+    tilt = next(figure for figure in content.evidence if figure.evidence.effect == "bearing-tilt")
     assert not tilt.missing
     assert [each["name"].rpartition(".")[2] for each in tilt.parameters] == ["x", "y"]
     assert tilt.picture is not None

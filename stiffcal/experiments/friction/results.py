@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.documents import KeyIf, Matrix, Number, OrAbsent, Vector
+from stiffcal.measurements.rms import VarianceRatio
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,24 +95,13 @@ class BearingFriction:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FrictionLackOfFit:
-    """What the law leaves against the scatter of repeats."""
-
-    statistic: Number
-    """Reduced χ²."""
-    dof: list[Number]
-    """Degrees of freedom of both sides; null where one is known exactly."""
-    p_value: Number
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionSection:
     """Friction of the drives."""
 
     effects: OrAbsent[list[str]] = None
     """The laws that friction runs identify."""
     joints: list[JointFriction]
-    lack_of_fit: Annotated[FrictionLackOfFit | None, KeyIf("is_fitted")] = None
+    lack_of_fit: Annotated[VarianceRatio | None, KeyIf("is_fitted")] = None
     """Null where repeats are too few."""
     bearings: OrAbsent[list[BearingFriction]] = None
 

@@ -21,7 +21,7 @@ _HEIGHT_MM = 62.0
 
 
 @canvas.styled
-def draw_evidence(evidence: EvidenceFigure) -> Figure:
+def draw_evidence(drawn: EvidenceFigure) -> Figure:
     """Draw the residual in unseen poses without and with the effect on one scale, and the effect's own picture.
 
     Returns
@@ -29,62 +29,62 @@ def draw_evidence(evidence: EvidenceFigure) -> Figure:
     Figure; residuals in µm (mm where they are large) or mrad, the driver in its own unit (° for angles).
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, _HEIGHT_MM)
-    if evidence.picture is None:
+    if drawn.picture is None:
         without, with_it = figure.subplots(1, 2, sharey=True, sharex=True)
     else:
         without, with_it, example = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 0.8))
         with_it.sharey(without)
         with_it.sharex(without)
-        draw_on(example, evidence.picture)
+        draw_on(example, drawn.picture)
         example.set_title("what it does (example)")
-    value, covariate = covariate_axis(evidence)
-    factor, unit = residual_scale(evidence)
-    known = np.flatnonzero(np.isfinite(evidence.before) & np.isfinite(evidence.after) & np.isfinite(value))
-    known = known[canvas.thinned(np.abs(evidence.before[known]), MOST_POINTS)]
-    for panel, residual, title in ((without, evidence.before, "without it"), (with_it, evidence.after, "with it")):
-        _draw_points(panel, value, residual * factor, evidence, known)
-        panel.set_title(f"{evidence.effect}: {title}" if len(evidence.effect) < 14 else title)
+    value, covariate = covariate_axis(drawn)
+    factor, unit = residual_scale(drawn)
+    known = np.flatnonzero(np.isfinite(drawn.before) & np.isfinite(drawn.after) & np.isfinite(value))
+    known = known[canvas.thinned(np.abs(drawn.before[known]), MOST_POINTS)]
+    for panel, residual, title in ((without, drawn.before, "without it"), (with_it, drawn.after, "with it")):
+        _draw_points(panel, value, residual * factor, drawn, known)
+        panel.set_title(f"{drawn.evidence.effect}: {title}" if len(drawn.evidence.effect) < 14 else title)
         panel.set_xlabel(covariate)
     without.set_ylabel(f"residual along the effect [{unit}]")
     with_it.tick_params(labelleft=False)
-    extremes = np.concatenate([evidence.before[known], evidence.after[known]]) * factor
+    extremes = np.concatenate([drawn.before[known], drawn.after[known]]) * factor
     without.set_ylim(*canvas.padded_limits(np.concatenate([extremes, -extremes])))
     handles = {each.get_label(): each for each in without.get_legend_handles_labels()[0]}
     canvas.share_legend(figure, list(handles.values()))
     return figure
 
 
-def covariate_axis(evidence: EvidenceFigure) -> tuple[Floats, str]:
+def covariate_axis(drawn: EvidenceFigure) -> tuple[Floats, str]:
     """Return the driver's values and its label; angles of joints in degrees."""
-    if evidence.unit == "rad" and "angle" in evidence.covariate:
-        return np.degrees(evidence.value), f"{evidence.covariate} [°]"
-    if evidence.unit == "s" and np.nanmax(np.abs(evidence.value), initial=0.0) > 1000.0:
-        return evidence.value / 60.0, f"{evidence.covariate} [min]"
-    unit = "" if evidence.unit in ("", "1") else f" [{evidence.unit}]"
-    return evidence.value, evidence.covariate + unit
+    if drawn.evidence.unit == "rad" and "angle" in drawn.evidence.driver:
+        return np.degrees(drawn.value), f"{drawn.evidence.driver} [°]"
+    if drawn.evidence.unit == "s" and np.nanmax(np.abs(drawn.value), initial=0.0) > 1000.0:
+        return drawn.value / 60.0, f"{drawn.evidence.driver} [min]"
+    unit = "" if drawn.evidence.unit in ("", "1") else f" [{drawn.evidence.unit}]"
+    return drawn.value, drawn.evidence.driver + unit
 
 
-def residual_scale(evidence: EvidenceFigure) -> tuple[float, str]:
+def residual_scale(drawn: EvidenceFigure) -> tuple[float, str]:
     """Return factor and unit of the residuals: mrad for rotations, µm or, where they are large, mm."""
-    if evidence.rotational:
+    if drawn.rotational:
         return 1e3, "mrad"
-    return (1e3, "mm") if np.nanmax(np.abs(evidence.before), initial=0.0) >= 5e-4 else (1e6, "µm")
+    return (1e3, "mm") if np.nanmax(np.abs(drawn.before), initial=0.0) >= 5e-4 else (1e6, "µm")
 
 
-def _draw_points(axes: Axes, value: Floats, residual: Floats, evidence: EvidenceFigure, known: Integers) -> None:
+def _draw_points(axes: Axes, value: Floats, residual: Floats, drawn: EvidenceFigure, known: Integers) -> None:
     axes.axhline(0.0, color=canvas.QUIET, linewidth=0.6)
     if np.nanmin(value) < 0.0 < np.nanmax(value):
         axes.axvline(0.0, color=canvas.QUIET, linewidth=0.5, zorder=0.5)
-    cyclic = (evidence.branch != "").any()
-    if evidence.path_run:
-        others = known[evidence.run[known] != evidence.path_run]
+    cyclic = (drawn.branch != "").any()
+    if drawn.path_run:
+        others = known[drawn.run[known] != drawn.path_run]
         axes.plot(
             value[others], residual[others], linestyle="none", marker=".", markersize=1.5, color=canvas.PALE, zorder=1
         )
-        known = np.flatnonzero((evidence.run == evidence.path_run) & np.isfinite(residual) & np.isfinite(value))
+        known = np.flatnonzero((drawn.run == drawn.path_run) & np.isfinite(residual) & np.isfinite(value))
         axes.plot(value[known], residual[known], color=canvas.INK, linewidth=0.4, zorder=1.5)
     for branch, marker, filled in _BRANCHES:
-        pick = known[evidence.branch[known] == branch]
+        pick = known[drawn.branch[known] == branch]
         colour = canvas.BRANCH_COLOURS[branch]
         if pick.size:
             axes.plot(
@@ -95,12 +95,12 @@ def _draw_points(axes: Axes, value: Floats, residual: Floats, evidence: Evidence
 
 
 @canvas.styled
-def draw_errors_by_run(evidence: EvidenceFigure, noise: float | None) -> Figure:
+def draw_errors_by_run(drawn: EvidenceFigure, noise: float | None) -> Figure:
     """Draw each run's error in unseen poses without and with the effect.
 
     Parameters
     ----------
-    evidence : the effect's.
+    drawn : the effect's.
     noise : m or rad, rms of the noise; None where not known.
 
     Returns
@@ -109,16 +109,18 @@ def draw_errors_by_run(evidence: EvidenceFigure, noise: float | None) -> Figure:
     """
     from stiffcal.report.figures.load_deformation import name_runs
 
-    largest = max(max(before, after) for _, before, after in evidence.by_run)
-    factor, unit = (1e3, "mrad") if evidence.rotational else (1e3, "mm") if largest >= 2e-4 else (1e6, "µm")
+    runs = drawn.evidence.by_run
+    largest = max(max(run.before, run.after) for run in runs)
+    factor, unit = (1e3, "mrad") if drawn.rotational else (1e3, "mm") if largest >= 2e-4 else (1e6, "µm")
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 48)
     axes = figure.subplots()
-    at = np.arange(len(evidence.by_run))
-    before, after = (np.array([one[k] for one in evidence.by_run]) * factor for k in (1, 2))
+    at = np.arange(len(runs))
+    before = np.array([run.before for run in runs]) * factor
+    after = np.array([run.after for run in runs]) * factor
     axes.vlines(at, after, before, color=canvas.PALE, linewidth=2.0, zorder=1)
     axes.plot(
         at, before, linestyle="none", marker="s", markerfacecolor="white", color=canvas.ACCENT, markersize=4.5,
-        label=f"without {evidence.effect}",
+        label=f"without {drawn.evidence.effect}",
     )  # fmt: skip
     axes.plot(at, after, linestyle="none", marker="o", color=canvas.COLOURS[0], markersize=4.0, label="with it")
     if noise is not None:
@@ -126,7 +128,7 @@ def draw_errors_by_run(evidence: EvidenceFigure, noise: float | None) -> Figure:
     axes.set_ylim(0.0, float(max(before.max(), after.max())) * 1.12)
     axes.set_xlim(-0.7, len(at) - 0.3)
     axes.grid(visible=False, axis="x")
-    axes.set_ylabel(f"{'rotation ' if evidence.rotational else ''}error, unseen poses [{unit}]")
-    name_runs(axes, [name for name, _, _ in evidence.by_run])
+    axes.set_ylabel(f"{'rotation ' if drawn.rotational else ''}error, unseen poses [{unit}]")
+    name_runs(axes, [run.label for run in runs])
     canvas.share_legend(figure, axes.get_legend_handles_labels()[0])
     return figure

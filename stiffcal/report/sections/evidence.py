@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from stiffcal.diagnosis.results import DiagnoseResult, EffectEvidenceSummary
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, Picture, ReportSection, Subheading
 from stiffcal.report.content import EvidenceFigure, ReportContent
@@ -23,7 +24,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         return LeftOut(_TITLE, content.not_diagnosed)
     if not content.evidence:
         reason = "nothing is missing, and the model holds no effect beyond the joints’ compliances"
-        if content.diagnose.get("unexplained"):
+        if content.diagnose.unexplained:
             reason = "no effect accounts for what is left, so none is shown"
         return LeftOut(_TITLE, reason)
     blocks: list[Block] = [
@@ -33,66 +34,65 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
             "moves the target. An effect that is real leaves its trace in the left picture and none in the middle one."
         )
     ]
-    for one in content.evidence:
-        blocks.extend(_of_one(content, one))
+    for figure in content.evidence:
+        blocks.extend(_of_effect(content.diagnose, figure))
     return ReportSection(_TITLE, tuple(blocks))
 
 
-def _of_one(content: ReportContent, one: EvidenceFigure) -> list[Block]:
-    status = "missing" if one.missing else "in the model"
-    blocks: list[Block] = [Subheading(f"{one.effect}, {wording.place(one.where)} ({status})")]
-    text = one.seen or f"{_capital(one.fingerprint or one.summary)}."
-    blocks.append(Paragraph(f"{text} {_rms_reduction_words(one)}"))
-    facts = [("what it is", _capital(one.summary) + ".")]
-    if one.parameters:
-        facts.append(("as fitted", "; ".join(_parameter_words(each) for each in one.parameters)))
-    if one.seen:
-        names = [f"{each['effect']} ({wording.place(each['where'])})" for each in one.alternatives]
+def _of_effect(diagnosis: DiagnoseResult, figure: EvidenceFigure) -> list[Block]:
+    evidence = figure.evidence
+    blocks: list[Block] = [Subheading(f"{evidence.effect}, {wording.place(evidence.where)} ({evidence.status})")]
+    text = figure.seen or f"{_capital(figure.fingerprint or figure.summary)}."
+    blocks.append(Paragraph(f"{text} {_rms_reduction_words(evidence)}"))
+    facts = [("what it is", _capital(figure.summary) + ".")]
+    if figure.parameters:
+        facts.append(("as fitted", "; ".join(_parameter_words(parameter) for parameter in figure.parameters)))
+    if figure.seen:
+        names = [wording.effect_at(alternative) for alternative in figure.alternatives]
         facts.append(("looks the same", wording.listing(names, 6) if names else "nothing else in the catalogue"))
-    if one.check:
-        facts.append(("to check", one.check))
+    if figure.check:
+        facts.append(("to check", figure.check))
     blocks.append(Facts(tuple(facts)))
-    blocks.append(Picture(partial(draw_evidence, one), _caption(one)))
-    if 1 < len(one.by_run) <= _MOST_RUNS:
-        component = "rotation" if one.rotational else "translation"
-        noise = wording.part((content.diagnose or {}).get("noise"), component)
-        better = sum(after < before for _, before, after in one.by_run)
-        caption = f"Error run by run without and with {one.effect}: it falls in {better} of {len(one.by_run)} runs."
-        blocks.append(Picture(partial(draw_errors_by_run, one, noise), caption))
+    blocks.append(Picture(partial(draw_evidence, figure), _caption(figure)))
+    if 1 < len(evidence.by_run) <= _MOST_RUNS:
+        noise = wording.part(diagnosis.noise, evidence.component)
+        better = sum(run.after < run.before for run in evidence.by_run)
+        caption = (
+            f"Error run by run without and with {evidence.effect}: it falls in {better} of {len(evidence.by_run)} runs."
+        )
+        blocks.append(Picture(partial(draw_errors_by_run, figure, noise), caption))
     return blocks
 
 
-def _rms_reduction_words(one: EvidenceFigure) -> str:
-    if one.missing:
-        left, after = wording.both(one.rms_before), wording.both(one.rms_after)
-        return f"In unseen poses {left} rms is left without it, {after} with it."
-    return (
-        f"The present model leaves {wording.both(one.rms_after)} rms in unseen poses; without {one.effect} it would "
-        f"leave {wording.both(one.rms_before)}."
-    )
+def _rms_reduction_words(evidence: EffectEvidenceSummary) -> str:
+    before, after = wording.both(evidence.heldout_rms_before), wording.both(evidence.heldout_rms_after)
+    if evidence.status == "missing":
+        return f"In unseen poses {before} rms is left without it, {after} with it."
+    return f"The present model leaves {after} rms in unseen poses; without {evidence.effect} it would leave {before}."
 
 
-def _caption(one: EvidenceFigure) -> str:
+def _caption(figure: EvidenceFigure) -> str:
+    evidence = figure.evidence
     text = (
-        f"Residual in unseen poses against {one.covariate}, without {one.effect} (left) and with it (middle), "
+        f"Residual in unseen poses against {evidence.driver}, without {evidence.effect} (left) and with it (middle), "
         "one scale."
     )
-    if one.lever is not None:
-        where = wording.place(one.where)
+    if evidence.lever is not None:
+        where = wording.place(evidence.where)
         text += (
             f" Each state’s residual is turned into the motion at {where} that it amounts to, times the mean lever "
-            f"of {wording.digits(one.lever)} m."
+            f"of {wording.digits(evidence.lever)} m."
         )
-    n_known, n_all = int(np.isfinite(one.before).sum()), len(one.before)
+    n_known, n_all = int(np.isfinite(figure.before).sum()), len(figure.before)
     if n_known < n_all:
-        why = "next to nothing of it shows there" if one.lever is None else "no lever"
+        why = "next to nothing of it shows there" if evidence.lever is None else "no lever"
         text += f" {n_all - n_known} of {n_all} states are not drawn: {why}."
     if n_known > MOST_POINTS:
         text += f" About {MOST_POINTS} states are drawn, the largest residuals among them."
-    if one.path_run:
-        text += f" The line follows run {one.path_run} from state to state; the other runs are grey."
-    if one.picture is not None:
-        text += f" Right: {one.picture.caption[0].lower()}{one.picture.caption[1:]}"
+    if figure.path_run:
+        text += f" The line follows run {figure.path_run} from state to state; the other runs are grey."
+    if figure.picture is not None:
+        text += f" Right: {figure.picture.caption[0].lower()}{figure.picture.caption[1:]}"
     return text
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, Finding
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, ReportSection, Subheading, TableBlock, TableColumn
-from stiffcal.report.content import Document, ReportContent
+from stiffcal.report.content import ReportContent
 
 ORDER = 76
 _TITLE = "Every effect that was tried"
@@ -27,36 +28,36 @@ _COLUMNS = (
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the ranking beside the present model, those of the earlier steps, and what was not tried."""
-    document = content.diagnose
-    if document is None:
+    diagnosis = content.diagnose
+    if diagnosis is None:
         return LeftOut(_TITLE, content.not_diagnosed)
-    if content.states is None and not document["findings"]:
+    if content.states is None and not diagnosis.findings:
         return LeftOut(_TITLE, "without load states no effect was tried")
     blocks: list[Block] = []
     if content.earlier_diagnoses:
         blocks.append(Subheading("Beside the present model"))
-    blocks.append(_table(document, _MOST_ROWS))
-    blocks.append(Paragraph(_reading(document), "quiet"))
-    for one in content.earlier_diagnoses:
-        blocks.append(Subheading(f"Beside fit {one['fit_id']}, before {_added(one)} came in"))
-        blocks.append(_table(one, len(one["findings"])))
-    if document["not_tried"]:
+    blocks.append(_table(diagnosis, _MOST_ROWS))
+    blocks.append(Paragraph(_reading(diagnosis), "quiet"))
+    for earlier in content.earlier_diagnoses:
+        blocks.append(Subheading(f"Beside fit {earlier.fit_id}, before {_added(earlier)} came in"))
+        blocks.append(_table(earlier, len(earlier.findings)))
+    if diagnosis.not_tried:
         blocks.append(Subheading("Not tried, and why"))
-        blocks.append(Items(tuple(f"{one['effect']}: needs {one['needs']}" for one in document["not_tried"])))
+        blocks.append(Items(tuple(f"{effect.effect}: needs {effect.needs}" for effect in diagnosis.not_tried)))
     return ReportSection(_TITLE, tuple(blocks))
 
 
-def _added(document: Document) -> str:
-    return wording.listing([f"{one['effect']} ({wording.place(one['where'])})" for one in document["missing"]])
+def _added(diagnosis: EarlierDiagnosis) -> str:
+    return wording.listing(map(wording.effect_at, diagnosis.missing))
 
 
-def _table(document: Document, most: int) -> TableBlock:
-    rows: list[tuple[str, ...]] = [("present model", "", "", wording.both(document["rms"]), "", "", "", "", "")]
-    findings = document["findings"]
-    if not any(one["verdict"] != "rejected" for one in findings):
+def _table(diagnosis: DiagnoseResult | EarlierDiagnosis, most: int) -> TableBlock:
+    rows: list[tuple[str, ...]] = [("present model", "", "", wording.both(diagnosis.rms), "", "", "", "", "")]
+    findings = diagnosis.findings
+    if not any(finding.verdict != "rejected" for finding in findings):
         most = min(most, _FEW_ROWS)
-    rows += [_row(one) for one in findings[:most]]
-    noise = wording.both(document["noise"]) if document["noise"] else "not known"
+    rows += [_row(finding) for finding in findings[:most]]
+    noise = wording.both(diagnosis.noise) if diagnosis.noise else "not known"
     rows.append(("noise", "", "", noise, "", "", "", "", ""))
     caption = "Ranking for the next single step, best first."
     if len(findings) > most:
@@ -67,33 +68,36 @@ def _table(document: Document, most: int) -> TableBlock:
     return TableBlock(_COLUMNS, tuple(rows), caption)
 
 
-def _row(one: Document) -> tuple[str, ...]:
-    alike = [f"{each['effect']} ({wording.place(each['where'])})" for each in one["alternatives"]]
-    p = one["p_value"]
+def _row(finding: Finding) -> tuple[str, ...]:
+    alike = [wording.effect_at(alternative) for alternative in finding.alternatives]
+    p = finding.p_value
     return (
-        one["effect"],
-        wording.place(one["where"]),
-        one["verdict"],
-        wording.both(one["heldout_rms_after"]),
-        wording.percent(min(max(one["explains"], 0.0), 1.0)) if one["explains"] is not None else wording.DASH,
-        wording.percent(one["confidence"]),
-        wording.length(one["size_m"]),
+        finding.effect,
+        wording.place(finding.where),
+        finding.verdict,
+        wording.both(finding.heldout_rms_after),
+        wording.percent(min(max(finding.explains, 0.0), 1.0)) if finding.explains is not None else wording.DASH,
+        wording.percent(finding.confidence),
+        wording.length(finding.size_m),
         wording.DASH if p is None else "< 10⁻⁶" if p < 1e-6 else wording.digits(p, 2),
         wording.listing(alike, _MOST_ALIKE) if alike else "",
     )
 
 
-def _reading(document: Document) -> str:
+def _reading(diagnosis: DiagnoseResult) -> str:
     text = (
         "Unseen: error in poses left out, with the effect added. Explains: share of the avoidable error (above the "
         "noise) that goes. First in: share of resamplings of the poses in which the effect ranks first. At the tool: "
         "rms of what the effect adds there. p: chance of so large a fall, all candidates counted. Supported: the error "
         "falls clearly in unseen poses, the choice repeated in every pose left out."
     )
-    chosen = next((one for one in document["findings"] if one.get("heldout_rms_after_choosing")), None)
+    chosen = next(
+        (finding.heldout_rms_after_choosing for finding in diagnosis.findings if finding.heldout_rms_after_choosing),
+        None,
+    )
     if chosen is not None:
         text += (
             f" With the choice itself repeated without each pose the error is "
-            f"{wording.both(chosen['heldout_rms_after_choosing'])} rms: picking the best of many flatters no more."
+            f"{wording.both(chosen)} rms: picking the best of many flatters no more."
         )
     return text

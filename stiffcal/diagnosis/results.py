@@ -1,0 +1,277 @@
+"""What `diagnose` answers: whether the model is good enough, which effect it lacks, and what else was tried."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from stiffcal.documents import NOT_PROMISED, CommandResult, Document, KeyIf, Number, OrAbsent, Origin
+from stiffcal.measurements.rms import Rms, VarianceRatio
+from stiffcal.model.summary import EffectAt, Where
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProposedEffect:
+    """An effect to add."""
+
+    effect: str
+    """Its name."""
+    where: Where
+    """Its place."""
+    alternatives: list[EffectAt]
+    """Those that look the same in these poses and loads."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CandidateParameter:
+    """A parameter of a candidate."""
+
+    symbol: str
+    """As in parameter names."""
+    value: Number
+    """As fitted with the candidate, SI."""
+    unit: str
+    """Of the value."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Explanation:
+    """A finding in a lab engineer's words."""
+
+    seen: str
+    """What was seen, with numbers."""
+    means: str
+    """Which effect that is."""
+    alike: str
+    """What else would look the same, "" for nothing."""
+    check: str
+    """How to check it on the machine, "" where nobody knows."""
+
+    @property
+    def text(self) -> str:
+        """All of it, in one paragraph."""
+        return " ".join(part for part in (self.seen, self.means, self.alike, self.check) if part)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """A candidate for the next single step."""
+
+    effect: str
+    """Its name."""
+    where: Where
+    """Its place."""
+    verdict: Literal["supported", "possible", "rejected"]
+    """Possible: supported too, but another ranks higher."""
+    explains: Number
+    """Share of the avoidable error that goes with it; null where the error is no more than noise."""
+    size_m: Number
+    """m, rms of what it adds at the tool."""
+    p_value: Number
+    """Probability of so large a fall of the error by chance, all candidates counted."""
+    heldout_rms_before: Rms
+    """In poses left out of the fit, without it."""
+    heldout_rms_after: Rms
+    """In poses left out of the fit, with it."""
+    heldout_rms_after_choosing: Rms | None
+    """The same with the choice itself repeated without each pose; of the first alone."""
+    confidence: Number
+    """Share of resamplings of the poses in which it ranks first."""
+    parameters: list[CandidateParameter]
+    """As fitted with it."""
+    alternatives: list[EffectAt]
+    """Those that look the same in these poses and loads."""
+    why: str = ""
+    """The verdict's reason, in words."""
+    evidence: Annotated[Explanation | None, NOT_PROMISED] = None
+    """The same in parts; null for what is rejected."""
+
+
+@dataclass(frozen=True, slots=True)
+class UntestableEffect:
+    """An effect that these data cannot show."""
+
+    effect: str
+    """Its name."""
+    needs: str
+    """What it would take."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResidualDependence:
+    """Something that the unexplained error follows."""
+
+    follows: str
+    """"joint angle", "load", "branch", "time" or "temperature"."""
+    share: Number
+    """Of the avoidable squares."""
+    seen: str
+    """How it follows, in words."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeparatingMeasurement:
+    """A pose and a load in which two look-alikes differ."""
+
+    pose_deg: list[float]
+    """Of the logged joints, degrees."""
+    load: list[float]
+    """Force and moment in the sensor's axes, N and N·m."""
+    separates: list[EffectAt]
+    """The two."""
+    gain: Number
+    """The difference over the noise of one reading; null where that is not known."""
+    difference_m: float
+    """m, of the two predictions at the tool."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchPace:
+    """How much was tried, and how fast."""
+
+    models: int
+    """To how many models the catalogue was added."""
+    candidates: int
+    """Effects at places, all models together."""
+    signatures: int
+    """The same with every shape."""
+    seconds: float
+    """Spent on them, the models' own fits not counted."""
+    candidates_per_second: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunErrors:
+    """A run's error in poses left out, without an effect and with it."""
+
+    label: str
+    """The run."""
+    before: float
+    """m or rad, without."""
+    after: float
+    """m or rad, with."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectEvidenceSummary:
+    """What speaks for an effect; its load states are the table ``evidence``."""
+
+    effect: str
+    """Its name."""
+    where: Where
+    """Its place."""
+    status: Literal["missing", "in the model"]
+    driver: str
+    """What the residual is drawn against."""
+    unit: str
+    """Of the driver, "1" for a number."""
+    component: Literal["translation", "rotation"]
+    """Which residual is drawn: m or rad."""
+    lever: Number
+    """m or 1, mean lever that turns were multiplied with; null where the residual itself is projected."""
+    heldout_rms_before: Rms
+    """Of the whole residual in poses left out, without it."""
+    heldout_rms_after: Rms
+    """Of the whole residual in poses left out, with it."""
+    by_run: list[RunErrors]
+    """Of the residual that is drawn."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiagnoseResult(CommandResult):
+    """Answer of ``diagnose``."""
+
+    schema: Literal["stiffcal/diagnose/1"] = "stiffcal/diagnose/1"
+    adequate: bool | None
+    """Whether what is left is noise; null where the noise is not known."""
+    noise: Rms | None
+    """In the same measure; null where it is not known."""
+    rms: Rms
+    """Of the present model in poses left out of the fit."""
+    lack_of_fit: VarianceRatio | None
+    """What is left against what repeats scatter."""
+    missing: list[ProposedEffect]
+    """Effects to add, in order."""
+    could_be: list[EffectAt]
+    """Effects of which each alone fits all poses, with all its places, where the poses are too few to tell which."""
+    findings: list[Finding]
+    """All candidates for the next single step, best first."""
+    next_measurement: SeparatingMeasurement | None
+    """What would separate the first missing effect from a look-alike."""
+    not_tried: list[UntestableEffect]
+    unexplained: bool | None
+    """Whether something is left that nothing accounts for; null where the noise is not known."""
+    structure: list[ResidualDependence]
+    """What the unexplained error follows, most first."""
+    explained_by_missing: Annotated[Number, KeyIf("has_searched"), NOT_PROMISED] = None
+    """Share of the avoidable error that goes with what is missing."""
+    heldout_rms_with_missing: Annotated[OrAbsent[Rms], NOT_PROMISED] = None
+    """In poses left out of the fit, with what is missing."""
+    heldout_rms_after_choosing: Rms
+    """In poses left out of the fit, the choice of the first effect repeated without each pose."""
+    parameters_with_missing: Annotated[list[Document], NOT_PROMISED]
+    """Of the model with what is missing, as in ``identify``."""
+    n_candidates: Annotated[OrAbsent[int], NOT_PROMISED] = None
+    """Effects at places that were tried for the next step."""
+    n_signatures: Annotated[OrAbsent[int], NOT_PROMISED] = None
+    """The same with every shape."""
+    pace: SearchPace
+    summary: str
+    """The answer in a sentence or two."""
+    superfluous: Annotated[list[EffectAt], NOT_PROMISED]
+    """Effects of the model without which the error is no larger."""
+    evidence: Annotated[list[EffectEvidenceSummary], NOT_PROMISED]
+    """What speaks for what is missing, and for what the model holds beyond the joints' compliances."""
+    fit_id: Annotated[str, NOT_PROMISED]
+    """The fit that was diagnosed."""
+    key: Annotated[str, NOT_PROMISED]
+    """A hash of all that went into it."""
+    origin: OrAbsent[Origin] = None
+    """From whom it comes."""
+
+    @property
+    def has_searched(self) -> bool:
+        """Whether there were load states to search."""
+        return self.n_candidates is not None
+
+    def finding_of(self, effect: EffectAt | ProposedEffect | EffectEvidenceSummary) -> Finding | None:
+        """Return the finding of an effect at its place, None where it was not tried."""
+        return finding_of(self.findings, effect)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EarlierDiagnosis:
+    """What the store keeps of a diagnosis that a later one has replaced."""
+
+    fit_id: str
+    """The fit that was diagnosed."""
+    summary: str
+    """The answer in a sentence or two."""
+    missing: list[ProposedEffect]
+    next_measurement: SeparatingMeasurement | None = None
+    rms: Rms
+    """Of that model in poses left out of the fit."""
+    noise: Rms | None
+    heldout_rms_with_missing: Rms | None = None
+    """In poses left out of the fit, with what was missing."""
+    states_key: str
+    """A hash of the load states."""
+    findings: list[Finding]
+    """The first few."""
+    origin: OrAbsent[Origin] = None
+    """From whom it comes."""
+
+    def finding_of(self, effect: EffectAt | ProposedEffect | EffectEvidenceSummary) -> Finding | None:
+        """Return the finding of an effect at its place, None where it is not among the first."""
+        return finding_of(self.findings, effect)
+
+
+def finding_of(
+    findings: Sequence[Finding], effect: EffectAt | ProposedEffect | EffectEvidenceSummary
+) -> Finding | None:
+    """Return the finding of an effect at its place, None where there is none."""
+    for finding in findings:
+        if finding.effect == effect.effect and finding.where == effect.where:
+            return finding
+    return None

@@ -1,0 +1,56 @@
+"""What `improve` answers: the ladder of models, each with its error in poses left out of the fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal, TypeAlias
+
+from stiffcal.diagnosis.results import ProposedEffect, ResidualDependence
+from stiffcal.documents import NOT_PROMISED, CommandResult, OrAbsent
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import ModelSummary, Where
+
+Action: TypeAlias = Literal["start", "add", "remove", "would add"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImproveStep:
+    """A rung of the ladder."""
+
+    action: Action
+    """Start: the model as it was."""
+    effect: str | None
+    """What was added or removed."""
+    where: Where
+    """Its place."""
+    heldout_rms: Rms | None
+    """Of the model after it, in poses left out of the fit; null in a dry run."""
+    noise: Rms | None
+    """In the same measure; null where it is not known."""
+    zero_model: Annotated[OrAbsent[Rms], NOT_PROMISED] = None
+    """What a model without parameters leaves."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImproveResult(CommandResult):
+    """Answer of ``improve``."""
+
+    schema: Literal["stiffcal/improve/1"] = "stiffcal/improve/1"
+    steps: list[ImproveStep]
+    """The rungs in the order in which they were reached."""
+    model: ModelSummary
+    """What the model holds now."""
+    adequate: bool | None
+    """Whether what is left is noise; null where the noise is not known."""
+    unexplained: bool | None
+    """Whether something is left that nothing accounts for; null where the noise is not known."""
+    missing: list[ProposedEffect]
+    """What was not added."""
+    structure: list[ResidualDependence]
+    """What the unexplained error follows, most first."""
+    summary: str
+    """The last diagnosis in a sentence or two."""
+    heldout_rms: Rms
+    """Of the present model in poses left out of the fit."""
+    noise: Rms | None
+    """In the same measure; null where it is not known."""
