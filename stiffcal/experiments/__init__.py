@@ -2,29 +2,81 @@
 
 In a load campaign the wrench and the joint angles are known and the deflection is measured; a clamped robot knows its
 (zero) motion and measures the reaction; a drive in free motion shows its friction. A kind is one folder here, named as
-in ``experiment = "clamped"`` of a run, with one `ExperimentKind` called ``KIND``. The manifest finds it by walking this
-folder: nothing else has to be edited for the manifest, its JSON Schema and the default model to know it.
+in ``experiment = "clamped"`` of a run, with one `ExperimentKind` called ``KIND``. It is found by walking this folder:
+nothing else has to be edited for the manifest, its JSON Schema, the default model and every command to know it.
+
+What a kind answers are plain values: results, rows, tables, sentences. Load states have rooms of their own below and
+above this one; of them and of poses without load the kind has the name alone.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
+from stiffcal.campaign.experiment_kinds import experiment_kind, kind_names
 from stiffcal.campaign.typed import TomlTable
+
+if TYPE_CHECKING:
+    from stiffcal.experiments.measured import MeasuredRuns
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 
 
 @dataclass(frozen=True)
 class ExperimentKind:
-    """What a manifest and a model have to know of a kind of experiment.
+    """What stiffcal asks of a kind of experiment; a kind with runs of its own overrides the methods.
 
-    Attributes
-    ----------
-    name : the folder's.
-    options : the table of options of a run, under the kind's name; None where a run has no keys of the kind's own.
-    default_model : the model file of campaigns of this kind alone that have none; None: compliant drives.
+    Why methods that import what they need: the manifest asks for the name alone, and numpy would cost its start-up.
     """
 
     name: str
+    """The folder's."""
     options: type[TomlTable] | None = None
+    """The table of options of a run, under the kind's name; None where a run has no keys of the kind's own."""
     default_model: Path | None = None
+    """The model file of campaigns of this kind alone that have none; None: compliant drives."""
+    tables: tuple[str, ...] = ()
+    """The tables of the store that are made of this kind's logs, none where its runs make load states alone."""
+
+    def fit(self, data: MeasuredRuns) -> ExperimentFit | None:
+        """Return what the runs of this kind add to ``identify``; None where the campaign holds none.
+
+        Raises
+        ------
+        InputError
+            Nothing can be fitted to them.
+        """
+        return None
+
+    def validate(self, data: MeasuredRuns) -> ExperimentValidation | None:
+        """Return what the runs of this kind add to ``validate``; None where there is nothing to judge.
+
+        Raises
+        ------
+        InputError
+            Nothing can be fitted to them.
+        """
+        return None
+
+
+def all_kinds() -> tuple[ExperimentKind, ...]:
+    """Return all kinds of experiment, sorted by name.
+
+    Examples
+    --------
+    >>> {"clamped", "free", "friction", "load"} <= {kind.name for kind in all_kinds()}
+    True
+    """
+    return tuple(cast(ExperimentKind, experiment_kind(name)) for name in kind_names())
+
+
+def tables_of_logs() -> tuple[str, ...]:
+    """Return the names of the tables that kinds of experiment make of their logs.
+
+    Examples
+    --------
+    >>> {"clamped", "friction", "free_motion"} <= set(tables_of_logs())
+    True
+    """
+    return tuple(name for kind in all_kinds() for name in kind.tables)

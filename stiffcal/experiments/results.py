@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stiffcal.documents import Number
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+Document: TypeAlias = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,3 +26,81 @@ class HeldoutSection:
     """Scatter of repeats by measure; a measure is left out where they are too few."""
     zero_model: dict[str, Number]
     """What a model without parameters leaves, by measure."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExperimentFit:
+    """What one kind of experiment adds to the answer of ``identify``."""
+
+    name: str
+    """Of its section in the document: the kind's."""
+    section: object
+    """That section, a result."""
+    parameters: list[Document] = field(default_factory=list)
+    """As in the document, to be added there."""
+    not_identifiable: list[Document] = field(default_factory=list)
+    """As in the document, to be added there."""
+    effects: list[Document] = field(default_factory=list)
+    """Of the model, as the document writes them, that this experiment alone identifies."""
+    rms: dict[str, float | None] = field(default_factory=dict)
+    """By measure: "torque", N·m, and "motor_angle", rad."""
+    noise: dict[str, float | None] = field(default_factory=dict)
+    """Likewise; empty where it is not known."""
+    noise_source: str = "none"
+    n_runs: int = 0
+    """Runs that it rests on."""
+    n_readings: int = 0
+    reduced_chi2: float | None = None
+    """Of its own fit."""
+    condition: float | None = None
+    """Of its own fit."""
+    expected: str = ""
+    """One sentence on what error to expect."""
+    warnings: list[str] = field(default_factory=list)
+    """In words."""
+    tables: dict[str, pa.Table] = field(default_factory=dict)
+    """To be stored, by name."""
+    free: list[str] = field(default_factory=list)
+    """Names of the parameters that were estimated."""
+    covariance: list[list[float]] = field(default_factory=list)
+    """Of these, square."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExperimentValidation:
+    """What one kind of experiment adds to the answer of ``validate``."""
+
+    name: str
+    """Of its section in the document: the kind's."""
+    scheme: str
+    """How it was judged, in words."""
+    rms: dict[str, float | None]
+    """By measure: "torque", N·m, and "motor_angle", rad."""
+    largest: dict[str, float | None]
+    """Likewise."""
+    noise: dict[str, float | None]
+    """Likewise."""
+    relative: dict[str, float | None]
+    """By measure, 1."""
+    zero_model: dict[str, float | None]
+    """What a model without parameters leaves, by measure."""
+    by: dict[str, list[Document]] = field(default_factory=dict)
+    """"run", "joint" and so on to slices as in the document."""
+    section_scheme: str = ""
+    """How it was judged, as the experiment's own section writes it."""
+    n_readings: int = 0
+    """How many were judged."""
+    warnings: list[str] = field(default_factory=list)
+    tables: dict[str, pa.Table] = field(default_factory=dict)
+    """To be stored, by name."""
+
+    @property
+    def section(self) -> HeldoutSection:
+        """The experiment's section of ``validate``."""
+        return HeldoutSection(
+            scheme=self.section_scheme,
+            n_readings=self.n_readings,
+            rms=self.rms,
+            noise=self.noise,
+            zero_model=self.zero_model,
+        )

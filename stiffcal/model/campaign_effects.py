@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stiffcal.campaign.naming import MANIFEST_FILE
@@ -12,6 +12,7 @@ from stiffcal.model.plugin_code import PluginCode, allow_line, read_plugins
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.model.composite import CompliantRobot, PlacedEffect
     from stiffcal.model.effect import Effect
 
 
@@ -102,3 +103,28 @@ def all_effects(campaign: Campaign) -> tuple[dict[str, Effect], list[UntrustedEf
 def _in_words(fault: Fault) -> str:
     where = f"{fault.place}: " if fault.place else ""
     return f"{where}{fault.reason}; {fault.mend}"
+
+
+def placed_robot(campaign: Campaign) -> CompliantRobot:
+    """Return the campaign's robot with the effects of its model file, valued where that gives values.
+
+    Effects that show in motion alone are left out: no load state and no prediction at rest knows them.
+
+    Raises
+    ------
+    InputError : the model file names an effect, a place or a parameter that does not exist.
+    """
+    robot = _whole_robot(campaign)
+    return replace(robot, placed=tuple(one for one in robot.placed if not one.effect.in_motion))
+
+
+def moving_effects(campaign: Campaign) -> tuple[PlacedEffect, ...]:
+    """Return the effects of the model file that show in motion alone (friction of the drives), by joint."""
+    found = [one for one in _whole_robot(campaign).placed if one.effect.in_motion]
+    return tuple(sorted(found, key=lambda one: one.place.joints))
+
+
+def _whole_robot(campaign: Campaign) -> CompliantRobot:
+    from stiffcal.model.assembly import compliant_robot
+
+    return compliant_robot(campaign.chain, campaign.model, model_effects(campaign))

@@ -21,6 +21,7 @@ import pyarrow as pa
 
 from stiffcal.campaign.manifest import Source
 from stiffcal.diagnosis.evidence import EffectEvidence
+from stiffcal.experiments.friction.documents import friction_fit_columns
 from stiffcal.experiments.friction.fitting import FrictionFit
 from stiffcal.experiments.friction.rows import steady_rows
 from stiffcal.identification.readings import Observations
@@ -51,7 +52,6 @@ from stiffcal.schemas.table_columns import (
 )
 from stiffcal.store import table_of
 from stiffcal.workflow.evidence import evidence_columns
-from stiffcal.workflow.friction_documents import friction_fit_columns
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}

@@ -139,7 +139,7 @@ def _unusable(campaign: Campaign, non_load: NonLoadRuns) -> tuple[list[str], lis
     unusable: list[str] = []
     remarks = list(non_load.warnings)
     if non_load.clamped:
-        from stiffcal.workflow.clamped import check_clamped_runs
+        from stiffcal.experiments.clamped.parts import check_clamped_runs
 
         unusable, of_clamped = check_clamped_runs(campaign, non_load.clamped)
         remarks += of_clamped
@@ -148,7 +148,7 @@ def _unusable(campaign: Campaign, non_load: NonLoadRuns) -> tuple[list[str], lis
 
 def _without_friction(campaign: Campaign, non_load: NonLoadRuns) -> list[str]:
     """Return a line for every joint whose friction the model asks for and no run tells."""
-    from stiffcal.workflow.steps import moving_effects
+    from stiffcal.model.campaign_effects import moving_effects
 
     if non_load.friction is None:
         return []

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.steps import IDENTIFY, Document, Ingested, RunContext, placed_robot
+from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.workflow.steps import IDENTIFY, Document, Ingested, RunContext
 
 
 def with_coupling(data: Ingested, document: Document, loss: str, context: RunContext) -> Document:

@@ -11,18 +11,11 @@ from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, SeparatingMea
 from stiffcal.documents import Origin, document_of, section_of
 from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms, VarianceRatio
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.store.document_shape import result_from
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, diagnoses_with, evidence_of
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import (
-    Document,
-    Ingested,
-    RunContext,
-    ingested,
-    key_of,
-    placed_robot,
-    stored_document,
-)
+from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested, key_of, stored_document
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.search import Search

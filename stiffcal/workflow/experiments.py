@@ -7,106 +7,39 @@ A campaign may hold load states, such experiments, or both. Each kind makes one 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.documents import document_of
-from stiffcal.experiments.results import HeldoutSection
 from stiffcal.workflow.steps import Document, Ingested
 
 if TYPE_CHECKING:
-    import pyarrow as pa
+    from stiffcal.experiments.measured import MeasuredRuns
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 
 NOTHING: dict[str, float | None] = {"translation": None, "rotation": None}
 
 
-@dataclass(frozen=True)
-class ExperimentFit:
-    """What one kind of experiment adds to the answer of ``identify``.
-
-    Attributes
-    ----------
-    name : of its section in the document: "clamped", "friction".
-    section : that section, a result.
-    parameters, not_identifiable : as in the document, to be added there.
-    effects : of the model, as the document writes them, that this experiment alone tells.
-    rms, noise : measure ("torque", "motor_angle") to number; ``noise`` empty where it is not known.
-    n_runs : runs it rests on. n_readings : readings. reduced_chi2, condition : of its own fit.
-    expected : one sentence on what error to expect.
-    warnings : in words. tables : to be stored, by name.
-    free : names of the parameters that were estimated. covariance : of these, square.
-    """
-
-    name: str
-    section: object
-    parameters: list[Document] = field(default_factory=list)
-    not_identifiable: list[Document] = field(default_factory=list)
-    effects: list[Document] = field(default_factory=list)
-    rms: dict[str, float | None] = field(default_factory=dict)
-    noise: dict[str, float | None] = field(default_factory=dict)
-    noise_source: str = "none"
-    n_runs: int = 0
-    n_readings: int = 0
-    reduced_chi2: float | None = None
-    condition: float | None = None
-    expected: str = ""
-    warnings: list[str] = field(default_factory=list)
-    tables: dict[str, pa.Table] = field(default_factory=dict)
-    free: list[str] = field(default_factory=list)
-    covariance: list[list[float]] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class ExperimentValidation:
-    """What one kind of experiment adds to the answer of ``validate``.
-
-    Attributes
-    ----------
-    scheme : how it was judged, in words.
-    rms, largest, noise, relative, zero_model : measure to number.
-    by : "run", "joint" and so on to slices as in the document.
-    section_scheme : the same in the experiment's section of ``validate``. n_readings : how many were judged.
-    """
-
-    name: str
-    scheme: str
-    rms: dict[str, float | None]
-    largest: dict[str, float | None]
-    noise: dict[str, float | None]
-    relative: dict[str, float | None]
-    zero_model: dict[str, float | None]
-    by: dict[str, list[Document]] = field(default_factory=dict)
-    section_scheme: str = ""
-    n_readings: int = 0
-    warnings: list[str] = field(default_factory=list)
-    tables: dict[str, pa.Table] = field(default_factory=dict)
-
-    @property
-    def section(self) -> HeldoutSection:
-        """The experiment's section of ``validate``."""
-        return HeldoutSection(
-            scheme=self.section_scheme,
-            n_readings=self.n_readings,
-            rms=self.rms,
-            noise=self.noise,
-            zero_model=self.zero_model,
-        )
-
-
 def fit_experiments(data: Ingested) -> list[ExperimentFit]:
     """Return what each kind of experiment that the campaign holds adds to ``identify``."""
-    from stiffcal.workflow.clamped import clamped_experiment_fit
-    from stiffcal.workflow.friction import friction_experiment_fit
+    from stiffcal.experiments import all_kinds
 
-    return [part for part in (clamped_experiment_fit(data), friction_experiment_fit(data)) if part is not None]
+    fits = [kind.fit(measured_runs(data)) for kind in all_kinds()]
+    return [fit for fit in fits if fit is not None]
 
 
 def validated_experiments(data: Ingested) -> list[ExperimentValidation]:
     """Return what each kind of experiment that the campaign holds adds to ``validate``."""
-    from stiffcal.workflow.clamped import clamped_validation
-    from stiffcal.workflow.friction import friction_validation
+    from stiffcal.experiments import all_kinds
 
-    return [part for part in (clamped_validation(data), friction_validation(data)) if part is not None]
+    validations = [kind.validate(measured_runs(data)) for kind in all_kinds()]
+    return [validation for validation in validations if validation is not None]
+
+
+def measured_runs(data: Ingested) -> MeasuredRuns:
+    """Return what kinds of experiment are asked about."""
+    from stiffcal.experiments.measured import MeasuredRuns
+
+    return MeasuredRuns(data.campaign, data.non_load, len(data.states), data.store.shown)
 
 
 def merge_experiment_fits(document: Document, parts: Sequence[ExperimentFit]) -> Document:

@@ -96,8 +96,8 @@ def states_with_residuals(data: Ingested) -> pa.Table:
 
 def _readings(data: Ingested) -> pa.Table:
     """Return what other experiments measured, with the fit, of a campaign without load states."""
-    from stiffcal.workflow.clamped import BRANCHES
-    from stiffcal.workflow.friction import FRICTION_FIT
+    from stiffcal.experiments.clamped.parts import BRANCHES
+    from stiffcal.experiments.friction.parts import FRICTION_FIT
 
     for name in (FRICTION_FIT, BRANCHES):
         if name in data.store.tables:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from stiffcal.campaign.loading import Campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, RunContext, free_names, ingested, placed_robot
+from stiffcal.workflow.steps import Document, RunContext, free_names, ingested
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup

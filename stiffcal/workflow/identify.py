@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.store.index import FOREIGN, OWN
 from stiffcal.workflow.steps import (
     FIT_STATES,
@@ -20,7 +21,6 @@ from stiffcal.workflow.steps import (
     ingested,
     key_of_fit,
     model_text,
-    placed_robot,
     stored_document,
 )
 from stiffcal.workflow.stored import FIT_ID

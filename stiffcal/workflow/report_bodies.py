@@ -11,11 +11,12 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.document import values_of
 from stiffcal.identification.joint_lines import COMPONENTS
 from stiffcal.identification.joint_motion import JointMotion, joint_motions
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Kind, NodeLoads, joint_node, tool_node
 from stiffcal.model.equilibrium import law_terms, node_displacements
 from stiffcal.report.joint_curves import JointCurve, JointPicture
-from stiffcal.workflow.steps import Document, Ingested, placed_robot
+from stiffcal.workflow.steps import Document, Ingested
 
 LAW_POINTS = 241
 

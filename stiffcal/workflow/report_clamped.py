@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.documents import section_of
+from stiffcal.experiments.clamped.parts import BRANCHES
 from stiffcal.experiments.clamped.results import ClampedSection, RunResult
 from stiffcal.report.clamped_curves import ClampedCurve, ClampedPose
 from stiffcal.store import values_of
-from stiffcal.workflow.clamped import BRANCHES
 from stiffcal.workflow.steps import Document, Ingested
 
 _POINTS = 201

@@ -24,6 +24,7 @@ from stiffcal.identification.state_tables import component_block, gauge_block
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.reduction.load_cycles import LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.report.content import (
@@ -44,16 +45,7 @@ from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import diagnosis_content
 from stiffcal.workflow.report_friction import friction_curves, friction_set_aside
 from stiffcal.workflow.report_links import link_pictures
-from stiffcal.workflow.steps import (
-    FIT_STATES,
-    HELDOUT_STATES,
-    INGEST,
-    LOAD_PATHS,
-    Document,
-    Ingested,
-    placed_robot,
-    stored_document,
-)
+from stiffcal.workflow.steps import FIT_STATES, HELDOUT_STATES, INGEST, LOAD_PATHS, Document, Ingested, stored_document
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import LoadStates

@@ -7,11 +7,12 @@ from collections import defaultdict
 import numpy as np
 
 from stiffcal.documents import section_of
+from stiffcal.experiments.friction.parts import FRICTION_FIT, friction_readings
 from stiffcal.experiments.friction.results import FrictionSection
 from stiffcal.report.content import SetAside
 from stiffcal.report.friction_curves import FrictionCurve
 from stiffcal.store import values_of
-from stiffcal.workflow.friction import FRICTION_FIT, friction_readings
+from stiffcal.workflow.experiments import measured_runs
 from stiffcal.workflow.steps import Document, Ingested
 
 
@@ -65,7 +66,7 @@ def _is_at(parameter: Document, joint: int) -> bool:
 
 def friction_set_aside(data: Ingested) -> tuple[SetAside, ...]:
     """Return the passes of friction runs that were not used, by run and reason."""
-    steady, _ = friction_readings(data)
+    steady, _ = friction_readings(measured_runs(data))
     if steady is None:
         return ()
     rows: dict[tuple[str, str], list[int]] = defaultdict(list)

@@ -16,11 +16,12 @@ from stiffcal.identification.rows import LENGTH, TRANSLATION
 from stiffcal.identification.weights import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.beam import axis_displacement
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.load_cycles import UNLOADING, find_load_cycles
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
 from stiffcal.validation.validate import load_in_base
-from stiffcal.workflow.steps import Document, Ingested, placed_robot
+from stiffcal.workflow.steps import Document, Ingested
 
 # Runs drawn large: the paper shows four (Fig. 7).
 HOW_MANY = 4

@@ -26,13 +26,12 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.model.composite import CompliantRobot, PlacedEffect
+    from stiffcal.model.composite import CompliantRobot
     from stiffcal.store import Store
 
 Document: TypeAlias = dict[str, Any]
 
 STATES, FIT_STATES, HELDOUT_STATES = "states", "fit", "unseen"
-NON_LOAD_TABLES = ("clamped", "friction", "free_motion")
 IDENTIFY, VALIDATE, HISTORY, INGEST, LOAD_PATHS = "identify", "validate", "history", "ingest", "load_paths"
 
 
@@ -73,8 +72,7 @@ class Ingested:
     table : the states as they lie in the store.
     states : the same as arrays, without what a correcting controller commanded (`reduction.commanded`); none where the
         campaign holds other experiments alone.
-    non_load : tables of what other experiments measured ("clamped", "friction", "free_motion"), as far as there are
-        any.
+    non_load : tables of what other experiments measured, as far as there are any.
     origin : from whom the states come: "own", "trusted place", or "foreign" where the logs to make them are missing.
     missing : logs that are not there; what is stored is then all there is.
     """
@@ -147,6 +145,7 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
     ------
     InputError : the input is wrong, or a step is missing and ``context.update`` is False.
     """
+    from stiffcal.experiments import tables_of_logs
     from stiffcal.ingest.freshness import freshness_of, warn_missing_sources, without_damaged
     from stiffcal.ingest.ingesting import ingest_now
     from stiffcal.reduction.commanded import without_commands
@@ -166,8 +165,8 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
             announce("ingest", reason, campaign.folder, context)
             ingest_now(campaign, store, reason, context.progress)
     table, states = stored_table(store)
-    non_load = {name: store.read_table(name) for name in NON_LOAD_TABLES if name in store.tables}
-    origin = store.origin_of(STATES, *NON_LOAD_TABLES, INGEST)
+    non_load = {name: store.read_table(name) for name in tables_of_logs() if name in store.tables}
+    origin = store.origin_of(STATES, *tables_of_logs(), INGEST)
     if origin != FOREIGN:  # where results of others are only shown, nothing is changed
         store.remove_leftovers()
     if origin != OWN:  # in a place that several people write, too
@@ -247,32 +246,6 @@ def plugin_digests(campaign: Campaign) -> list[str]:
     from stiffcal.model.campaign_effects import needs_plugins, plugin_code
 
     return [plugin_code(campaign).digest] if needs_plugins(campaign) else []
-
-
-def placed_robot(campaign: Campaign) -> CompliantRobot:
-    """Return the campaign's robot with the effects of its model file, valued where that gives values.
-
-    Effects that show in motion alone are left out: no load state and no prediction at rest knows them.
-
-    Raises
-    ------
-    InputError : the model file names an effect, a place or a parameter that does not exist.
-    """
-    robot = _whole_robot(campaign)
-    return replace(robot, placed=tuple(one for one in robot.placed if not one.effect.in_motion))
-
-
-def moving_effects(campaign: Campaign) -> tuple[PlacedEffect, ...]:
-    """Return the effects of the model file that show in motion alone (friction of the drives), by joint."""
-    found = [one for one in _whole_robot(campaign).placed if one.effect.in_motion]
-    return tuple(sorted(found, key=lambda one: one.place.joints))
-
-
-def _whole_robot(campaign: Campaign) -> CompliantRobot:
-    from stiffcal.model.assembly import compliant_robot
-    from stiffcal.model.campaign_effects import model_effects
-
-    return compliant_robot(campaign.chain, campaign.model, model_effects(campaign))
 
 
 def free_names(campaign: Campaign, robot: CompliantRobot) -> tuple[list[str], list[str]]:

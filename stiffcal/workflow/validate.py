@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.workflow.diagnosis_verdict import check_thresholds
 from stiffcal.workflow.identify import fit_now, fitted
 from stiffcal.workflow.steps import (
@@ -22,7 +23,6 @@ from stiffcal.workflow.steps import (
     ingested,
     key_of,
     open_store,
-    placed_robot,
     stored_document,
 )
 

@@ -14,10 +14,9 @@ from contextlib import redirect_stderr, suppress
 from pathlib import Path
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.model.campaign_effects import all_effects, plugin_code
+from stiffcal.model.campaign_effects import all_effects, placed_robot, plugin_code
 from stiffcal.model.plugin_loading import plugin_fault
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.steps import placed_robot
 from tests.fuzz.fence import FENCE
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes
 from tests.fuzz.running import fresh_folder, fresh_state, run_fenced

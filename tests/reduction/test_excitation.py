@@ -9,9 +9,9 @@ import numpy as np
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.measurements.load_states import LoadStates, RunInfo
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.reduction.excitation import joint_excitation
-from stiffcal.workflow.steps import placed_robot
 
 IRB = Path(__file__).resolve().parents[2] / "campaigns" / "irb4400"
 STIFFNESS = (7.3e5, 4.9e5, 4.3e5, 6.0e4, 5.7e4, 1.7e4)  # N·m/rad

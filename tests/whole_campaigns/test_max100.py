@@ -19,6 +19,7 @@ from stiffcal.identification.coupling import without_rods
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.summary import EffectAt, Where
@@ -26,7 +27,6 @@ from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.ingest import stored_states
 from stiffcal.workflow.simulate import simulate_campaign
-from stiffcal.workflow.steps import placed_robot
 from stiffcal.workflow.validate import validate_campaign
 
 FOLDER = Path(__file__).parents[2] / "campaigns" / "max100"

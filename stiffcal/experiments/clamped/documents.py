@@ -21,7 +21,8 @@ from stiffcal.experiments.clamped.results import (
     TorqueOverAngle,
 )
 from stiffcal.experiments.clamped.torque_angle import SLOPE_SHARE
-from stiffcal.workflow.steps import Document, Ingested
+from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.experiments.results import Document
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -239,7 +240,7 @@ def torque_angle(joint: ClampedJoint) -> TorqueAngle:
     )
 
 
-def clamped_warnings(data: Ingested, runs: tuple[ClampedRun, ...], joints: tuple[ClampedJoint, ...]) -> list[str]:
+def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: tuple[ClampedJoint, ...]) -> list[str]:
     """Return what a reader of the numbers must know, in words."""
     words = []
     names = data.joint_names

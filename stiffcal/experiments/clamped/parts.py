@@ -12,18 +12,7 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.analysis import ClampedRun, analyse_runs
 from stiffcal.experiments.clamped.chain import ClampedChain, clamped_chain
-from stiffcal.experiments.clamped.faults import loaded_words, why_no_sweep
-from stiffcal.experiments.clamped.heldout import angle_residual
-from stiffcal.experiments.clamped.joints import ClampedJoint, joints_of
-from stiffcal.experiments.clamped.results import ClampedSection
-from stiffcal.experiments.clamped.saturation import find_saturation
-from stiffcal.experiments.clamped.sweeps import cut_sweeps, moved_joint
-from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.document import model_document
-from stiffcal.ingest.parts import CLAMPED
-from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
-from stiffcal.model.assembly import fixed_parameters
-from stiffcal.workflow.clamped_documents import (
+from stiffcal.experiments.clamped.documents import (
     DEFINITION,
     NORMAL_95,
     branches_table,
@@ -32,8 +21,19 @@ from stiffcal.workflow.clamped_documents import (
     parameters_of,
     run_result,
 )
-from stiffcal.workflow.experiments import ExperimentFit, ExperimentValidation
-from stiffcal.workflow.steps import Document, Ingested, placed_robot
+from stiffcal.experiments.clamped.faults import loaded_words, why_no_sweep
+from stiffcal.experiments.clamped.heldout import angle_residual
+from stiffcal.experiments.clamped.joints import ClampedJoint, joints_of
+from stiffcal.experiments.clamped.results import ClampedSection
+from stiffcal.experiments.clamped.saturation import find_saturation
+from stiffcal.experiments.clamped.sweeps import cut_sweeps, moved_joint
+from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.experiments.results import Document, ExperimentFit, ExperimentValidation
+from stiffcal.fault_codes import FaultCode
+from stiffcal.identification.document import model_document
+from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
+from stiffcal.model.assembly import fixed_parameters
+from stiffcal.model.campaign_effects import placed_robot
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.clamped.heldout import HeldoutRun
 
 
-BRANCHES = "clamped_branches"
+CLAMPED, BRANCHES = "clamped", "clamped_branches"
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,11 @@ class ClampedResult:
     joints: tuple[ClampedJoint, ...]
 
 
-def clamped_experiment_fit(data: Ingested) -> ExperimentFit | None:
+def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
     """Tell every joint that was driven against the fixture; None where the campaign holds no clamped run.
 
     Where the campaign holds load states too, these are fitted together with the clamped runs, and the parameters come
-    from there; this part then tells play, friction and curve beside them.
+    from there; this part then adds play, friction and curve.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def clamped_experiment_fit(data: Ingested) -> ExperimentFit | None:
     if result is None:
         return None
     placed = placed_robot(data.campaign).placed
-    alone = len(data.states) == 0
+    alone = data.n_states == 0
     parameters, unidentified = parameters_of(placed, result.joints, fixed_parameters(data.campaign.model))
     used = [run for run in result.runs if not run.left_out]
     squares = [run.fit.rms**2 for run in used]
@@ -106,7 +106,7 @@ def clamped_experiment_fit(data: Ingested) -> ExperimentFit | None:
     )
 
 
-def clamped_validation(data: Ingested) -> ExperimentValidation | None:
+def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
     """Judge each joint in a pose that its law has not seen; None where the campaign holds no clamped run."""
     from stiffcal.experiments.clamped.heldout import heldout_clamped
 
@@ -176,17 +176,9 @@ def _expected(result: ClampedResult) -> str:
     return f"play is told to {1e3 * NORMAL_95 * worst.play_std:.2g} mrad or better (95 %)"
 
 
-def readings_of(data: Ingested) -> ClampedReadings | None:
+def readings_of(data: MeasuredRuns) -> ClampedReadings | None:
     """Return the readings of clamped runs; None where there are none."""
-    table = data.non_load.get(CLAMPED)
-    if table is None:
-        return None
-    try:
-        return readings_from_table(table)
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError, RecursionError) as error:
-        from stiffcal.store.origin import damaged
-
-        raise damaged(data.store.shown, CLAMPED, (str(error).splitlines() or [""])[0]) from error
+    return data.read(CLAMPED, readings_from_table)
 
 
 def clamped_result(campaign: Campaign, readings: ClampedReadings | None) -> ClampedResult | None:

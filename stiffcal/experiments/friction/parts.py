@@ -8,12 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
-from stiffcal.experiments.friction.results import FrictionSection
-from stiffcal.fault_codes import FaultCode
-from stiffcal.ingest.parts import FREE_MOTION, FRICTION
-from stiffcal.measurements.rms import VarianceRatio
-from stiffcal.workflow.experiments import ExperimentFit, ExperimentValidation
-from stiffcal.workflow.friction_documents import (
+from stiffcal.experiments.friction.documents import (
     bearing_frictions,
     effects_in_model,
     expected_words,
@@ -28,7 +23,12 @@ from stiffcal.workflow.friction_documents import (
     slice_entry,
     unknown_parameters,
 )
-from stiffcal.workflow.steps import Document, Ingested, moving_effects
+from stiffcal.experiments.friction.results import FrictionSection
+from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.experiments.results import Document, ExperimentFit, ExperimentValidation
+from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.rms import VarianceRatio
+from stiffcal.model.campaign_effects import moving_effects
 
 if TYPE_CHECKING:
     from stiffcal.experiments.friction.fitting import FrictionFit
@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from stiffcal.model.composite import PlacedEffect
 
 
-FRICTION_FIT = "friction_fit"
+FRICTION, FREE_MOTION, FRICTION_FIT = "friction", "free_motion", "friction_fit"
 
 
-def friction_experiment_fit(data: Ingested) -> ExperimentFit | None:
+def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
     """Fit the friction of every drive that the model gives friction and that friction runs have moved.
 
     Returns None where the campaign holds no friction run.
@@ -67,23 +67,14 @@ def friction_experiment_fit(data: Ingested) -> ExperimentFit | None:
     return _part(data, fit, placed)
 
 
-def friction_readings(data: Ingested) -> tuple[SteadyReadings | None, FreeMotion | None]:
+def friction_readings(data: MeasuredRuns) -> tuple[SteadyReadings | None, FreeMotion | None]:
     """Return what the store holds of friction runs."""
     from stiffcal.measurements.friction_readings import motion_from_table, steady_from_table
 
-    steady, motion = data.non_load.get(FRICTION), data.non_load.get(FREE_MOTION)
-    try:
-        return (
-            None if steady is None else steady_from_table(steady),
-            None if motion is None else motion_from_table(motion),
-        )
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError, RecursionError) as error:
-        from stiffcal.store.origin import damaged
-
-        raise damaged(data.store.shown, FRICTION, (str(error).splitlines() or [""])[0]) from error
+    return data.read(FRICTION, steady_from_table), data.read(FREE_MOTION, motion_from_table)
 
 
-def friction_rows(data: Ingested) -> FrictionRows | None:
+def friction_rows(data: MeasuredRuns) -> FrictionRows | None:
     """Return the equations of all friction runs, None where no reading is used."""
     from stiffcal.experiments.friction.rows import motion_rows, stacked_rows, steady_rows
 
@@ -96,7 +87,7 @@ def friction_rows(data: Ingested) -> FrictionRows | None:
     return stacked_rows(parts) if parts else None
 
 
-def friction_validation(data: Ingested) -> ExperimentValidation | None:
+def friction_validation(data: MeasuredRuns) -> ExperimentValidation | None:
     """Judge friction at speeds that the fit has not seen; None where the campaign tells no friction."""
     from stiffcal.experiments.friction.heldout import heldout_friction
 
@@ -144,24 +135,24 @@ def friction_validation(data: Ingested) -> ExperimentValidation | None:
     )
 
 
-def _fixed(data: Ingested) -> frozenset[str]:
+def _fixed(data: MeasuredRuns) -> frozenset[str]:
     from stiffcal.model.assembly import fixed_parameters
 
     return fixed_parameters(data.campaign.model)
 
 
-def _held_out(data: Ingested, rows: FrictionRows) -> NDArray[np.bool_]:
+def _held_out(data: MeasuredRuns, rows: FrictionRows) -> NDArray[np.bool_]:
     runs = [run.id for run in data.campaign.manifest.runs if run.holdout]
     return np.isin(rows.run, runs)
 
 
-def _without_effect(data: Ingested) -> ExperimentFit | None:
+def _without_effect(data: MeasuredRuns) -> ExperimentFit | None:
     """Say that friction was measured and is not in the model; where nothing else is measured, refuse."""
     from stiffcal.model.catalogue import built_in_effects
 
     names = [name for name, effect in built_in_effects().items() if effect.in_motion]
     mend = f"stiffcal add {data.campaign.folder} {names[0] if names else 'EFFECT'} --all"
-    if len(data.states) == 0:
+    if data.n_states == 0:
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE,
             "model.toml",
@@ -170,16 +161,16 @@ def _without_effect(data: Ingested) -> ExperimentFit | None:
             mend,
         )
     return ExperimentFit(
-        "friction",
-        FrictionSection(joints=[]),
+        name="friction",
+        section=FrictionSection(joints=[]),
         warnings=[f"friction runs are not used: the model holds no friction ({mend})"],
     )
 
 
-def _nothing_identified(data: Ingested, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
+def _nothing_identified(data: MeasuredRuns, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
     return ExperimentFit(
-        "friction",
-        FrictionSection(joints=[]),
+        name="friction",
+        section=FrictionSection(joints=[]),
         parameters=[document for one in placed for document in unknown_parameters(one)],
         not_identifiable=gaps(data, friction_readings(data)[0], placed, set()),
         effects=effects_in_model(placed),
@@ -197,7 +188,7 @@ def _lack_of_fit(fit: FrictionFit) -> VarianceRatio | None:
     return VarianceRatio(statistic=fit.reduced_chi2, dof=[fit.dof, None], p_value=p_value)
 
 
-def _part(data: Ingested, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
+def _part(data: MeasuredRuns, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
     """Return the part of a fit."""
     by_joint = {one.joint: one for one in fit.joints}
     parameters: list[Document] = []

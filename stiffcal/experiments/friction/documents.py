@@ -16,7 +16,8 @@ from stiffcal.experiments.friction.results import (
     OptionalTerm,
     SymbolCovariance,
 )
-from stiffcal.workflow.steps import Document, Ingested
+from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.experiments.results import Document
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -78,7 +79,7 @@ def unknown_parameters(one: PlacedEffect) -> list[Document]:
 
 
 def gaps(
-    data: Ingested, steady: SteadyReadings | None, placed: tuple[PlacedEffect, ...], told: set[int]
+    data: MeasuredRuns, steady: SteadyReadings | None, placed: tuple[PlacedEffect, ...], told: set[int]
 ) -> list[Document]:
     """Name the joints of the model that these runs tell nothing of, and why."""
     found: list[Document] = []
@@ -106,7 +107,7 @@ def heldout_gap(one: JointFrictionFit) -> Document:
 
 
 def joint_friction(
-    data: Ingested, fit: FrictionFit, one: JointFrictionFit, placed: tuple[PlacedEffect, ...]
+    data: MeasuredRuns, fit: FrictionFit, one: JointFrictionFit, placed: tuple[PlacedEffect, ...]
 ) -> JointFriction:
     """Return what is told of one joint: how it was measured, what is left, its curve with standard uncertainty."""
     from stiffcal.experiments.friction.fitting import friction_curve
@@ -139,7 +140,7 @@ def joint_friction(
     )
 
 
-def between_directions(data: Ingested, fit: FrictionFit, joint: int) -> BetweenDirections | None:
+def between_directions(data: MeasuredRuns, fit: FrictionFit, joint: int) -> BetweenDirections | None:
     """Return what both directions share (weight, the torque's zero, friction that differs by direction), N·m."""
     own = (fit.rows.joint == joint) & fit.rows.steady
     if not own.any():
@@ -177,7 +178,7 @@ def bearing_frictions(fit: FrictionFit) -> list[BearingFriction]:
     ]
 
 
-def friction_warnings(data: Ingested, fit: FrictionFit) -> list[str]:
+def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
     """Return what a reader of the numbers must know, in words."""
     words = []
     for one in fit.joints:
@@ -246,7 +247,7 @@ def slice_entry(label: str, residual: Floats) -> dict[str, Any]:
     }
 
 
-def fit_table(data: Ingested, fit: FrictionFit) -> pa.Table:
+def fit_table(data: MeasuredRuns, fit: FrictionFit) -> pa.Table:
     """Return every row of the fit as a table."""
     from stiffcal.store import table_of
 
