@@ -19,7 +19,9 @@ from stiffcal.campaign.experiment_kinds import experiment_kind, kind_names
 from stiffcal.campaign.typed import TomlTable
 
 if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
     from stiffcal.experiments.measured import MeasuredRuns
+    from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 
 
@@ -38,6 +40,13 @@ class ExperimentKind:
     """The model file of campaigns of this kind alone that have none; None: compliant drives."""
     tables: tuple[str, ...] = ()
     """The tables of the store that are made of this kind's logs, none where its runs make load states alone."""
+
+    holds_flange: bool = False
+    """Whether a fixture holds the flange in these runs: their load states then know its place, and miss its motion."""
+
+    def reduction(self, campaign: Campaign) -> RunsReduction | None:
+        """Return what takes the logs of this kind's runs; None where they make load states like any other."""
+        return None
 
     def fit(self, data: MeasuredRuns) -> ExperimentFit | None:
         """Return what the runs of this kind add to ``identify``; None where the campaign holds none.

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stiffcal.ingest.parts import INGEST, NEEDED, PROVENANCE, is_needed, missing_parts
+from stiffcal.ingest.parts import INGEST, PROVENANCE, is_needed, missing_parts, needed_parts
 from stiffcal.ingest.sources import ingest_settings, manifest_data_files, sources_elsewhere
 from stiffcal.store.index import FOREIGN, OWN, DamagedStoreError, check_version
 
@@ -50,7 +50,7 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
     if not store.exists or INGEST not in store.documents:
         return Freshness(NOTHING)
     with store.snapshot() as snapshot:
-        origin = snapshot.origin_of(*NEEDED)
+        origin = snapshot.origin_of(*needed_parts())
         broken = [name for name in snapshot.damaged(thorough=thorough) if is_needed(name)]
         broken += missing_parts(snapshot)
         if broken:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.experiments import tables_of_logs
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.freshness import NOTHING
-from stiffcal.ingest.parts import CLAMPED, FREE_MOTION, FRICTION, INGEST, PROVENANCE, RECORDINGS, STATES
+from stiffcal.ingest.parts import INGEST, PROVENANCE, RECORDINGS, STATES
 from stiffcal.ingest.sources import ingest_settings, manifest_data_files, sources_elsewhere
 
 if TYPE_CHECKING:
@@ -40,23 +41,14 @@ def ingest_now(campaign: Campaign, target: Store, reason: str, progress: Progres
     outside = sources_elsewhere(campaign)
     changed = "" if reason == NOTHING else reason
     from stiffcal.ingest.reducing import reduce_campaign
-    from stiffcal.measurements.clamped_readings import readings_table
-    from stiffcal.measurements.friction_readings import motion_table, steady_table
     from stiffcal.measurements.tables import states_table
 
     with hash_sources(folder, files) as hashes, target.begin("ingest") as writing:
         reduced = reduce_campaign(campaign, progress, writing)
         document = reduced.document | {"unchanged": False, "changed": changed}
         writing.write_table(STATES, states_table(reduced.states, campaign.chain.joint_names))
-        if reduced.non_load.clamped_readings is not None:
-            writing.write_table(
-                CLAMPED, readings_table(reduced.non_load.clamped_readings, campaign.chain.joint_names, settings)
-            )
-        friction = reduced.non_load.friction
-        if friction is not None and friction.steady is not None:
-            writing.write_table(FRICTION, steady_table(friction.steady, campaign.chain.joint_names))
-        if friction is not None and friction.motion is not None:
-            writing.write_table(FREE_MOTION, motion_table(friction.motion, campaign.chain.joint_names))
+        for name, table in reduced.non_load.tables(settings).items():
+            writing.write_table(name, table)
         writing.write_document(INGEST, document)
         progress("hashing the sources", None)
         if outside != sources_elsewhere(campaign):
@@ -78,10 +70,6 @@ def ingest_now(campaign: Campaign, target: Store, reason: str, progress: Progres
 
 def _keep_what_others_wrote(writing: Any, tables: tuple[str, ...], documents: tuple[str, ...]) -> None:
     """Carry over history and fits; they say themselves from which states they come."""
-    kept = [
-        name
-        for name in tables
-        if name not in (STATES, CLAMPED, FRICTION, FREE_MOTION) and not name.startswith(RECORDINGS)
-    ]
+    kept = [name for name in tables if name not in (STATES, *tables_of_logs()) and not name.startswith(RECORDINGS)]
     kept += [name for name in documents if name not in (INGEST, PROVENANCE)]
     writing.keep(*dict.fromkeys(kept))

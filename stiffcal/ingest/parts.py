@@ -4,15 +4,25 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stiffcal.experiments import tables_of_logs
+
 if TYPE_CHECKING:
     from stiffcal.store import Snapshot
 
-STATES, CLAMPED, FRICTION, FREE_MOTION = "states", "clamped", "friction", "free_motion"
-INGEST, PROVENANCE = "ingest", "provenance"
+STATES, INGEST, PROVENANCE = "states", "ingest", "provenance"
 RECORDINGS = "recordings/"
-NEEDED = (STATES, INGEST, PROVENANCE, CLAMPED, FRICTION, FREE_MOTION)
-"""Without these nothing can be shown: they are made from the logs, and all else from them."""
 _OF_EVERY_CAMPAIGN = (STATES, INGEST, PROVENANCE)
+
+
+def needed_parts() -> tuple[str, ...]:
+    """Return the names of what nothing can be shown without: it is made from the logs, and all else from it.
+
+    Examples
+    --------
+    >>> needed_parts()[:3], "friction" in needed_parts()
+    (('states', 'ingest', 'provenance'), True)
+    """
+    return (*_OF_EVERY_CAMPAIGN, *tables_of_logs())
 
 
 def is_needed(name: str) -> bool:
@@ -23,7 +33,7 @@ def is_needed(name: str) -> bool:
     >>> is_needed("states"), is_needed("recordings/a/ft"), is_needed("validate")
     (True, True, False)
     """
-    return name in NEEDED or "/" in name
+    return name in needed_parts() or "/" in name
 
 
 def missing_parts(snapshot: Snapshot) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -15,20 +15,18 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
-from stiffcal.experiments.clamped.states import clamped_states
-from stiffcal.experiments.clamped.sweeps import clamped_readings, moved_joint
-from stiffcal.experiments.friction.runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
+from stiffcal.experiments import all_kinds
+from stiffcal.experiments.reduction import sum_up_dropped
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.data_quality import DataQuality, check_load_states
 from stiffcal.ingest.logged_runs import log_files, logged_runs
 from stiffcal.ingest.logged_runs import of_run as rows_of_run
+from stiffcal.ingest.non_load_runs import NonLoadRuns
 from stiffcal.ingest.recording_tables import recording_columns, recording_name, recording_table
-from stiffcal.measurements.clamped_readings import ClampedReadings, stacked_readings
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.mechanics.chain import Chain
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.blocks import BlockAverager, Blocks
-from stiffcal.reduction.holds import Holds, UnusedStretch, given_holds
+from stiffcal.reduction.holds import Holds, given_holds
 from stiffcal.reduction.logs import is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.outliers import reject_outliers
@@ -50,40 +48,6 @@ class ReducedCampaign:
     document: dict[str, Any]
     quality: DataQuality
     non_load: NonLoadRuns
-
-
-@dataclass
-class NonLoadRuns:
-    """What runs measured that make no load states, collected while a campaign is read.
-
-    Attributes
-    ----------
-    clamped : the readings of clamped runs, a run each. friction_runs : the logs of friction runs, a run each.
-    friction : what they hold, once all are read. entries : of the ingest document, one for each such run.
-    warnings : what the user ought to know.
-    """
-
-    clamped: list[ClampedReadings] = field(default_factory=list)
-    friction_runs: list[FrictionRun] = field(default_factory=list)
-    friction: FrictionReduction | None = None
-    entries: list[dict[str, Any]] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-
-    def __bool__(self) -> bool:
-        return bool(self.entries)
-
-    @property
-    def clamped_readings(self) -> ClampedReadings | None:
-        """The readings of all clamped runs, None where there are none."""
-        return stacked_readings(self.clamped) if self.clamped else None
-
-    def finish(self, chain: Chain) -> None:
-        """Reduce what needs all runs at once: passes of one joint at one speed, wherever they were logged."""
-        if not self.friction_runs:
-            return
-        self.friction = reduce_friction(self.friction_runs, chain)
-        self.warnings += self.friction.warnings
-        self.entries += [_friction_entry(run, self.friction) for run in self.friction_runs]
 
 
 @dataclass(frozen=True)
@@ -121,7 +85,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     InputError
         A source is faulty, or no load states can be made of it.
     """
-    ingest_options, quality, non_load = ReadingOptions(writing), DataQuality(campaign), NonLoadRuns()
+    ingest_options, quality, non_load = ReadingOptions(writing), DataQuality(campaign), NonLoadRuns(campaign)
     gathered, runs = collect_raw_states(campaign, progress, ingest_options, quality, non_load)
     if gathered is None and non_load:
         gathered = no_states()
@@ -162,7 +126,7 @@ def collect_raw_states(
     non_load: NonLoadRuns | None = None,
 ) -> tuple[RawStates | None, list[ReducedRun]]:
     """Read tables and logs; None where there are no states yet. Runs without load states join `non_load`."""
-    manifest, non_load = campaign.manifest, NonLoadRuns() if non_load is None else non_load
+    manifest, non_load = campaign.manifest, NonLoadRuns(campaign) if non_load is None else non_load
     progress("reading tables", None)
     parts: list[RawStates] = []
     try:
@@ -192,12 +156,11 @@ def collect_raw_states(
             quality,
         )
         try:
-            if run.experiment == "clamped":
-                if len(logs) == len(sources):
-                    parts += _read_clamped(campaign, run, logs, non_load)
-            elif run.experiment == "friction":
-                if len(logs) == len(sources) and not ingest_options.quick:
-                    non_load.friction_runs.append(friction_run(run, logs))
+            reduction = non_load.of_kind(run.experiment)
+            if reduction is not None:
+                if len(logs) == len(sources) and (reduction.reads_first_lines or not ingest_options.quick):
+                    states = reduction.add(run, logs)
+                    parts += [] if states is None else [states]
             elif ingest_options.quick and logs:
                 parts.append(beginning(run, logs))
             elif len(logs) == len(sources):
@@ -207,47 +170,10 @@ def collect_raw_states(
         except InputError as error:
             ingest_options.fault(error)
     try:
-        non_load.finish(campaign.chain)
+        non_load.finish()
     except InputError as error:
         ingest_options.fault(error)
     return (stacked(parts) if parts else None), runs
-
-
-def _read_clamped(campaign: Campaign, run: Run, logs: dict[str, Blocks], non_load: NonLoadRuns) -> list[RawStates]:
-    """Bring the logs of a clamped run together; return its load states where other runs make some to fit with."""
-    readings, clocks = clamped_readings(run, logs)
-    joint = moved_joint(run.id, readings.joints, run.moved_joint, campaign.chain.joint_names)
-    non_load.clamped.append(readings)
-    non_load.entries.append(
-        {
-            "id": run.id,
-            "clock_ahead_s": {source: document_of(offset) for source, offset in clocks.items()},
-            "n_states": 0,
-            "n_readings": len(readings),
-            "dropped": [],
-        }
-    )
-    # alone, clamped runs are told joint by joint, from all their readings
-    together = any(one.experiment == "load" for one in campaign.manifest.runs)
-    states = clamped_states(readings, joint) if together else None
-    return [] if states is None else [states]
-
-
-def _friction_entry(run: FrictionRun, friction: FrictionReduction) -> dict[str, Any]:
-    """Return what the ingest document says of a friction run: readings that are used, strokes that gave none."""
-    name, steady, motion = run.info.name, friction.steady, friction.motion
-    readings, dropped = 0, summed_up(friction.dropped.get(name, ()))
-    if steady is not None:
-        own = np.array([steady.runs[k].name == name for k in steady.run], dtype=np.bool_)
-        readings += int((own & steady.used).sum())
-        codes = steady.set_aside_code
-        for code in np.unique(codes[own & ~steady.used]):
-            alike = own & (codes == code)
-            dropped.append({"why": str(steady.set_aside[alike][0]), "pieces": int(alike.sum())})
-    if motion is not None:
-        readings += int(np.sum([motion.runs[k].name == name for k in motion.run]))
-    clocks = {source: document_of(offset) for source, offset in run.clocks.items()}
-    return {"id": name, "clock_ahead_s": clocks, "n_states": 0, "n_readings": readings, "dropped": dropped}
 
 
 def _within(progress: Progress, start: float, width: float, text: str, fraction: float | None = None) -> None:
@@ -276,8 +202,8 @@ def _read_logs(
 def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, Registration | None]:
     """Return load states in base axes; frames to be estimated are found first, from the references."""
     manifest, chain = campaign.manifest, campaign.chain
-    clamped = {run.id for run in manifest.runs if run.experiment == "clamped"}
-    held = bool(clamped.intersection(gathered.run))
+    holding_kinds = {kind.name for kind in all_kinds() if kind.holds_flange}
+    held = any(run.experiment in holding_kinds for run in manifest.runs if run.id in set(gathered.run))
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
     states = load_states(gathered, manifest, chain, holding(setup) if held else setup)
     names = frames_to_estimate(manifest)
@@ -317,23 +243,7 @@ def _document(states: LoadStates, runs: Sequence[ReducedRun]) -> dict[str, Any]:
 
 
 def _dropped(reduced: ReducedRun) -> list[dict[str, Any]]:
-    return summed_up(reduced.dropped)
-
-
-def summed_up(dropped: Sequence[UnusedStretch]) -> list[dict[str, Any]]:
-    """Sum up what was dropped of a run's logs, by reason."""
-    found: dict[str, list[tuple[float, float]]] = {}
-    for stretch in dropped:
-        found.setdefault(stretch.reason, []).append((stretch.start, stretch.end))
-    return [
-        {
-            "why": reason,
-            "pieces": len(pieces),
-            "seconds": float(sum(end - start for start, end in pieces)),
-            "first_s": [float(pieces[0][0]), float(pieces[0][1])],
-        }
-        for reason, pieces in found.items()
-    ]
+    return sum_up_dropped(reduced.dropped)
 
 
 def _read_log(

@@ -23,7 +23,7 @@ from stiffcal.workflow.check_results import (
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.ingest.reducing import NonLoadRuns
+    from stiffcal.ingest.non_load_runs import NonLoadRuns
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.reduction.plausibility import LogQuality
     from stiffcal.reduction.recordings import ReducedRun
@@ -52,7 +52,8 @@ def check_campaign(
     """
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.ingest.data_quality import DataQuality, check_load_states
-    from stiffcal.ingest.reducing import NonLoadRuns, ReadingOptions, collect_raw_states, placed_states
+    from stiffcal.ingest.non_load_runs import NonLoadRuns
+    from stiffcal.ingest.reducing import ReadingOptions, collect_raw_states, placed_states
     from stiffcal.reduction.outliers import reject_outliers
 
     campaign = load_campaign(Path(folder), check_files=False)
@@ -60,7 +61,7 @@ def check_campaign(
     any_table = any(source.is_states for source in campaign.manifest.sources.values())
     faults: list[Fault] = []
     quality = DataQuality(campaign)
-    non_load = NonLoadRuns()
+    non_load = NonLoadRuns(campaign)
     gathered, reduced = collect_raw_states(
         campaign, progress, ReadingOptions(collected=faults, only=run, quick=quick), quality, non_load
     )
@@ -99,7 +100,7 @@ def check_campaign(
     elif gathered is None and not faults and not non_load and not (quick and _read_in_full(campaign)):
         missing.append("no load states yet: measure a run")
     if non_load and not faults:
-        unusable, remarks = _unusable(campaign, non_load)
+        unusable, remarks = non_load.check()
         result = replace(
             result, warnings=[*result.warnings, *remarks], runs=_with_non_load_runs(campaign, result.runs, non_load)
         )
@@ -110,7 +111,10 @@ def check_campaign(
 
 def _read_in_full(campaign: Campaign) -> bool:
     """Tell whether the campaign holds runs of which the first lines alone say nothing."""
-    return any(run.experiment in ("clamped", "friction") for run in campaign.manifest.runs)
+    from stiffcal.ingest.non_load_runs import NonLoadRuns
+
+    non_load = NonLoadRuns(campaign)
+    return any(non_load.of_kind(run.experiment) is not None for run in campaign.manifest.runs)
 
 
 def _with_non_load_runs(campaign: Campaign, runs: Sequence[CheckedRun], non_load: NonLoadRuns) -> list[CheckedRun]:
@@ -132,33 +136,6 @@ def _with_non_load_runs(campaign: Campaign, runs: Sequence[CheckedRun], non_load
             clock_ahead_s={source: SourceClockOffset(**clock) for source, clock in entry["clock_ahead_s"].items()},
         )
     return list(listed.values())
-
-
-def _unusable(campaign: Campaign, non_load: NonLoadRuns) -> tuple[list[str], list[str]]:
-    """Return what is missing of runs that make no load states, and remarks on them, a line each."""
-    unusable: list[str] = []
-    remarks = list(non_load.warnings)
-    if non_load.clamped:
-        from stiffcal.experiments.clamped.parts import check_clamped_runs
-
-        unusable, of_clamped = check_clamped_runs(campaign, non_load.clamped)
-        remarks += of_clamped
-    return unusable + _without_friction(campaign, non_load), remarks
-
-
-def _without_friction(campaign: Campaign, non_load: NonLoadRuns) -> list[str]:
-    """Return a line for every joint whose friction the model asks for and no run tells."""
-    from stiffcal.model.campaign_effects import moving_effects
-
-    if non_load.friction is None:
-        return []
-    steady, motion = non_load.friction.steady, non_load.friction.motion
-    told = set() if steady is None else set(steady.joint[steady.used].tolist())
-    if motion is not None:
-        told |= {k + 1 for k, moved in enumerate(motion.one_way.T) if moved.any()}
-    names = campaign.chain.joint_names
-    asked = [one.place.joints[0] for one in moving_effects(campaign)]
-    return [f"joint {names[k - 1]}: no run tells its friction: move it both ways" for k in asked if k not in told]
 
 
 def _check_run(campaign: Campaign, run: str | None) -> None:

@@ -122,7 +122,7 @@ def open_store(folder: Path, context: RunContext) -> Store:
 
 def stored_document(store: Store, name: str) -> Document | None:
     """Return a document of the store, checked; None where there is none that can be used: it is computed again."""
-    from stiffcal.ingest.parts import NEEDED
+    from stiffcal.ingest.parts import needed_parts
     from stiffcal.store.index import DamagedStoreError
     from stiffcal.trust.notices import notice
     from stiffcal.workflow.stored import stored_document as checked_document
@@ -130,7 +130,7 @@ def stored_document(store: Store, name: str) -> Document | None:
     try:
         return checked_document(store, name)
     except DamagedStoreError as error:
-        if name in NEEDED:
+        if name in needed_parts():
             raise
         notice(f"{store.folder}: {name}: {error.faults[0].reason}: not used")
         return None

@@ -7,12 +7,20 @@ from typing import TYPE_CHECKING
 from stiffcal.experiments import ExperimentKind
 
 if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
     from stiffcal.experiments.measured import MeasuredRuns
+    from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 
 
 class ClampedKind(ExperimentKind):
     """Play, friction and torque over angle of each joint that was driven against the fixture."""
+
+    def reduction(self, campaign: Campaign) -> RunsReduction:
+        """Collect the logs of this kind's runs."""
+        from stiffcal.experiments.clamped.reduction import ClampedReduction
+
+        return ClampedReduction(campaign)
 
     def fit(self, data: MeasuredRuns) -> ExperimentFit | None:
         """Identify every joint that was driven against the fixture."""
@@ -27,4 +35,4 @@ class ClampedKind(ExperimentKind):
         return clamped_validation(data)
 
 
-KIND = ClampedKind("clamped", tables=("clamped",))
+KIND = ClampedKind("clamped", tables=("clamped",), holds_flange=True)

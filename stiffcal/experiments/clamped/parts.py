@@ -24,6 +24,7 @@ from stiffcal.experiments.clamped.documents import (
 from stiffcal.experiments.clamped.faults import loaded_words, why_no_sweep
 from stiffcal.experiments.clamped.heldout import angle_residual
 from stiffcal.experiments.clamped.joints import ClampedJoint, joints_of
+from stiffcal.experiments.clamped.reduction import CLAMPED
 from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.clamped.saturation import find_saturation
 from stiffcal.experiments.clamped.sweeps import cut_sweeps, moved_joint
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.clamped.heldout import HeldoutRun
 
 
-CLAMPED, BRANCHES = "clamped", "clamped_branches"
+BRANCHES = "clamped_branches"
 
 
 @dataclass(frozen=True)

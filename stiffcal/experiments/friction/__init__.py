@@ -8,12 +8,20 @@ from typing import TYPE_CHECKING
 from stiffcal.experiments import ExperimentKind
 
 if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
     from stiffcal.experiments.measured import MeasuredRuns
+    from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 
 
 class FrictionKind(ExperimentKind):
     """Friction of each drive over its speed."""
+
+    def reduction(self, campaign: Campaign) -> RunsReduction:
+        """Collect the logs of this kind's runs."""
+        from stiffcal.experiments.friction.reduction import FrictionRunsReduction
+
+        return FrictionRunsReduction(campaign)
 
     def fit(self, data: MeasuredRuns) -> ExperimentFit | None:
         """Fit the friction of every drive that the model gives friction and that friction runs have moved."""

@@ -23,6 +23,7 @@ from stiffcal.experiments.friction.documents import (
     slice_entry,
     unknown_parameters,
 )
+from stiffcal.experiments.friction.reduction import FREE_MOTION, FRICTION
 from stiffcal.experiments.friction.results import FrictionSection
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.results import Document, ExperimentFit, ExperimentValidation
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from stiffcal.model.composite import PlacedEffect
 
 
-FRICTION, FREE_MOTION, FRICTION_FIT = "friction", "free_motion", "friction_fit"
+FRICTION_FIT = "friction_fit"
 
 
 def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:

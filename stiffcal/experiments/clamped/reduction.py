@@ -1,0 +1,59 @@
+"""Logs of clamped runs brought together: readings for a joint's own law, load states where load runs are fitted too."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.manifest import Run
+from stiffcal.documents import document_of
+from stiffcal.experiments.clamped.states import clamped_states
+from stiffcal.experiments.clamped.sweeps import clamped_readings, moved_joint
+from stiffcal.experiments.reduction import RunsReduction
+from stiffcal.measurements.clamped_readings import ClampedReadings, readings_table, stacked_readings
+from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.states import RawStates
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+CLAMPED = "clamped"
+
+
+class ClampedReduction(RunsReduction):
+    """The readings of clamped runs."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        super().__init__(campaign)
+        self._readings: list[ClampedReadings] = []
+
+    def add(self, run: Run, logs: Mapping[str, Blocks]) -> RawStates | None:
+        """Bring the logs of a run to one clock."""
+        readings, clocks = clamped_readings(run, logs)
+        joint = moved_joint(run.id, readings.joints, run.moved_joint, self.campaign.chain.joint_names)
+        self._readings.append(readings)
+        self.entries.append(
+            {
+                "id": run.id,
+                "clock_ahead_s": {source: document_of(offset) for source, offset in clocks.items()},
+                "n_states": 0,
+                "n_readings": len(readings),
+                "dropped": [],
+            }
+        )
+        # alone, clamped runs are identified joint by joint, from all their readings
+        together = any(other.experiment == "load" for other in self.campaign.manifest.runs)
+        return clamped_states(readings, joint) if together else None
+
+    def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
+        """Return the readings of all runs."""
+        if not self._readings:
+            return {}
+        return {CLAMPED: readings_table(stacked_readings(self._readings), self.campaign.chain.joint_names, settings)}
+
+    def check(self) -> tuple[list[str], list[str]]:
+        """Name the runs without a whole sweep, those whose torque is limited, and those that contradict themselves."""
+        from stiffcal.experiments.clamped.parts import check_clamped_runs
+
+        return check_clamped_runs(self.campaign, self._readings)

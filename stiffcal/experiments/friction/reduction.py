@@ -1,0 +1,87 @@
+"""Logs of friction runs collected: passes of one joint at one speed go together, wherever they were logged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.manifest import Run
+from stiffcal.documents import document_of
+from stiffcal.experiments.friction.runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
+from stiffcal.experiments.reduction import RunsReduction, sum_up_dropped
+from stiffcal.experiments.results import Document
+from stiffcal.measurements.friction_readings import motion_table, steady_table
+from stiffcal.reduction.blocks import Blocks
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+FRICTION, FREE_MOTION = "friction", "free_motion"
+
+
+class FrictionRunsReduction(RunsReduction):
+    """The logs of friction runs, and what they hold once all are read."""
+
+    reads_first_lines = False
+
+    def __init__(self, campaign: Campaign) -> None:
+        super().__init__(campaign)
+        self._runs: list[FrictionRun] = []
+        self._friction: FrictionReduction | None = None
+
+    def add(self, run: Run, logs: Mapping[str, Blocks]) -> None:
+        """Bring the logs of a run to one clock."""
+        self._runs.append(friction_run(run, logs))
+
+    def finish(self) -> None:
+        """Find the passes at constant velocity, and the samples of other motion."""
+        if not self._runs:
+            return
+        self._friction = reduce_friction(self._runs, self.campaign.chain)
+        self.warnings += self._friction.warnings
+        self.entries += [_entry(run, self._friction) for run in self._runs]
+
+    def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
+        """Return passes, and samples of other motion."""
+        found: dict[str, pa.Table] = {}
+        names = self.campaign.chain.joint_names
+        if self._friction is not None and self._friction.steady is not None:
+            found[FRICTION] = steady_table(self._friction.steady, names)
+        if self._friction is not None and self._friction.motion is not None:
+            found[FREE_MOTION] = motion_table(self._friction.motion, names)
+        return found
+
+    def check(self) -> tuple[list[str], list[str]]:
+        """Name every joint whose friction the model asks for and no run shows."""
+        from stiffcal.model.campaign_effects import moving_effects
+
+        if self._friction is None:
+            return [], []
+        steady, motion = self._friction.steady, self._friction.motion
+        measured = set() if steady is None else set(steady.joint[steady.used].tolist())
+        if motion is not None:
+            measured |= {k + 1 for k, moved in enumerate(motion.one_way.T) if moved.any()}
+        names = self.campaign.chain.joint_names
+        asked = [effect.place.joints[0] for effect in moving_effects(self.campaign)]
+        missing = [joint for joint in asked if joint not in measured]
+        return [f"joint {names[joint - 1]}: no run tells its friction: move it both ways" for joint in missing], []
+
+
+def _entry(run: FrictionRun, friction: FrictionReduction) -> Document:
+    """Return what the ingest document holds of a run: readings that are used, strokes that gave none."""
+    name, steady, motion = run.info.name, friction.steady, friction.motion
+    readings, dropped = 0, sum_up_dropped(friction.dropped.get(name, ()))
+    if steady is not None:
+        own = np.array([steady.runs[k].name == name for k in steady.run], dtype=np.bool_)
+        readings += int((own & steady.used).sum())
+        codes = steady.set_aside_code
+        for code in np.unique(codes[own & ~steady.used]):
+            alike = own & (codes == code)
+            dropped.append({"why": str(steady.set_aside[alike][0]), "pieces": int(alike.sum())})
+    if motion is not None:
+        readings += int(np.sum([motion.runs[k].name == name for k in motion.run]))
+    clocks = {source: document_of(offset) for source, offset in run.clocks.items()}
+    return {"id": name, "clock_ahead_s": clocks, "n_states": 0, "n_readings": readings, "dropped": dropped}

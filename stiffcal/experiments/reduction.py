@@ -1,0 +1,96 @@
+"""How a kind of experiment takes the logs of its runs, one after the other, while a campaign is read."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.manifest import Run
+from stiffcal.experiments.results import Document
+from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.holds import UnusedStretch
+from stiffcal.reduction.states import RawStates
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+class RunsReduction(ABC):
+    """The runs of one kind, collected while a campaign is read.
+
+    Parameters
+    ----------
+    campaign : as it was read.
+    """
+
+    reads_first_lines = True
+    """Whether the first lines of a log alone are of use, as ``check --quick`` reads them."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        self.campaign = campaign
+        self.entries: list[Document] = []
+        """Of the ingest document, one for each run: id, clock_ahead_s, n_states, n_readings, dropped."""
+        self.warnings: list[str] = []
+        """What the user ought to know, in words."""
+
+    @abstractmethod
+    def add(self, run: Run, logs: Mapping[str, Blocks]) -> RawStates | None:
+        """Take the logs of a run; return its load states where other runs make some to fit with, else None.
+
+        Parameters
+        ----------
+        run : the manifest's entry.
+        logs : source to block averages in SI, at the joint's side.
+
+        Raises
+        ------
+        InputError
+            The logs cannot be brought together.
+        """
+
+    def finish(self) -> None:
+        """Reduce what needs all runs at once; called when the last one was added.
+
+        Raises
+        ------
+        InputError
+            The runs do not fit together.
+        """
+        return
+
+    @abstractmethod
+    def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
+        """Return what goes into the store, by name: those of the kind's `tables` that these runs fill.
+
+        Parameters
+        ----------
+        settings : of the campaign, as they stand with the table.
+        """
+
+    def check(self) -> tuple[list[str], list[str]]:
+        """Return what is missing to use these runs, and remarks on them, a line each, before anything is fitted.
+
+        Raises
+        ------
+        InputError
+            A run cannot be understood.
+        """
+        return [], []
+
+
+def sum_up_dropped(dropped: Sequence[UnusedStretch]) -> list[Document]:
+    """Sum up what was not used of a run's logs, by reason."""
+    stretches: dict[str, list[tuple[float, float]]] = {}
+    for stretch in dropped:
+        stretches.setdefault(stretch.reason, []).append((stretch.start, stretch.end))
+    return [
+        {
+            "why": reason,
+            "pieces": len(pieces),
+            "seconds": float(sum(end - start for start, end in pieces)),
+            "first_s": [float(pieces[0][0]), float(pieces[0][1])],
+        }
+        for reason, pieces in stretches.items()
+    ]

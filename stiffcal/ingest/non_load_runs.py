@@ -1,0 +1,75 @@
+"""What runs measured that make no load states, by kind of experiment."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.experiments import all_kinds
+from stiffcal.experiments.reduction import RunsReduction
+from stiffcal.experiments.results import Document
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+class NonLoadRuns:
+    """What runs measured that make no load states, collected while a campaign is read.
+
+    Parameters
+    ----------
+    campaign : as it was read.
+    """
+
+    def __init__(self, campaign: Campaign) -> None:
+        found = {kind.name: kind.reduction(campaign) for kind in all_kinds()}
+        self._reductions = {name: reduction for name, reduction in found.items() if reduction is not None}
+
+    def __bool__(self) -> bool:
+        return bool(self.entries)
+
+    def of_kind(self, experiment: str) -> RunsReduction | None:
+        """Return what takes the runs of a kind of experiment; None where these make load states."""
+        return self._reductions.get(experiment)
+
+    @property
+    def entries(self) -> list[Document]:
+        """Of the ingest document, one for each such run."""
+        return [entry for reduction in self._reductions.values() for entry in reduction.entries]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user ought to know."""
+        return [words for reduction in self._reductions.values() for words in reduction.warnings]
+
+    def finish(self) -> None:
+        """Reduce what needs all runs at once.
+
+        Raises
+        ------
+        InputError : runs of one kind do not fit together.
+        """
+        for reduction in self._reductions.values():
+            reduction.finish()
+
+    def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
+        """Return the tables of all kinds, by name; `settings` stand with them."""
+        found: dict[str, pa.Table] = {}
+        for reduction in self._reductions.values():
+            found |= reduction.tables(settings)
+        return found
+
+    def check(self) -> tuple[list[str], list[str]]:
+        """Return what is missing of these runs, and remarks on them, a line each.
+
+        Raises
+        ------
+        InputError : a run cannot be understood.
+        """
+        unusable: list[str] = []
+        remarks = list(self.warnings)
+        for reduction in self._reductions.values():
+            missing, noticed = reduction.check()
+            unusable += missing
+            remarks += noticed
+        return unusable, remarks
