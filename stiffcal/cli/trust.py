@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Answer, Document, answering, command_line
+from stiffcal.cli.answers import Answer, answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import HERE, AsJson
 from stiffcal.cli.tables import plain_table
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.workflow.trust import TrustOverview
+    from stiffcal.workflow.trust_results import CampaignCode, CampaignQuery, TrustResult
 
 NO_SANDBOX = (
     "This is no sandbox: code that you allow runs with your rights, whenever a command needs its effects. It can read"
@@ -94,28 +95,28 @@ def trust(
 
 
 def _give_hash(answer: Answer, showing: TrustOverview) -> None:
-    def show(console: Console, document: Document) -> None:
+    def show(console: Console, result: TrustResult) -> None:
         for digest in showing.hashes:
             console.print(digest, soft_wrap=True)
 
     if not showing.hashes:
         reason = "nothing in this campaign needs trust"
         raise InputError.at(FaultCode.OPTION_INVALID, str(showing.folder), "", reason, "leave STIFFCAL_TRUST out")
-    answer.give(showing.as_document(), show)
+    answer.give(showing.result(), show)
 
 
 def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
     """Show what a campaign wants to run, ask, and remember the answer; return the exit code."""
     from stiffcal.workflow.trust import allow_shown
 
-    shown = showing.as_document()
+    shown = showing.result()
     lines = code_lines(shown)
     then = command_line("run", showing.folder)
 
-    def show_code(console: Console, document: Document) -> None:
+    def show_code(console: Console, result: TrustResult) -> None:
         for line in lines:
             console.print(line, soft_wrap=True)
-        show_allowed(console, document)
+        show_allowed(console, result)
 
     if showing.allowed or yes:
         answer.give(shown if showing.allowed else allow_shown(showing), show_code, then)
@@ -149,57 +150,57 @@ def _show_paged(lines: list[str]) -> None:
     sys.stdout.flush()
 
 
-def show_allowed(console: Console, document: Document) -> None:
-    """Say what was allowed."""
-    for entry in document["entries"]:
-        console.print(f"allowed: SHA-256 {entry['key']}", soft_wrap=True)
+def show_allowed(console: Console, result: TrustResult) -> None:
+    """Print what was allowed."""
+    for entry in result.entries:
+        console.print(f"allowed: SHA-256 {entry.key}", soft_wrap=True)
 
 
-def show_entries(console: Console, document: Document) -> None:
+def show_entries(console: Console, result: TrustResult) -> None:
     """Draw entries of the record."""
-    verb = {"allowed": "trusted now", "revoked": "no longer trusted", "listed": "trusted"}[document["action"]]
-    if document["entries"]:
+    verb = {"allowed": "trusted now", "revoked": "no longer trusted", "listed": "trusted"}[result.action]
+    if result.entries:
         table = plain_table(verb, "", "allowed in", "since")
-        for entry in document["entries"]:
-            kind = KINDS.get(entry["kind"], "generation of a store")
-            table.add_row(kind, entry["key"], entry["note"], entry["since"].replace("T", " ")[:16])
+        for entry in result.entries:
+            kind = KINDS.get(entry.kind, "generation of a store")
+            table.add_row(kind, entry.key, entry.note, entry.since.replace("T", " ")[:16])
         console.print(table)
-    elif document["action"] == "listed":
+    elif result.is_list:
         console.print("nothing is trusted but what is installed")
-    if document["action"] == "listed":
-        for digest in document["environment"]:
+    if result.is_list:
+        for digest in result.environment or []:
             console.print(f"by STIFFCAL_TRUST: {digest}", soft_wrap=True)
-        console.print(f"generations of stores that your own runs wrote: {document['generations']}", soft_wrap=True)
-        console.print(f"record: {document['record'] or 'none can be kept'}", soft_wrap=True)
+        console.print(f"generations of stores that your own runs wrote: {result.generations}", soft_wrap=True)
+        console.print(f"record: {result.record or 'none can be kept'}", soft_wrap=True)
 
 
-def code_lines(document: Document) -> list[str]:
+def code_lines(result: TrustResult) -> list[str]:
     """Return what a campaign wants to run, line by line: nothing in it moves the cursor or turns the text round."""
     from stiffcal.workflow.trust import lines_of
 
-    plugins, shown = document["plugins"], []
-    for file in plugins["files"] if plugins is not None else ():
-        effects = ", ".join(map(code_line, file["effects"]))
-        shown.append(f"{code_line(file['name'])}: {file['lines']} lines, {file['bytes']} bytes: {effects}")
-        shown += [*_numbered(lines_of(file["text"])), ""]
-    for query in document["queries"]:
-        shown.append(f"query to a database, {code_line(query['place'])}:")
-        shown += [*_numbered(lines_of(query["text"])), f"query, SHA-256 {query['sha256']}: {_state(query)}", ""]
+    plugins, queries, lines = result.plugins, result.queries or [], []
+    for file in plugins.files if plugins is not None else ():
+        effects = ", ".join(map(code_line, file.effects))
+        lines.append(f"{code_line(file.name)}: {file.lines} lines, {file.bytes} bytes: {effects}")
+        lines += [*_numbered(lines_of(file.text)), ""]
+    for query in queries:
+        lines.append(f"query to a database, {code_line(query.place)}:")
+        lines += [*_numbered(lines_of(query.text)), f"query, SHA-256 {query.sha256}: {_state(query)}", ""]
     if plugins is not None:
-        count = len(plugins["files"])
+        count = len(plugins.files)
         files = f"{count} file{'s' if count > 1 else ''}"
-        shown += [f"code in {files}, SHA-256 {plugins['sha256']}: {_state(plugins)}", NO_SANDBOX]
-    if document["queries"]:
-        shown.append(QUERIES_RUN)
-    return shown or ["nothing in this campaign needs trust: it brings no code and no query"]
+        lines += [f"code in {files}, SHA-256 {plugins.sha256}: {_state(plugins)}", NO_SANDBOX]
+    if queries:
+        lines.append(QUERIES_RUN)
+    return lines or ["nothing in this campaign needs trust: it brings no code and no query"]
 
 
 def _numbered(lines: Sequence[str]) -> list[str]:
     return [f"{number:6}  {code_line(line)}" for number, line in enumerate(lines, start=1)]
 
 
-def _state(shown: Document) -> str:
-    return "trusted already" if shown["trusted"] else "not trusted"
+def _state(content: CampaignCode | CampaignQuery) -> str:
+    return "trusted already" if content.trusted else "not trusted"
 
 
 def code_line(text: str) -> str:

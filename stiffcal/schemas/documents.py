@@ -28,7 +28,7 @@ from stiffcal.workflow.command_results import (
 from stiffcal.workflow.documents import Error, Identify, Ingest, Validate
 from stiffcal.workflow.history_results import HistoryResult
 from stiffcal.workflow.improve_results import ImproveResult
-from stiffcal.workflow.trust_documents import Trust
+from stiffcal.workflow.trust_results import TrustResult
 
 DOCUMENTS: dict[str, Any] = {
     "identify": Identify,
@@ -48,7 +48,7 @@ DOCUMENTS: dict[str, Any] = {
     "plot": PlotResult,
     "export": ExportResult,
     "edit": EditResult,
-    "trust": Trust,
+    "trust": TrustResult,
     "effects": EffectsResult,
     "init": InitResult,
     "simulate": SimulateResult,

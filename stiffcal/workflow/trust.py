@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Literal
 
 from stiffcal.campaign.loading import load_manifest
 from stiffcal.campaign.queries import queries_of
@@ -18,9 +19,7 @@ from stiffcal.trust.content import SHA256, TrustEntry
 from stiffcal.trust.places import normal_place
 from stiffcal.trust.queries import query_digest
 from stiffcal.trust.record import hashes_of_environment, open_record
-
-Document: TypeAlias = dict[str, Any]
-SCHEMA = "stiffcal/trust/1"
+from stiffcal.workflow.trust_results import CampaignCode, CampaignQuery, CodeFile, TrustedItem, TrustResult
 
 
 @dataclass(frozen=True)
@@ -50,26 +49,31 @@ class TrustOverview:
         code = not self.plugins.files or self.plugins.allowed()
         return code and all(record.text_allowed(digest) for digest in self.queries)
 
-    def as_document(self) -> Document:
-        """Return the `trust` document of what is shown."""
+    def result(self, action: Literal["shown", "allowed"] = "shown", entries: Sequence[TrustEntry] = ()) -> TrustResult:
+        """Return what `trust` answers of it, with the entries of the record that were made."""
         files = [
-            {
-                "name": file.name,
-                "lines": len(lines_of(file.text)),
-                "bytes": len(file.content),
-                "effects": file.effect_names(),
-                "text": file.text,
-            }
+            CodeFile(
+                name=file.name,
+                lines=len(lines_of(file.text)),
+                bytes=len(file.content),
+                effects=file.effect_names(),
+                text=file.text,
+            )
             for file in self.plugins.files
         ]
-        own = {"sha256": self.plugins.digest, "trusted": self.plugins.allowed(), "files": files}
+        own = CampaignCode(sha256=self.plugins.digest, trusted=self.plugins.allowed(), files=files)
         record = open_record()
-        queries = [
-            {"sha256": digest, "trusted": record.text_allowed(digest), "place": place, "text": text}
-            for digest, (place, text) in self.queries.items()
-        ]
-        shown = {"folder": str(self.folder), "plugins": own if files else None, "queries": queries}
-        return _document("shown", []) | shown
+        return TrustResult(
+            warnings=[],
+            action=action,
+            entries=_items(entries),
+            folder=str(self.folder),
+            plugins=own if files else None,
+            queries=[
+                CampaignQuery(sha256=digest, trusted=record.text_allowed(digest), place=place, text=text)
+                for digest, (place, text) in self.queries.items()
+            ],
+        )
 
 
 def read_campaign(folder: Path) -> TrustOverview:
@@ -85,7 +89,7 @@ def read_campaign(folder: Path) -> TrustOverview:
     return TrustOverview(folder, read_plugins(folder, manifest.plugins), queries)
 
 
-def allow_shown(showing: TrustOverview) -> Document:
+def allow_shown(showing: TrustOverview) -> TrustResult:
     """Remember that the user allows what was shown, by its hash: the same content elsewhere is allowed too.
 
     Raises
@@ -99,10 +103,10 @@ def allow_shown(showing: TrustOverview) -> Document:
     for digest in showing.queries:
         record.allow_text(digest, place)
     entries = [entry for entry in record.entries() if entry.key in showing.hashes]
-    return showing.as_document() | _document("allowed", entries)
+    return showing.result("allowed", entries)
 
 
-def allow_folder(folder: Path) -> Document:
+def allow_folder(folder: Path) -> TrustResult:
     """Remember that whatever code stands in a campaign folder may run, while the user works on it there.
 
     Raises
@@ -112,10 +116,11 @@ def allow_folder(folder: Path) -> Document:
     load_manifest(Path(folder))
     record, place = open_record(), os.path.realpath(folder)
     record.allow_folder(Path(folder))
-    return _document("allowed", [entry for entry in record.entries() if (entry.kind, entry.key) == ("folder", place)])
+    entries = [entry for entry in record.entries() if (entry.kind, entry.key) == ("folder", place)]
+    return TrustResult(warnings=[], action="allowed", entries=_items(entries))
 
 
-def allow_place(uri: str) -> Document:
+def allow_place(uri: str) -> TrustResult:
     """Remember that stores in a place, and below it, count like the user's own.
 
     Raises
@@ -134,10 +139,11 @@ def allow_place(uri: str) -> Document:
         )
     record = open_record()
     record.allow_place(place)
-    return _document("allowed", [entry for entry in record.entries() if (entry.kind, entry.key) == ("place", place)])
+    entries = [entry for entry in record.entries() if (entry.kind, entry.key) == ("place", place)]
+    return TrustResult(warnings=[], action="allowed", entries=_items(entries))
 
 
-def list_trust() -> Document:
+def list_trust() -> TrustResult:
     """Return everything that the user trusts; of the generations of stores only how many there are.
 
     Raises
@@ -147,12 +153,14 @@ def list_trust() -> Document:
     record = open_record()
     entries = record.entries()
     allowed = [entry for entry in entries if entry.kind != "generation"]
-    file = str(record.file) if record.file is not None else None
-    return _document("listed", allowed) | {
-        "record": file,
-        "generations": len(entries) - len(allowed),
-        "environment": sorted(hashes_of_environment()),
-    }
+    return TrustResult(
+        warnings=[],
+        action="listed",
+        entries=_items(allowed),
+        record=str(record.file) if record.file is not None else None,
+        generations=len(entries) - len(allowed),
+        environment=sorted(hashes_of_environment()),
+    )
 
 
 def _check_named(option: str, name: str) -> None:
@@ -163,7 +171,7 @@ def _check_named(option: str, name: str) -> None:
         )
 
 
-def revoke_trust(name: str) -> Document:
+def revoke_trust(name: str) -> TrustResult:
     """Take back what was allowed: by its hash, by the folder where it was allowed, or a place.
 
     Raises
@@ -184,7 +192,7 @@ def revoke_trust(name: str) -> Document:
             FaultCode.OPTION_INVALID, "command line", "--revoke", f"{name} is not trusted", "see stiffcal trust --list"
         )
     warnings = [f"STIFFCAL_TRUST still holds {digest}" for digest in still]
-    return _document("revoked", gone) | {"warnings": warnings}
+    return TrustResult(warnings=warnings, action="revoked", entries=_items(gone))
 
 
 def lines_of(text: str) -> list[str]:
@@ -199,6 +207,5 @@ def lines_of(text: str) -> list[str]:
     return lines if lines[-1] else lines[:-1]
 
 
-def _document(action: str, entries: list[TrustEntry]) -> Document:
-    rows = [{"kind": row.kind, "key": row.key, "note": row.note, "since": row.since} for row in entries]
-    return {"schema": SCHEMA, "warnings": [], "action": action, "entries": rows}
+def _items(entries: Iterable[TrustEntry]) -> list[TrustedItem]:
+    return [TrustedItem(kind=entry.kind, key=entry.key, note=entry.note, since=entry.since) for entry in entries]
