@@ -10,10 +10,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.file_formats import format_of
-from stiffcal.documents import NOT_IN_DOCUMENT
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
 
@@ -69,8 +68,6 @@ class ProposedSource:
     """Whose export they seem to be, "" not known."""
     lines: list[str]
     """Of the manifest, to copy."""
-    understood: Annotated[bool, NOT_IN_DOCUMENT] = True
-    """False where the lines are comments on why no signal was found."""
 
 
 def propose_sources(campaign: Campaign) -> list[ProposedSource]:
@@ -85,26 +82,26 @@ def propose_sources(campaign: Campaign) -> list[ProposedSource]:
         found = _sniff(campaign.folder, file)
         if found is None:
             continue
-        group = groups.setdefault((found.device, *found.lines), {"files": [], "log": found})
+        device, name, lines = found
+        group = groups.setdefault((device, *lines), {"files": [], "device": device, "name": name, "lines": lines})
         group["files"].append(file)
     taken, frames = set(campaign.manifest.sources), set(campaign.manifest.frames)
     return [_proposal(group, taken, frames) for group in groups.values()]
 
 
 def _proposal(group: Mapping[str, Any], taken: set[str], frames: set[str]) -> ProposedSource:
-    log: _SniffedLog = group["log"]
-    if not log.understood:  # a maker's log: why, and what helps
-        return ProposedSource(files=list(group["files"]), device=log.device, lines=list(log.lines), understood=False)
-    name = next(one for k in range(1, 100) if (one := log.name + (str(k) if k > 1 else "")) not in taken)
+    if group["lines"][0].startswith("#"):  # a maker's log that is not understood: why, and what helps
+        return ProposedSource(files=list(group["files"]), device=group["device"], lines=list(group["lines"]))
+    name = next(one for k in range(1, 100) if (one := group["name"] + (str(k) if k > 1 else "")) not in taken)
     taken.add(name)
     files = list(group["files"])
-    signals, missing = _in_frames(log.lines, frames)
+    signals, missing = _in_frames(group["lines"], frames)
     lines = [f"[sources.{name}]", *signals]
     for file in files[:3]:
         lines.append(f'# in its run: files = {{ {name} = "{file}" }}')
     if len(files) > 3:
         lines.append(f"# … and {len(files) - 3} more files like these")
-    return ProposedSource(files=files, device=log.device, lines=lines + missing)
+    return ProposedSource(files=files, device=group["device"], lines=lines + missing)
 
 
 def _in_frames(lines: Sequence[str], frames: set[str]) -> tuple[list[str], list[str]]:
@@ -137,25 +134,15 @@ def _unnamed(campaign: Campaign) -> list[str]:
     return found
 
 
-class _SniffedLog(NamedTuple):
-    """What a log seems to be: its device, a name for its source, the manifest's lines or comments instead of them."""
-
-    device: str
-    name: str
-    lines: list[str]
-    understood: bool = True
-
-
-def _sniff(folder: Path, file: str) -> _SniffedLog | None:
-    """Return what a log seems to be, or None where neither device nor signals are understood."""
+def _sniff(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
+    """Return (device, name for its source, lines), or None where nothing is understood."""
     path, kind = folder / file, format_of(file)
     text = _first_bytes(path).decode("latin-1")
     device, name = _maker(path.name.replace("_", " ") + "\n" + (text if kind == "csv" else ""))
     try:
         table, said = _text_table(path) if kind == "csv" else _other_table(folder, file, str(kind))
     except InputError as error:
-        comment = f"# {error.reason}: {error.mend}"
-        return _SniffedLog(device, name, [comment], understood=False) if device else None
+        return (device, name, [f"# {error.faults[0].reason}: {error.faults[0].mend}"]) if device else None
     from stiffcal.campaign.column_roles import recognise
     from stiffcal.campaign.from_table import signal_lines
 
@@ -164,16 +151,14 @@ def _sniff(folder: Path, file: str) -> _SniffedLog | None:
     if not signals:
         there = ", ".join(column.header for column in table.columns[:12])
         mend = "export it with one header line, one time column and names like A1 … A6, Fx, X"
-        comment = f"# no signal is seen in its columns ({there}): {mend}"
-        return _SniffedLog(device, name, [comment], understood=False) if device else None
+        return (device, name, [f"# no signal is seen in its columns ({there}): {mend}"]) if device else None
     if not name:
         name = "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
     counts = _COUNTS.search(text)
     force = max((column.size for column in roles.force.columns), default=0.0) if roles.force is not None else 0.0
     if counts is not None and force > _LARGEST_FORCE:
         signals.append(f"{GUESS} up to {force:.3g}: counts, {counts[2]} to a unit? Log or write units, not counts")
-    lines = [f'format = "{kind}"', *said, 'sampling = "time"', _time_line(table, text), *signals]
-    return _SniffedLog(device, name, lines)
+    return device, name, [f'format = "{kind}"', *said, 'sampling = "time"', _time_line(table, text), *signals]
 
 
 def _first_bytes(path: Path) -> bytes:

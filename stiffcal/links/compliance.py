@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.links.rods import LEAST_TORSION, LinkEstimate, RodDesign, Torsion
+from stiffcal.links.rods import LEAST_TORSION, LinkEstimate, RodDesign
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.beam import (
@@ -54,8 +54,7 @@ class LinkCompliance:
     structure : "symmetric": any C = Cᵀ; "beam": an even beam, where the rods leave out a bending moment.
     reduced_chi2 : of the readings against the stated uncertainty; NaN where none is stated.
     dof : readings beyond coefficients and offsets. factor : of the 95 % interval.
-    twist : the rods' verdict on the twist, where its compliance is not known; None where it is.
-    gaps : in words, what else these loads do not tell.
+    not_identifiable : in words.
     """
 
     link: str
@@ -68,13 +67,7 @@ class LinkCompliance:
     reduced_chi2: float
     dof: int
     factor: float
-    twist: Torsion | None = None
-    gaps: tuple[str, ...] = ()
-
-    @property
-    def not_identifiable(self) -> tuple[str, ...]:
-        """In words, what is not known."""
-        return self.gaps if self.twist is None else (f"the link's twist: {self.twist.why}", *self.gaps)
+    not_identifiable: tuple[str, ...] = ()
 
     @property
     def interval(self) -> Floats:
@@ -131,7 +124,7 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     return LinkCompliance(
         estimate.rods.link, matrix, np.where(told, std, np.nan), slopes, solved.coefficients, solved.covariance,
         "symmetric" if whole else "beam", solved.chi2 if stated else np.nan, solved.dof,
-        _factor(solved.dof, stated), None if told[3, 3] else estimate.torsion, _gaps(told),
+        _factor(solved.dof, stated), _unidentified(estimate, told),
     )  # fmt: skip
 
 
@@ -218,16 +211,18 @@ def _factor(dof: int, stated: bool) -> float:
     return float(ndtri(0.975) if stated else stdtrit(max(dof, 1), 0.975))
 
 
-def _gaps(identified: NDArray[np.bool_]) -> tuple[str, ...]:
-    """Return in words which elements other than the twist's (6, 6) are not identified."""
-    others = identified.copy()
+def _unidentified(estimate: LinkEstimate, told: NDArray[np.bool_]) -> tuple[str, ...]:
+    sentences = []
+    if not told[3, 3]:
+        sentences.append(f"the link's twist: {estimate.torsion.why}")
+    others = told.copy()
     others[3], others[:, 3] = True, True
-    if others.all():
-        return ()
-    names = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
-    loads = ("F1", "F2", "F3", "M1", "M2", "M3")
-    missing = ", ".join(f"{names[i]} per {loads[j]}" for i, j in np.argwhere(~others) if i <= j)
-    return (f"these loads do not tell {missing}",)
+    if not others.all():
+        names = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
+        loads = ("F1", "F2", "F3", "M1", "M2", "M3")
+        missing = ", ".join(f"{names[i]} per {loads[j]}" for i, j in np.argwhere(~others) if i <= j)
+        sentences.append(f"these loads do not tell {missing}")
+    return tuple(sentences)
 
 
 def carried_to_target(

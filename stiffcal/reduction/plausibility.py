@@ -35,16 +35,6 @@ HOUR_S = 3600.0  # what daylight saving takes or gives
 SATURATED = 20  # readings in a row at the very same extreme
 
 
-@dataclass(frozen=True)
-class ChannelRemark:
-    """What may be wrong with a log or a channel of it."""
-
-    file: str
-    text: str
-    still: bool = False
-    """True where a channel stands still or is stuck."""
-
-
 @dataclass
 class LogQuality:
     """Watch one log while it streams past.
@@ -207,34 +197,34 @@ class LogQuality:
 
     def remarks(self) -> list[str]:
         """Return what may be wrong: gaps, channels that stand still next to moving ones, saturation."""
-        return [f"{remark.file}: {remark.text}" for remark in self._remarks()]
+        return [text for text, _ in self._remarks()]
 
-    def still_channels(self) -> list[ChannelRemark]:
+    def still_remarks(self) -> list[str]:
         """Return those of `remarks` that are of channels that stand still or are stuck."""
-        return [remark for remark in self._remarks() if remark.still]
+        return [text for text, still in self._remarks() if still]
 
-    def _remarks(self) -> list[ChannelRemark]:
-        """Return what may be wrong with the log and its channels."""
-        told: list[ChannelRemark] = []
+    def _remarks(self) -> list[tuple[str, bool]]:
+        """Return what may be wrong, and whether it is of a channel that stands still or is stuck."""
+        told: list[tuple[str, bool]] = []
         file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         if self.sampled and self.longest > GAP * self.interval:
             where = ", ".join(f"{begin:.3f} … {end:.3f} s" for begin, end in self.gaps)
             more = f" and {self.n_gaps - len(self.gaps)} more" if self.n_gaps > len(self.gaps) else ""
             text = (
-                f"a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
+                f"{self.file}: a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
                 f"(usual interval {self.interval:.3g} s; all: {where}{more}); nothing is filled in, "
                 "a hold is the mean of the readings that are there"
             )
-            told.append(ChannelRemark(self.file, text))
+            told.append((text, False))
         still = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
         if still.any() and not still.all() and self.n_rows > SATURATED:
             for k in np.flatnonzero(still & (self.high["wrench"] != 0.0)):
-                text = f"{self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}"
-                told.append(ChannelRemark(file, text, still=True))
+                text = f"{file}: {self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}"
+                told.append((text, True))
         ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
         stuck = {key: watch for key, watch in self.frozen.items() if watch.frozen}
-        told += [self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)) for k in ends]
-        return told + [self._frozen_remark(name, channel, watch) for (name, channel), watch in stuck.items()]
+        told += [(self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)), False) for k in ends]
+        return told + [(self._frozen_remark(name, channel, watch), True) for (name, channel), watch in stuck.items()]
 
     def dead(self) -> list[int]:
         """Return the channels of the wrench that read zero all through the log, and nothing else."""
@@ -249,26 +239,23 @@ class LogQuality:
             "stands: see to the sensor, or leave this run out"
         )
 
-    def _end_remark(self, k: int, watch: FrozenChannels | None) -> ChannelRemark:
+    def _end_remark(self, k: int, watch: FrozenChannels | None) -> str:
         file, place = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         what, times = self._column("wrench", k), int(self.at_high["wrench"][k])
         ends = (self.low["wrench"][k], self.high["wrench"][k])
         if watch is None or watch.value is None or float(watch.value[0]) not in ends:
-            text = (
-                f"{what} stays at its extreme for {times} readings: saturated? they are used as they stand: "
+            return (
+                f"{file}: {what} stays at its extreme for {times} readings: saturated? they are used as they stand: "
                 "leave them out with [[exclude]], or the run"
             )
-        else:
-            text = f"{what} stays at its extreme over {_rows(watch, place)}: saturated? {_AS_THEY_STAND}"
-        return ChannelRemark(file, text)
+        return f"{file}: {what} stays at its extreme over {_rows(watch, place)}: saturated? {_AS_THEY_STAND}"
 
-    def _frozen_remark(self, name: str, k: int, watch: FrozenChannels) -> ChannelRemark:
+    def _frozen_remark(self, name: str, k: int, watch: FrozenChannels) -> str:
         file, place = self.elsewhere.get(name, (self.file, self.place_of_row))
         target = name.split(".")[0] in ("position", "marker")
         what = f"the position ({', '.join(self.columns.get(name, ()))})" if target else self._column(name, k)
         end = "the target was lost, or the tracker stopped" if target else "the channel was stuck"
-        text = f"{what} does not change over {_rows(watch, place)}: {end}; {_AS_THEY_STAND}"
-        return ChannelRemark(file, text, still=True)
+        return f"{file}: {what} does not change over {_rows(watch, place)}: {end}; {_AS_THEY_STAND}"
 
 
 def _rows(watch: FrozenChannels, place: Callable[[int], str]) -> str:

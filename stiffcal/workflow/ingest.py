@@ -50,7 +50,7 @@ def ingest_campaign(
         if fresh.origin != FOREIGN:
             target.remove_leftovers()
         return stored | {"unchanged": True, "changed": "", "origin": fresh.origin}
-    return ingest_now(campaign, target, fresh.changed, progress)
+    return ingest_now(campaign, target, fresh.reason, progress)
 
 
 def is_stale(folder: str | Path, store: str | Path | None = None) -> str:

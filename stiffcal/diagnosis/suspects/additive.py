@@ -1,0 +1,70 @@
+"""Whether what is left of a run is one reading that is off, or a step from one state on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import log
+
+import numpy as np
+
+from stiffcal.diagnosis.suspects.bench import Held
+from stiffcal.identification.projection import Projection
+from stiffcal.identification.rows import TRANSLATION
+
+
+@dataclass(frozen=True)
+class Offset:
+    """A displacement that one state of a run has beyond the others, or all states from one on.
+
+    Attributes
+    ----------
+    state : its place among the n states of the readings. step : True where all later states of the run have it too.
+    size_m : its length, NaN where no translation is measured.
+    gain : by how much it lowers the run's squared misfit.
+    dof : how many components it has.
+    penalty : how much less likely it is than a mistake without a free size, as a difference of squared misfits.
+    """
+
+    state: int
+    step: bool
+    size_m: float
+    gain: float
+    dof: int
+    penalty: float
+
+
+def best_offset(held: Held, run: int, left_out: Sequence[int]) -> Offset | None:
+    """Return the offset that explains most of a run's deleted residual, None where the run has no reading.
+
+    Parameters
+    ----------
+    held : the readings. run : which run. left_out : runs that, with ``run``, say nothing of the parameters.
+    """
+    own = held.members[run]
+    if not len(own):
+        return None
+    total, x = held.blocks.without(sorted({*left_out, run}))
+    columns = np.einsum("pq,pmn->qmn", held.basis.combination, held.rows[:-1][:, :, own])
+    m, k = held.rows.shape[1], len(own)
+    left = (held.rows[-1][:, own] - np.einsum("q,qmn->mn", x, columns)).ravel()
+    flat = columns.reshape(len(columns), -1)
+    inverse = np.linalg.inv(total + held.blocks.gram[run])
+    part = held.data.part(own)
+    projection = Projection.of(part, held.projection.whitening.part(own))
+    best: Offset | None = None
+    tried = [(state, False) for state in range(k)] + [(state, True) for state in range(1, k - 1)]
+    for state, step in tried:
+        later = np.arange(k) >= state if step else np.arange(k) == state
+        unit = projection.rows(np.where(later, np.eye(m)[:, :, None], 0.0))
+        # weighed with the inverse covariance of the deleted residual, what the others leave open of x included
+        weighed = unit - (unit @ flat.T) @ inverse @ flat
+        toward, gram = weighed @ left, weighed @ unit.T
+        size, _, rank, _ = np.linalg.lstsq(gram, toward, rcond=1e-9)
+        gain = float(toward @ size)
+        if rank and (best is None or gain > best.gain):
+            translation = held.data.kind == TRANSLATION
+            length = float(np.linalg.norm(size[translation])) if translation.any() else np.nan
+            penalty = rank * log(1.0 + gain / rank) + 2.0 * log(len(tried))
+            best = Offset(int(own[state]), step, length, gain, int(rank), penalty)
+    return best

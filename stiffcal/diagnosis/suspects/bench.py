@@ -1,0 +1,130 @@
+"""All runs held against a fit of some of them: residuals, columns and noise, run by run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.suspects.influence import Basis, RunBlocks
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.noise import Noise, stated_noise, whiten
+from stiffcal.identification.nonlinear_start import lacks_nonlinear_value
+from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
+from stiffcal.identification.projection import Projection
+from stiffcal.identification.weights import raw_whitening, residual_noise
+from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import ParameterRole
+
+
+@dataclass(frozen=True)
+class Held:
+    """Readings against a model: whitened rows, run by run.
+
+    Attributes
+    ----------
+    data : the observations. members : per run their places among the n states of ``data``.
+    projection : whitens, and takes the runs' offsets out.
+    rows : (p + 1, m, n) whitened columns of the free parameters, then the residual.
+    residual : (m, n) measured minus predicted, offsets left in.
+    basis : of the parameters. blocks : the rows in this basis, summed over each run.
+    """
+
+    data: Observations
+    members: tuple[Integers, ...]
+    projection: Projection
+    rows: Floats
+    residual: Floats
+    basis: Basis
+    blocks: RunBlocks
+
+    def scores(self, left_out: Sequence[int]) -> Floats:
+        """Return (R,) the deleted residual of each run over its uncertainty; zero where a run says nothing."""
+        freedom = self.blocks.freedom(left_out)
+        deleted = self.blocks.deleted(left_out)
+        return np.asarray(np.sqrt(np.where(freedom > 0, deleted / np.maximum(freedom, 1), 0.0)))
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A model and a noise against which states can be held.
+
+    Attributes
+    ----------
+    robot : every parameter valued.
+    fixed : full names of parameters that are not free.
+    noise : of the readings.
+    basis : combinations of the free parameters.
+    noise_known : False where the noise is what the fit left.
+    """
+
+    robot: CompliantRobot
+    fixed: frozenset[str]
+    noise: Noise
+    basis: Basis
+    noise_known: bool
+
+    @classmethod
+    def of(cls, fit: Fit, fixed: frozenset[str], states: LoadStates) -> tuple[Bench, Held]:
+        """Return the bench of a fit, and all states held against it."""
+        noise = fit.noise or residual_noise(fit.data, fit.predicted)
+        bench = cls(fit.robot, fixed | fit.held, noise, Basis(np.zeros((0, 0))), fit.noise is not None)
+        data, projection, rows, residual = bench._rows(states)
+        basis = Basis.of(rows[:-1].reshape(len(rows) - 1, -1))
+        bench = cls(bench.robot, bench.fixed, noise, basis, bench.noise_known)
+        return bench, _held(data, projection, rows, residual, basis, len(states.runs))
+
+    def hold(self, states: LoadStates) -> Held:
+        """Hold other states against the same model, in the same combinations of its parameters.
+
+        Raises
+        ------
+        NoBalanceError : the robot finds no balance under a load.
+        """
+        data, projection, rows, residual = self._rows(states)
+        return _held(data, projection, rows, residual, self.basis, len(states.runs))
+
+    def _rows(self, states: LoadStates) -> tuple[Observations, Projection, Floats, Floats]:
+        data = observe(states, self.robot.chain)
+        columns = free_columns(self.robot, self.fixed)
+        blocks = list(evaluate(self.robot, data, columns, with_sensitivity=self.noise.of_wrench))
+        sensitivity = None
+        if self.noise.of_wrench:
+            sensitivity = np.concatenate([part.sensitivity for part in blocks if part.sensitivity is not None], axis=2)
+        predicted = np.concatenate([part.predicted for part in blocks], axis=1)
+        residual = np.where(data.measured_mask, data.measured - predicted, 0.0)
+        stack = np.concatenate([np.concatenate([part.columns for part in blocks], axis=2), residual[None]])
+        projection = Projection.of(data, whiten(self.noise, data, sensitivity))
+        return data, projection, projection.rows(stack).reshape(stack.shape), residual
+
+
+def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]) -> Held:
+    """Hold states against no model but the columns of the undeformed chain: what no faulty run has pulled yet."""
+    data = observe(states, robot.chain)
+    unshaped = [placed for placed in robot.placed if lacks_nonlinear_value(placed)]
+    columns = [
+        column
+        for column in free_columns(robot, fixed)
+        if column.role is ParameterRole.AMPLITUDE and robot.placed[column.placed] not in unshaped
+    ]
+    parts = [part.columns for part in evaluate(robot, data, columns, rigid=True)]
+    measured = np.where(data.measured_mask, data.measured, 0.0)
+    stack = np.concatenate([np.concatenate(parts, axis=2), measured[None]])
+    projection = Projection.of(data, raw_whitening(data, stated_noise(states.setup.sigma, data)))
+    rows = projection.rows(stack).reshape(stack.shape)
+    basis = Basis.of(rows[:-1].reshape(len(rows) - 1, -1))
+    return _held(data, projection, rows, measured, basis, len(states.runs))
+
+
+def _held(
+    data: Observations, projection: Projection, rows: Floats, residual: Floats, basis: Basis, n_runs: int
+) -> Held:
+    members = members_of(data.run, n_runs)
+    counts = [data.measured_mask[:, own] for own in members]
+    offsets = [int(mask.any(axis=1).sum()) if data.free_offset else 0 for mask in counts]
+    dof = np.array([int(mask.sum()) - taken for mask, taken in zip(counts, offsets, strict=True)], dtype=np.int64)
+    blocks = RunBlocks.of(rows, basis, members, dof)
+    return Held(data, tuple(members), projection, rows, residual, basis, blocks)

@@ -1,0 +1,328 @@
+"""Runs that disagree with all the others: first which, then what is wrong with them.
+
+Why the runs are judged before any effect: a model that lacks an effect misses many runs by a little, a run that is
+mislabelled or in another unit is missed alone and by much, and drags every parameter with it. A run is reported only
+where it stands clear of all the others, by the deleted residual or by its place, so that an effect that shows in some
+poses more than in others makes no suspect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.diagnosis.suspects.additive import Offset, best_offset
+from stiffcal.diagnosis.suspects.bench import Bench, Held, first_order
+from stiffcal.diagnosis.suspects.influence import most_suspects, standing_apart
+from stiffcal.diagnosis.suspects.places import place_misses, place_scores
+from stiffcal.diagnosis.suspects.result import SuspectKind
+from stiffcal.diagnosis.suspects.variants import LARGEST_LOAD, Variant, trial_states, variants_of
+from stiffcal.errors import Progress, no_progress
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.equilibrium import NoBalanceError
+
+# Of a run whose readings are right the root mean square of the deleted residual is one; among fifty runs of three
+# readings one above three comes once in three thousand campaigns.
+LOOKED_AT, LOOKED_AT_GAP = 3.0, 1.7
+# What no single mistake explains has to stand clearer: an effect in one pose looks like it.
+UNEXPLAINED_LEVEL, UNEXPLAINED_GAP = 4.0, 2.0
+# Where the others are beyond their noise too, the model lacks something, and what it lacks may show most in one run.
+WITHIN_NOISE, UNEXPLAINED_GAP_BEYOND = 2.6, 4.0
+# Two runs of which each has what belongs to the other are far more likely than a displacement that happens to agree.
+MUTUAL = 20.0
+# A run's place stands apart beyond five times what the runs have in common, and twice the next one's.
+PLACE_LEVEL, PLACE_GAP = 5.0, 2.0
+# With the mistake taken back a run is like the others: no worse than this, in noise and in the worst of the others.
+CURED, CURED_AGAINST_OTHERS, CURED_SHARE = 2.2, 1.3, 0.5
+# Larger campaigns are long logs of few poses or sweeps; their runs hold hundreds of states and hide no other.
+MOST_RUNS, MOST_STATES = 400, 6000
+ROUNDS = 4
+
+
+@dataclass(frozen=True)
+class FoundSuspect:
+    """A run that disagrees with all the others.
+
+    Attributes
+    ----------
+    run : its number. state : index of the state that is off, among all states; None where the whole run is.
+    kind : what is wrong. variant : the mistake that explains it, None where none does.
+    also : other mistakes that explain it nearly as well.
+    offset : the displacement that explains it, None where something else does.
+    score : root mean square of the deleted residual over its uncertainty.
+    next_score : that of the worst run that is not a suspect.
+    miss_m : rms of the residual's translation; NaN where none is measured.
+    place_m : how far the place is from where the joint angles put it, m; 0 where that is as in other runs.
+    copied : number of the run whose joint angles this one has word for word, None where there is none.
+    """
+
+    run: int
+    state: int | None
+    kind: SuspectKind
+    variant: Variant | None
+    also: tuple[Variant, ...]
+    offset: Offset | None
+    score: float
+    next_score: float
+    miss_m: float
+    place_m: float
+    copied: int | None = None
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """What was found.
+
+    Attributes
+    ----------
+    suspects : best supported first.
+    fit : the present model without them; None where there are none.
+    checked : False where there are too few runs to compare, or too many states.
+    """
+
+    suspects: tuple[FoundSuspect, ...] = ()
+    fit: Fit | None = None
+    checked: bool = True
+
+    def keep(self, states: LoadStates) -> Booleans:
+        """Return (n,) True for the states that are not a suspect's."""
+        return ~np.isin(states.run, [suspect.run for suspect in self.suspects])
+
+
+def find_suspects(
+    states: LoadStates, robot: CompliantRobot, settings: Settings | None = None, progress: Progress = no_progress
+) -> Suspicion:
+    """Return the runs that disagree with all the others.
+
+    Parameters
+    ----------
+    states : load states; those set aside, and runs of other experiments, are not looked at.
+    robot : the present model; values that are set are where the fit starts.
+    settings : as for a fit.
+    progress : called with what is being done.
+
+    Raises
+    ------
+    NoBalanceError, InputError : the model cannot be fitted to the other runs either.
+    """
+    settings = settings or Settings()
+    loads = np.array([run.experiment == "load" and not run.compensated for run in states.runs], dtype=np.bool_)
+    # States that are set aside stay in their runs: the readings of two runs are compared state by state.
+    index = np.flatnonzero(loads[states.run]) if len(states) else np.zeros(0, dtype=np.int64)
+    chosen = states.select(index)
+    n_present = len(np.unique(chosen.run[chosen.used]))
+    most = most_suspects(n_present)
+    if most == 0 or n_present > MOST_RUNS or len(chosen) > MOST_STATES or not robot.placed:
+        return Suspicion(checked=False)
+    progress("holding each run against the others", None)
+    search = _Search(chosen, robot, settings, most)
+    suspects = search.suspects()
+    if not suspects:
+        return Suspicion()
+    placed = [_in_campaign(suspect, index) for suspect in sorted(suspects, key=lambda entry: -entry.score)]
+    keep = ~np.isin(chosen.run, [suspect.run for suspect in suspects])
+    return Suspicion(tuple(placed), identify_parameters(chosen.select(keep), robot, settings))
+
+
+def _in_campaign(suspect: FoundSuspect, index: Integers) -> FoundSuspect:
+    return suspect if suspect.state is None else replace(suspect, state=int(index[suspect.state]))
+
+
+@dataclass
+class _Search:
+    """One campaign's search: the states looked at, the model, and how many runs may be faulty."""
+
+    states: LoadStates
+    robot: CompliantRobot
+    settings: Settings
+    most: int
+    members: list[Integers] = field(init=False)
+    place_scores: Floats = field(init=False)
+    place_centre: Floats = field(init=False)
+    place_unit: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.members = self.states.members()
+        misses = np.where(self.states.used[:, None], place_misses(self.states, self.robot.chain), np.nan)
+        self.place_scores, self.place_centre, self.place_unit = place_scores(misses, self.members)
+
+    def suspects(self) -> list[FoundSuspect]:
+        """Return the runs that stand apart and what is wrong with them, in the order of the runs."""
+        displaced = standing_apart(self.place_scores, PLACE_LEVEL, PLACE_GAP, self.most)
+        start = first_order(self.states, self.robot, self.settings.fixed)
+        left_out = tuple(sorted({*self._apart(start, start.blocks.best_pair(), relative=True), *displaced}))
+        bench, held, scores = self._held_without(left_out)
+        for _ in range(ROUNDS):
+            apart = self._apart(held, left_out, relative=not bench.noise_known)
+            wanted = tuple(sorted({*apart, *displaced}))
+            if wanted == left_out:
+                break
+            left_out = wanted
+            bench, held, scores = self._held_without(left_out)
+        if not left_out:
+            return []
+        others = np.delete(scores, left_out)
+        unit = max(1.0 if bench.noise_known else 0.0, float(np.median(others[others > 0.0])))
+        found = {run: self._judged(run, left_out, bench, held, scores / unit) for run in left_out}
+        for run, suspect in list(found.items()):
+            other = None if suspect is None or suspect.variant is None else suspect.variant.other
+            if suspect is not None and other in found:
+                found[other] = self._judged(other, left_out, bench, held, scores / unit, (suspect.kind, run))
+        return [suspect for suspect in found.values() if suspect is not None]
+
+    def _apart(self, held: Held, left_out: Sequence[int], relative: bool) -> tuple[int, ...]:
+        """Return the runs that stand apart, starting without some of them, until they stay the same."""
+        for _ in range(ROUNDS):
+            scores = held.scores(left_out)
+            rest = np.delete(scores, list(left_out))
+            median = float(np.median(rest[rest > 0.0])) if (rest > 0.0).any() else 1.0
+            unit = median if relative else max(1.0, median)
+            apart = standing_apart(scores / max(unit, 1e-300), LOOKED_AT, LOOKED_AT_GAP, self.most)
+            if apart == tuple(left_out):
+                break
+            left_out = apart
+        return tuple(left_out)
+
+    def _held_without(self, left_out: Sequence[int]) -> tuple[Bench, Held, Floats]:
+        keep = ~np.isin(self.states.run, list(left_out))
+        fit = identify_parameters(self.states.select(keep), self.robot, self.settings)
+        bench, held = Bench.of(fit, self.settings.fixed, self.states)
+        return bench, held, held.scores(left_out)
+
+    def _judged(
+        self,
+        run: int,
+        left_out: Sequence[int],
+        bench: Bench,
+        held: Held,
+        scores: Floats,
+        partner: tuple[SuspectKind, int] | None = None,
+    ) -> FoundSuspect | None:
+        """Return what is wrong with a run, None where it does not stand clear enough for what explains it.
+
+        Parameters
+        ----------
+        scores : (R,) in units of what the other runs have. partner : the run that has this one's readings, and which.
+        """
+        next_score = float(np.delete(scores, list(left_out)).max())
+        limit = max(CURED, CURED_AGAINST_OTHERS * next_score)
+        unit = held.scores(left_out)[run] / scores[run] if scores[run] > 0.0 else 1.0
+        freedom = max(int(held.blocks.freedom(left_out)[run]), 1)
+        variants = variants_of(self.states, self.members, run, self.robot.chain)
+        misfits = self._misfits(run, left_out, bench, held, variants) / unit**2
+        cured = np.sqrt(misfits / freedom)
+        misplaced = self.place_scores[run] >= PLACE_LEVEL
+        good = (cured <= limit) & ((cured <= CURED_SHARE * scores[run]) | misplaced)
+        worth = misfits + np.array(
+            [variant.penalty - MUTUAL * ((variant.kind, variant.other) == partner) for variant in variants]
+        )
+        order = [int(k) for k in np.argsort(worth) if good[k]]
+        offset = best_offset(held, run, left_out)
+        explained = offset is not None and self._offset_explains(offset, scores[run], freedom, unit, limit)
+        if order and not (explained and offset is not None and self._offset_wins(
+            offset, worth[order[0]], scores[run], freedom, unit
+        )):  # fmt: skip
+            near = [variants[k] for k in order[1:] if worth[k] < worth[order[0]] + 6.0]
+            first = variants[order[0]]
+            return self._suspect(run, first.kind, held, scores, next_score, variant=first, also=tuple(near[:2]))
+        gap = UNEXPLAINED_GAP if next_score <= WITHIN_NOISE else UNEXPLAINED_GAP_BEYOND
+        clear = scores[run] >= UNEXPLAINED_LEVEL and scores[run] >= gap * next_score
+        if not clear and not misplaced:
+            return None
+        copied = self._copied_angles(run)
+        if copied is not None:
+            return self._suspect(run, SuspectKind.MISLABELLED, held, scores, next_score, copied=copied)
+        if misplaced or not explained:
+            return self._suspect(run, SuspectKind.UNKNOWN, held, scores, next_score)
+        return self._suspect(run, SuspectKind.BUMP, held, scores, next_score, offset=offset)
+
+    def _suspect(
+        self,
+        run: int,
+        kind: SuspectKind,
+        held: Held,
+        scores: Floats,
+        next_score: float,
+        variant: Variant | None = None,
+        also: tuple[Variant, ...] = (),
+        offset: Offset | None = None,
+        copied: int | None = None,
+    ) -> FoundSuspect:
+        own = held.members[run]
+        rows = held.data.rows_of(0)
+        residual = held.residual[rows][:, own]
+        if held.data.free_offset and len(own):
+            residual = residual - residual.mean(axis=1, keepdims=True)
+        miss = float(np.sqrt(np.mean(np.sum(residual**2, axis=0)))) if len(rows) and len(own) else np.nan
+        place = float(self.place_scores[run] * self.place_unit) if self.place_scores[run] >= PLACE_LEVEL else 0.0
+        single = len(own) == 1
+        state = int(held.data.index[own[0]]) if single else None
+        if offset is not None and not single:
+            state = int(held.data.index[offset.state])
+        return FoundSuspect(
+            run, state, kind, variant, also, offset, float(scores[run]), next_score, miss, place, copied
+        )
+
+    def _misfits(
+        self, run: int, left_out: Sequence[int], bench: Bench, held: Held, variants: Sequence[Variant]
+    ) -> Floats:
+        """Return (V,) the squared misfit of the run with each mistake taken back; infinite where that cannot be."""
+        result = np.full(len(variants), np.inf)
+        usable = [k for k, variant in enumerate(variants) if _possible(variant)]
+        pending = [usable] if usable else []
+        while pending:
+            batch = pending.pop()
+            trial = trial_states(self.states, self.members[run], [variants[k] for k in batch])
+            try:
+                readings = bench.hold(trial)
+            except NoBalanceError:
+                half = len(batch) // 2
+                pending += [batch[:half], batch[half:]] if half else []
+                continue
+            misses = np.where(trial.used[:, None], place_misses(trial, self.robot.chain), np.nan)
+            per_variant = misses.reshape(len(batch), -1, 3)
+            for place, k in enumerate(batch):
+                if self._placed(per_variant[place]):
+                    result[k] = held.blocks.with_run(run, readings.blocks, place, left_out)
+        return result
+
+    def _placed(self, misses: Floats) -> bool:
+        """Return whether the first measured place is where the joint angles put it, as in the other runs."""
+        known = misses[np.isfinite(misses).all(axis=1)]
+        if not len(known):
+            return True
+        away = float(np.linalg.norm(known[0] - self.place_centre)) / self.place_unit
+        usual = float(np.sort(self.place_scores)[: max(len(self.place_scores) - self.most, 1)].max())
+        return away <= max(PLACE_LEVEL, 2.0 * usual)
+
+    def _offset_explains(self, offset: Offset, score: float, freedom: int, unit: float, limit: float) -> bool:
+        rest = freedom - offset.dof
+        left = max(score**2 * freedom - offset.gain / unit**2, 0.0)
+        return rest <= 0 or float(np.sqrt(left / rest)) <= limit
+
+    def _offset_wins(self, offset: Offset, worth: float, score: float, freedom: int, unit: float) -> bool:
+        left = max(score**2 * freedom - offset.gain / unit**2, 0.0)
+        return left + offset.penalty < worth
+
+    def _copied_angles(self, run: int) -> int | None:
+        """Return a run with the same joint angles to the last digit, where more runs have them than share others."""
+        first = np.array([own[0] if len(own) else -1 for own in self.members])
+        present = np.flatnonzero(first >= 0)
+        angles = self.states.joints[first[present]]
+        _, group, counts = np.unique(angles, axis=0, return_inverse=True, return_counts=True)
+        mine = group.ravel()[np.flatnonzero(present == run)[0]]
+        usual = int(np.median(counts))
+        if counts[mine] <= usual:
+            return None
+        return int(next(k for k in present[group.ravel() == mine] if k != run))
+
+
+def _possible(variant: Variant) -> bool:
+    wrench = variant.wrench
+    return wrench is None or bool(np.abs(np.nan_to_num(wrench)).max(initial=0.0) < LARGEST_LOAD)

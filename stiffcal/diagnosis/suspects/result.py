@@ -1,0 +1,83 @@
+"""A run or a row that disagrees with all the others: what is known of it, as a result."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from enum import StrEnum
+
+from stiffcal.documents import Number
+
+
+class SuspectKind(StrEnum):
+    """What is wrong with a run, as far as the others show it."""
+
+    MISLABELLED = "mislabelled"
+    SIGN = "sign"
+    UNIT = "unit"
+    EXCHANGED = "exchanged"
+    BUMP = "bump"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WithoutParameter:
+    """A parameter of the fit without the suspects."""
+
+    name: str
+    """Its full name."""
+    value: Number
+    """Its estimate; null where these data do not determine it."""
+    std: Number
+    """Its standard uncertainty."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitWithout:
+    """The present model, fitted without the suspects."""
+
+    rms: dict[str, Number]
+    """What is left, by measure, m and rad."""
+    parameters: list[WithoutParameter]
+    """All parameters of the model."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Suspect:
+    """A run, or a row of it, that disagrees with all the others."""
+
+    run: str
+    """The run's name."""
+    row: int | None
+    """The row of the table, or the state's number in the run; null where the whole run is meant."""
+    kind: SuspectKind
+    """What is wrong with it."""
+    why: str
+    """What was found, with numbers."""
+    likely: str
+    """The likely cause, and its cure."""
+    factor: Number
+    """By what the readings are to be multiplied, where that is the cure."""
+    without: FitWithout
+    """The fit without this and all other suspects."""
+
+
+def exclusion_lines(source: str, rows: list[int], why: str) -> str:
+    """Return the lines of campaign.toml that leave rows of a table out.
+
+    Parameters
+    ----------
+    source : the table's name in the manifest.
+    rows : data rows, from 1.
+    why : the reason, as it will stand in the manifest.
+
+    Examples
+    --------
+    >>> print(exclusion_lines("table", [3, 4], "forces in lbf"))
+    [[exclude]]
+    source = "table"
+    rows = [3, 4]
+    why = "forces in lbf"
+    """
+    text = json.dumps(why, ensure_ascii=False)
+    return f"[[exclude]]\nsource = {json.dumps(source)}\nrows = {rows}\nwhy = {text}"

@@ -1,0 +1,252 @@
+"""What may be wrong with a run: its states as they would be if one mistake were taken back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import log, pi
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.suspects.result import SuspectKind
+from stiffcal.measurements.load_states import LoadStates, RunInfo
+from stiffcal.mechanics.chain import Chain
+
+KGF, LBF = 9.80665, 4.4482216152605
+"""N; kgf by the third General Conference on Weights and Measures (1901), lbf by the international pound of 1959."""
+INCH, FOOT = 0.0254, 0.3048  # m
+
+FORCE_UNITS = (
+    ("kgf", KGF, 1.0 / KGF),
+    ("lbf", LBF, 1.0 / LBF),
+    ("kN", 1e3, 1e-3),
+)
+MOMENT_UNITS = (
+    ("N·mm", 1e-3, 1e3),
+    ("N·cm", 1e-2, 1e2),
+    ("lbf·in", LBF * INCH, 1.0 / (LBF * INCH)),
+    ("lbf·ft", LBF * FOOT, 1.0 / (LBF * FOOT)),
+    ("kgf·m", KGF, 1.0 / KGF),
+    ("kgf·cm", KGF * 1e-2, 1e2 / KGF),
+)
+LENGTH_UNITS = (
+    (1e3, "in m in a column of mm"),
+    (1e-3, "in µm in a column of mm, or in mm in a column of m"),
+    (1e3 * INCH, "in inches in a column of mm"),
+    (1e-3 / INCH, "in mm in a column of inches"),
+    (10.0, "in cm in a column of mm"),
+    (0.1, "in mm in a column of cm"),
+)
+ANGLE_UNITS = (
+    (1e3, "in rad in a column of mrad"),
+    (1e-3, "in mrad in a column of rad"),
+    (180.0 / pi, "in rad in a column of degrees"),
+    (pi / 180.0, "in degrees in a column of rad"),
+)
+TWO_FACTORS = 4.0
+LARGEST_LOAD = 1e5  # N, N·m: beyond it no reading of a robot's load is, in any unit
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A run's states with one mistake taken back.
+
+    Attributes
+    ----------
+    kind : what the mistake was.
+    likely : cause and cure, in words.
+    factor : by what readings are multiplied; None where nothing is.
+    joints, wrench, position, rotation, deflection : of the run's states, None where as read.
+    other : the run that has the readings that belong here; None where no other run takes part.
+    penalty : how much less likely it is before any look at the numbers, as a difference of squared misfits: twice the
+        logarithm of how many like mistakes there are to choose from.
+    """
+
+    kind: SuspectKind
+    likely: str
+    factor: float | None = None
+    joints: Floats | None = None
+    wrench: Floats | None = None
+    position: Floats | None = None
+    rotation: Floats | None = None
+    deflection: Floats | None = None
+    other: int | None = None
+    penalty: float = 0.0
+
+
+def variants_of(states: LoadStates, members: Sequence[Integers], run: int, chain: Chain) -> list[Variant]:
+    """Return what may be wrong with a run.
+
+    Parameters
+    ----------
+    states : of the whole campaign. members : the states of each run. run : which one.
+    chain : for the names of joints.
+    """
+    own = states.select(members[run])
+    single = [*_units(own), *_signs(own, chain)]
+    single = [replace(variant, penalty=variant.penalty + 2.0 * log(len(single))) for variant in single]
+    return [*single, *_of_others(states, members, run)]
+
+
+def trial_states(states: LoadStates, own: Integers, variants: Sequence[Variant]) -> LoadStates:
+    """Return a run's states once for every variant, each a run of its own.
+
+    Parameters
+    ----------
+    states : of the whole campaign. own : (k,) the run's states. variants : V of them.
+    """
+    picked = states.select(np.tile(own, len(variants)))
+    arrays: dict[str, Floats] = {}
+    for name in ("joints", "wrench", "position", "rotation", "deflection"):
+        as_read = getattr(states, name)[own]
+        arrays[name] = np.concatenate(
+            [as_read if getattr(variant, name) is None else getattr(variant, name) for variant in variants]
+        )
+    return replace(
+        picked,
+        runs=tuple(RunInfo(f"variant {number + 1}") for number in range(len(variants))),
+        run=np.repeat(np.arange(len(variants)), len(own)),
+        joints=arrays["joints"],
+        wrench=arrays["wrench"],
+        position=arrays["position"],
+        rotation=arrays["rotation"],
+        deflection=arrays["deflection"],
+    )
+
+
+def _units(own: LoadStates) -> Iterator[Variant]:
+    yield from _wrench_units(own)
+    translation = slice(0, 3)
+    for factor, words in LENGTH_UNITS:
+        likely = f"displacements are {words}: multiply by {factor:.5g}"
+        if own.deflection_given:
+            yield Variant(SuspectKind.UNIT, likely, factor, deflection=_scaled(own.deflection, translation, factor))
+        else:
+            likely = f"places are {words}: multiply by {factor:.5g}"
+            yield Variant(SuspectKind.UNIT, likely, factor, position=own.position * factor)
+    if np.isfinite(own.deflection[:, :, 3:]).any():
+        for factor, words in ANGLE_UNITS:
+            likely = f"rotations are {words}: multiply by {factor:.5g}"
+            yield Variant(SuspectKind.UNIT, likely, factor, deflection=_scaled(own.deflection, slice(3, 6), factor))
+    for factor, words in ANGLE_UNITS[2:]:
+        likely = f"joint angles are {words}: multiply by {factor:.5g}"
+        yield Variant(SuspectKind.UNIT, likely, factor, joints=own.joints * factor)
+
+
+def _wrench_units(own: LoadStates) -> Iterator[Variant]:
+    moments = own.setup.moments_measured
+    forces = [
+        (factor, f"forces are in {name}" if factor == up else f"forces are in N in a column of {name}")
+        for name, up, down in FORCE_UNITS
+        for factor in (up, down)
+    ]
+    for factor, words in forces:
+        yield _with_wrench(own, factor, 1.0, f"{words}: multiply by {factor:.5g}")
+    if not moments:
+        return
+    for factor, words in forces:
+        likely = f"{words.replace('forces', 'forces and moments')}: multiply both by {factor:.5g}"
+        yield _with_wrench(own, factor, factor, likely)
+    for name, up, down in MOMENT_UNITS:
+        yield _with_wrench(own, 1.0, up, f"moments are in {name}: multiply by {up:.5g}")
+        yield _with_wrench(own, 1.0, down, f"moments are in N·m in a column of {name}: multiply by {down:.5g}")
+    for name, force, moment in (("lbf and lbf·in", LBF, LBF * INCH), ("lbf and lbf·ft", LBF, LBF * FOOT)):
+        likely = f"forces and moments are in {name}: multiply by {force:.5g} and {moment:.5g}"
+        yield _with_wrench(own, force, moment, likely)
+
+
+def _with_wrench(own: LoadStates, force: float, moment: float, likely: str) -> Variant:
+    wrench = own.wrench * np.repeat([force, moment], 3)
+    # Two factors at once are a mistake on two columns: the simpler one goes first where both explain the run.
+    penalty = TWO_FACTORS if 1.0 not in (force, moment) else 0.0
+    return Variant(SuspectKind.UNIT, likely, force if force != 1.0 else moment, wrench=wrench, penalty=penalty)
+
+
+def _signs(own: LoadStates, chain: Chain) -> Iterator[Variant]:
+    for component, name in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")):
+        if np.any(own.wrench[:, component]):
+            yield Variant(
+                SuspectKind.SIGN, f"{name} has the wrong sign: multiply it by −1", -1.0,
+                wrench=_scaled(own.wrench, component, -1.0),
+            )  # fmt: skip
+    forces = own.wrench * np.repeat([-1.0, 1.0], 3)
+    if own.setup.moments_measured:
+        yield Variant(
+            SuspectKind.SIGN, "force and moment have the wrong sign, as what the robot does to its surroundings: "
+            "multiply them by −1", -1.0, wrench=-own.wrench,
+        )  # fmt: skip
+    yield Variant(SuspectKind.SIGN, "the force has the wrong sign: multiply it by −1", -1.0, wrench=forces)
+    if own.deflection_given:
+        for component, name in enumerate(("x", "y", "z", "rx", "ry", "rz")):
+            if np.any(np.nan_to_num(own.deflection[:, :, component])):
+                yield Variant(
+                    SuspectKind.SIGN, f"the displacement {name} has the wrong sign: multiply it by −1", -1.0,
+                    deflection=_scaled(own.deflection, component, -1.0),
+                )  # fmt: skip
+        yield Variant(
+            SuspectKind.SIGN, "the displacement has the wrong sign, unloaded minus loaded: multiply it by −1", -1.0,
+            deflection=-own.deflection,
+        )  # fmt: skip
+    else:
+        turn = own.setup.base_from_tracker
+        for component, name in enumerate("xyz"):
+            flip = np.eye(4)
+            flip[component, component] = -1.0
+            whole = turn @ flip @ np.linalg.inv(turn)
+            yield Variant(
+                SuspectKind.SIGN, f"the place {name} has the wrong sign: multiply it by −1", -1.0,
+                position=own.position @ whole[:3, :3].T + whole[:3, 3],
+            )  # fmt: skip
+    for joint in range(own.joints.shape[1]):
+        if np.any(own.joints[:, joint]):
+            name = chain.joint_names[joint] if joint < len(chain.joint_names) else str(joint + 1)
+            yield Variant(
+                SuspectKind.SIGN, f"the angle of {name} has the wrong sign: multiply it by −1", -1.0,
+                joints=_scaled(own.joints, joint, -1.0),
+            )  # fmt: skip
+
+
+def _of_others(states: LoadStates, members: Sequence[Integers], run: int) -> Iterator[Variant]:
+    """Yield the run with another run's angles, loads or places in the place of its own."""
+    own = members[run]
+    others = [k for k, states_of in enumerate(members) if k != run and len(states_of) == len(own)]
+    penalty = 2.0 * log(max(3 * len(others), 1))
+    for other in others:
+        there, name = members[other], states.runs[int(states.run[members[other][0]])].name
+        if not _alike(states.joints[own], states.joints[there]):
+            yield Variant(
+                SuspectKind.MISLABELLED, f'the joint angles that belong here are those of run "{name}": the two are '
+                "mixed up; correct the angles, or leave the run out", joints=states.joints[there], other=other,
+                penalty=penalty,
+            )  # fmt: skip
+        if not _alike(states.wrench[own], states.wrench[there]):
+            yield Variant(
+                SuspectKind.EXCHANGED, f'the loads that belong here are those of run "{name}": the force logs are '
+                "exchanged; exchange them back", wrench=states.wrench[there], other=other, penalty=penalty,
+            )  # fmt: skip
+        position, rotation, deflection = _places(states, there)
+        yield Variant(
+            SuspectKind.EXCHANGED, f'the places or displacements that belong here are those of run "{name}": the '
+            "tracker logs are exchanged; exchange them back", position=position, rotation=rotation,
+            deflection=deflection, other=other, penalty=penalty,
+        )  # fmt: skip
+
+
+def _places(states: LoadStates, there: Integers) -> tuple[Floats, Floats, Floats]:
+    """Return position, rotation and deflection measured in these states, NaN where they were set aside."""
+    aside = ~states.used[there]
+    position, rotation, deflection = states.position[there], states.rotation[there], states.deflection[there]
+    for values in (position, rotation, deflection):
+        values[aside] = np.nan
+    return position, rotation, deflection
+
+
+def _alike(one: Floats, other: Floats) -> bool:
+    return bool(np.array_equal(one, other, equal_nan=True))
+
+
+def _scaled(values: Floats, component: int | slice, factor: float) -> Floats:
+    result = values.copy()
+    result[..., component] *= factor
+    return np.asarray(result)

@@ -1,0 +1,105 @@
+"""Suspects as results: what was found in words, with numbers, the likely cause and its cure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.diagnosis.suspects.find import FoundSuspect, Suspicion
+from stiffcal.diagnosis.suspects.result import FitWithout, Suspect, SuspectKind, WithoutParameter
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import fit_rms
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mechanics.chain import Chain
+from stiffcal.reduction.consistency import work_of_load
+
+
+def suspects_of(suspicion: Suspicion, states: LoadStates, chain: Chain) -> list[Suspect]:
+    """Return the suspects as results, best supported first.
+
+    Parameters
+    ----------
+    suspicion : what was found. states : all load states. chain : the robot's.
+    """
+    if not suspicion.suspects or suspicion.fit is None:
+        return []
+    without = _fit_without(suspicion.fit)
+    n_others = len(np.unique(states.run[suspicion.keep(states) & states.used]))
+    backwards = _backwards(suspicion, states, chain)
+    return [
+        Suspect(
+            run=states.runs[suspect.run].name,
+            row=None if suspect.state is None else int(states.row[suspect.state]),
+            kind=suspect.kind,
+            why=_why(suspect, n_others, suspect.run in backwards),
+            likely=_likely(suspect, states),
+            factor=None if suspect.variant is None else suspect.variant.factor,
+            without=without,
+        )
+        for suspect in suspicion.suspects
+    ]
+
+
+def _fit_without(fit: Fit) -> FitWithout:
+    return FitWithout(
+        rms=fit_rms(fit),
+        parameters=[
+            WithoutParameter(name=parameter.name, value=parameter.value, std=parameter.std)
+            for parameter in fit.parameters
+        ],
+    )
+
+
+def _backwards(suspicion: Suspicion, states: LoadStates, chain: Chain) -> set[int]:
+    """Return the suspects in which the load does negative work while it does positive work in most runs."""
+    used = states.select(states.used)
+    if not np.any(used.wrench) or not used.setup.targets or not used.has_poses:
+        return set()
+    work = work_of_load(used, chain).work
+    present = np.unique(used.run)
+    if np.mean(work[present] > 0.0) <= 0.5:
+        return set()
+    return {suspect.run for suspect in suspicion.suspects if work[suspect.run] < 0.0}
+
+
+def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> str:
+    parts = []
+    if suspect.score > suspect.next_score:
+        size = f"{1e3 * suspect.miss_m:.3g} mm, " if math.isfinite(suspect.miss_m) else ""
+        parts.append(
+            f"its displacements miss what the {n_others} other runs predict by {size}{suspect.score:.3g} × the noise; "
+            f"none of the others misses by more than {suspect.next_score:.2g} ×"
+        )
+    if suspect.place_m > 0.0:
+        parts.append(f"the target is {1e3 * suspect.place_m:.3g} mm from where the joint angles put it")
+    if backwards:
+        parts.append("force and displacement run against each other in it")
+    if suspect.variant is not None:
+        parts.append("with the cure it agrees with the others")
+    return "; ".join(parts)
+
+
+def _likely(suspect: FoundSuspect, states: LoadStates) -> str:
+    if suspect.variant is not None:
+        others = [variant.likely for variant in suspect.also]
+        return "; or: ".join([suspect.variant.likely, *others])
+    if suspect.copied is not None:
+        name = states.runs[suspect.copied].name
+        return f'its joint angles are those of run "{name}": write its own angles, or leave it out'
+    if suspect.kind is SuspectKind.BUMP and suspect.offset is not None:
+        size = f" by {1e3 * suspect.offset.size_m:.3g} mm" if math.isfinite(suspect.offset.size_m) else ""
+        if suspect.offset.step:
+            return (
+                f"the target, the tracker or the base was moved{size} before this state, and stayed there: "
+                "add seat-shift to the model, or leave the run out"
+            )
+        return f"the reading of the target is off{size}: a bump, or a mistyped number; measure it again or leave it out"
+    return "no single mistake of units, signs, labels or order explains it: measure it again or leave it out"
+
+
+def without_steps(suspicion: Suspicion) -> Suspicion:
+    """Return the suspicion without steps inside a run: those are an effect, seat-shift, that a model can hold."""
+    firm = tuple(suspect for suspect in suspicion.suspects if suspect.offset is None or not suspect.offset.step)
+    return replace(suspicion, suspects=firm)

@@ -1,0 +1,160 @@
+"""A run or row that disagrees with all the others is found, and what is wrong with it is named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
+from stiffcal.diagnosis.suspects.words import suspects_of, without_steps
+from stiffcal.measurements.load_states import LoadStates
+from tests.rates.faults import Faulty, draw_faulty
+
+LBF = 4.4482216152605
+
+
+@cache
+def sound(form: str) -> Faulty:
+    """A table of 24 poses with two loads each, nothing wrong in it."""
+    return draw_faulty(np.random.default_rng([20261122, len(form)]), form, "")
+
+
+def found_in(form: str, states: LoadStates) -> Suspicion:
+    return find_suspects(states, sound(form).model)
+
+
+def own(states: LoadStates, run: int) -> np.ndarray:
+    return np.flatnonzero(states.run == run)
+
+
+def with_wrench(states: LoadStates, run: int, factors: list[float]) -> LoadStates:
+    wrench = states.wrench.copy()
+    wrench[own(states, run)] *= factors
+    return replace(states, wrench=wrench)
+
+
+def moved(states: LoadStates, picked: np.ndarray, step: float) -> LoadStates:
+    position, deflection = states.position.copy(), states.deflection.copy()
+    position[picked, 0, :3] += step
+    deflection[picked, 0, :3] += step
+    return replace(states, position=position, deflection=deflection)
+
+
+@pytest.mark.parametrize("form", ["rows", "pairs"])
+def test_in_a_sound_campaign_nothing_is_suspect(form: str) -> None:
+    suspicion = found_in(form, sound(form).states)
+    assert suspicion.checked
+    assert not suspicion.suspects
+
+
+@pytest.mark.parametrize("form", ["rows", "pairs"])
+def test_forces_in_lbf_are_named_with_the_factor(form: str) -> None:
+    states = sound(form).states
+    suspicion = found_in(form, with_wrench(states, 7, [1 / LBF] * 3 + [1.0] * 3))
+    (suspect,) = suspects_of(suspicion, states, sound(form).model.chain)
+    assert (suspect.run, suspect.kind) == ("run08", "unit")
+    assert suspect.factor == pytest.approx(LBF)
+    assert "lbf: multiply by 4.4482" in suspect.likely
+
+
+@pytest.mark.parametrize("form", ["rows", "pairs"])
+def test_a_load_of_the_wrong_sign_is_named_and_that_its_work_is_negative(form: str) -> None:
+    states = sound(form).states
+    faulty = with_wrench(states, 4, [-1.0] * 6)
+    (suspect,) = suspects_of(found_in(form, faulty), faulty, sound(form).model.chain)
+    assert (suspect.run, suspect.kind, suspect.factor) == ("run05", "sign", -1.0)
+    assert "run against each other" in suspect.why
+
+
+@pytest.mark.parametrize("form", ["rows", "pairs"])
+def test_two_runs_with_each_others_angles_are_both_named_mislabelled(form: str) -> None:
+    states = sound(form).states
+    one, other = (own(states, run) for run in (2, 11))
+    joints = states.joints.copy()
+    joints[one], joints[other] = states.joints[other], states.joints[one]
+    faulty = replace(states, joints=joints)
+    suspects = suspects_of(found_in(form, faulty), faulty, sound(form).model.chain)
+    assert {(suspect.run, suspect.kind) for suspect in suspects} == {("run03", "mislabelled"), ("run12", "mislabelled")}
+    likely = next(suspect.likely for suspect in suspects if suspect.run == "run03")
+    # of the tables with a row for each load two rows have the angles of the pose
+    assert 'those of run "run12"' in likely or 'those of run "run11"' in likely
+
+
+def test_angles_that_are_a_copy_of_another_poses_are_named() -> None:
+    states = sound("pairs").states
+    joints = states.joints.copy()
+    joints[own(states, 5)] = states.joints[own(states, 9)]
+    faulty = replace(states, joints=joints)
+    (suspect,) = suspects_of(found_in("pairs", faulty), faulty, sound("pairs").model.chain)
+    assert (suspect.run, suspect.kind) == ("run06", "mislabelled")
+    assert 'its joint angles are those of run "run10"' in suspect.likely
+    assert "from where the joint angles put it" in suspect.why
+
+
+@pytest.mark.parametrize("form", ["rows", "pairs"])
+def test_two_runs_whose_force_logs_are_exchanged_are_both_named(form: str) -> None:
+    states = sound(form).states
+    one, other = (own(states, run) for run in (2, 11))
+    wrench = states.wrench.copy()
+    wrench[one], wrench[other] = states.wrench[other], states.wrench[one]
+    suspects = found_in(form, replace(states, wrench=wrench)).suspects
+    assert {(suspect.run, suspect.kind) for suspect in suspects} == {(2, "exchanged"), (11, "exchanged")}
+
+
+@pytest.mark.parametrize("form", ["rows", "pairs"])
+def test_a_bumped_reading_is_named_with_its_row_and_size(form: str) -> None:
+    states = sound(form).states
+    row = own(states, 6)[-1]
+    faulty = moved(states, np.array([row]), 5e-4)
+    (suspect,) = suspects_of(found_in(form, faulty), faulty, sound(form).model.chain)
+    assert (suspect.run, suspect.kind, suspect.row) == ("run07", "bump", int(states.row[row]))
+    assert "0.8" in suspect.likely  # 0.5 mm along each axis
+
+
+def test_two_bumped_rows_do_not_hide_each_other() -> None:
+    states = sound("rows").states
+    faulty = moved(moved(states, own(states, 6), 5e-4), own(states, 7), 5e-4)
+    assert {suspect.run for suspect in found_in("rows", faulty).suspects} == {6, 7}
+
+
+def test_a_step_inside_a_run_stays_with_the_effects() -> None:
+    states = draw_faulty(np.random.default_rng(5), "cycles", "").states
+    model = draw_faulty(np.random.default_rng(5), "cycles", "").model
+    run = own(states, 3)
+    suspicion = find_suspects(moved(states, run[len(run) // 2 :], 1e-3), model)
+    (suspect,) = suspicion.suspects
+    assert suspect.run == 3
+    assert suspect.kind == "bump"
+    assert suspect.offset is not None
+    assert suspect.offset.step
+    assert suspect.state == run[len(run) // 2]
+    assert not without_steps(suspicion).suspects
+
+
+def test_the_fit_without_the_suspect_is_that_of_the_sound_campaign() -> None:
+    form = "rows"
+    states = sound(form).states
+    faulty = with_wrench(states, 7, [1 / LBF] * 3 + [1.0] * 3)
+    (suspect,) = suspects_of(found_in(form, faulty), faulty, sound(form).model.chain)
+    rows = np.flatnonzero(states.run != 7)
+    from stiffcal.identification.identify import identify_parameters
+
+    fit = identify_parameters(states.select(rows), sound(form).model)
+    for parameter in suspect.without.parameters:
+        assert parameter.value == pytest.approx(fit.parameter(parameter.name).value, rel=1e-9)
+
+
+def test_of_five_runs_none_is_judged() -> None:
+    states = sound("pairs").states
+    few = states.select(np.flatnonzero(states.run < 5))
+    assert not found_in("pairs", few).checked
+
+
+def test_fits_of_other_experiments_runs_are_not_looked_at() -> None:
+    states = sound("pairs").states
+    bumped = moved(states, own(states, 6)[-1:], 5e-4)
+    runs = tuple(replace(run, compensated=number == 6) for number, run in enumerate(bumped.runs))
+    assert not found_in("pairs", replace(bumped, runs=runs)).suspects
