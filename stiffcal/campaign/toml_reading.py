@@ -84,18 +84,18 @@ def read_toml(path: Path, file: str, *, from_user: bool = False) -> dict[str, An
     except RecursionError:
         raise InputError.at(FaultCode.SIZE_EXCEEDED, file, "", _DEEP, "write them side by side") from None
     except tomllib.TOMLDecodeError as error:
-        message = str(error)
-        match = _PLACE.search(message)
+        parsers_words = str(error)  # all that tomllib gives: it has neither codes nor fields
+        match = _PLACE.search(parsers_words)
         place = match["place"] if match else ""
-        reason = message[: match.start()] if match else message
+        found = parsers_words[: match.start()] if match else parsers_words
         if place == "end of document":
             place = f"line {text.rstrip().count(chr(10)) + 1}"
         raise InputError.at(
             FaultCode.SYNTAX_INVALID,
             file,
             place,
-            f"this is not TOML: {reason[:1].lower()}{reason[1:]}",
-            _syntax_mend(reason),
+            f"this is not TOML: {found[:1].lower()}{found[1:]}",
+            _syntax_mend(found),
         ) from None
     except ValueError:  # of more digits than Python reads at all
         reason = "a whole number of thousands of digits"
@@ -154,9 +154,9 @@ def validate(document: dict[str, Any], file: str, model: type[Model]) -> Model:
         raise InputError(*faults_of(error, file, model, document)) from None
 
 
-def _syntax_mend(reason: str) -> str:
-    if "overwrite" in reason or "declare" in reason.lower() or "twice" in reason:
+def _syntax_mend(parsers_words: str) -> str:
+    if "overwrite" in parsers_words or "declare" in parsers_words.lower() or "twice" in parsers_words:
         return "a key or table stands there twice: keep one"
-    if "Invalid value" in reason:
+    if "Invalid value" in parsers_words:
         return "put texts in quotes, write decimal points rather than commas"
     return "correct that line"
