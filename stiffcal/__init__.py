@@ -1,10 +1,76 @@
-"""stiffcal: find out how an industrial robot bends, and which physical effect the model lacks."""
+"""stiffcal: find out how an industrial robot bends, and which physical effect the model lacks.
+
+In scripts and notebooks::
+
+    import stiffcal
+
+    campaign = stiffcal.open("my-robot")
+    fit = campaign.identify()
+    fit.parameters                                          # a table of pandas, with 95 % intervals
+    trial = campaign.with_effect("backlash", joints=[4])    # in memory
+    stiffcal.compare(fit, trial).errors
+
+Public are the names in ``__all__``, `stiffcal.effects_api` for effects of one's own, and the entry points
+``stiffcal.effects`` and ``stiffcal.readers``; all else may change with every version.
+"""
 
 import os
+from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+if TYPE_CHECKING:
+    from stiffcal.errors import Fault, InputError
+    from stiffcal.python.answers import FittedModel, LoadPrediction, ModelDiagnosis, ModelValidation
+    from stiffcal.python.comparison import FitComparison
+    from stiffcal.python.comparison import compare_fits as compare
+    from stiffcal.python.session import CampaignSession
+    from stiffcal.python.session import open_campaign as open  # noqa: A004
+
+__version__ = "0.2.0"
+
+__all__ = [
+    "CampaignSession",
+    "Fault",
+    "FitComparison",
+    "FittedModel",
+    "InputError",
+    "LoadPrediction",
+    "ModelDiagnosis",
+    "ModelValidation",
+    "__version__",
+    "compare",
+    "open",
+]
+
+_PLACES = {
+    "CampaignSession": ("stiffcal.python.session", "CampaignSession"),
+    "Fault": ("stiffcal.errors", "Fault"),
+    "FitComparison": ("stiffcal.python.comparison", "FitComparison"),
+    "FittedModel": ("stiffcal.python.answers", "FittedModel"),
+    "InputError": ("stiffcal.errors", "InputError"),
+    "LoadPrediction": ("stiffcal.python.answers", "LoadPrediction"),
+    "ModelDiagnosis": ("stiffcal.python.answers", "ModelDiagnosis"),
+    "ModelValidation": ("stiffcal.python.answers", "ModelValidation"),
+    "compare": ("stiffcal.python.comparison", "compare_fits"),
+    "open": ("stiffcal.python.session", "open_campaign"),
+}
 
 # Threaded BLAS is not bit-equal between thread counts and was slower here; the libraries read these once, when numpy is
 # imported. OMP_NUM_THREADS is left alone: pyarrow reads it too. A value that the user has set stays.
 for _threads in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
     os.environ.setdefault(_threads, "1")
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first asked for: the command line imports this package, and starts at once."""
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    module, word = _PLACES[name]
+    value = getattr(import_module(module), word)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

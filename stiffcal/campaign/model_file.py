@@ -184,6 +184,17 @@ def default_model_text(experiments: Collection[str] = ()) -> str:
     return first + "".join("\n" + text[text.index("[[effects]]") :] for text in further)
 
 
+def model_of_text(text: str, n_joints: int) -> ModelFile:
+    """Return the model that a text in the form of model.toml holds.
+
+    Raises
+    ------
+    InputError : the text is no model file.
+    """
+    document = tomllib.loads(text)
+    return _written_out(validate(document, MODEL_FILE, ModelFile), document, n_joints)
+
+
 def _written_out(model: ModelFile, document: dict[str, Any], n_joints: int) -> ModelFile:
     """Replace ``joints = "all"`` by all joints."""
     effects = [

@@ -101,6 +101,42 @@ def read_load_table(file: Path, joint_names: Sequence[str], joints_needed: bool)
     return LoadTable(table.block(joint_names), table.block(AXES))
 
 
+def load_table_of(columns: Mapping[str, Floats], joint_names: Sequence[str], shown: str = "poses") -> LoadTable:
+    """Return poses and loads from arrays by the names that the columns of such a table have.
+
+    Parameters
+    ----------
+    columns : (n,) each: joints in degrees, Fx … Tz in N and N·m, another unit in brackets (``A1 [rad]``); other names
+        are passed over.
+    joint_names : the L joints of the robot; each needs a column.
+    shown : what the table is called in messages.
+
+    Raises
+    ------
+    InputError : a joint has no column, or a value is no finite number.
+    """
+    read = {word: _column(word, joint_names, (*joint_names, *AXES), shown) for word in columns}
+    known = {name: (word, factor) for word, (name, factor) in read.items() if name in (*joint_names, *AXES)}
+    lacking = [name for name in joint_names if name not in known]
+    if lacking:
+        mend = f"give a column for each of {', '.join(joint_names)} (degrees)"
+        raise InputError.at(FaultCode.COLUMN_MISSING, shown, "columns", f"no column {lacking[0]}", mend)
+    numbers = {}
+    for name, (word, factor) in known.items():
+        values = np.asarray(columns[word], dtype=np.float64)
+        if not np.isfinite(values).all() or np.abs(values).max(initial=0.0) > LARGEST:
+            place = f"row {int(np.argmin(np.isfinite(values) & (np.abs(values) <= LARGEST))) + 1}, column {word}"
+            reason = "not a finite number, or larger than anything that is measured"
+            raise InputError.at(FaultCode.NUMBER_INVALID, shown, place, reason, "correct the value")
+        numbers[name] = factor * values
+    count = len(numbers[joint_names[0]])
+    nothing = np.zeros(count)
+    return LoadTable(
+        np.stack([numbers[name] for name in joint_names], axis=1),
+        np.stack([numbers.get(name, nothing) for name in AXES], axis=1),
+    )
+
+
 def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], words: Sequence[str] = ()) -> WrittenTable:
     """Read a CSV of named columns; columns that are not asked for are passed over.
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 
 from stiffcal.masking import mask
 
@@ -15,6 +15,17 @@ _given: set[str] = set()
 def notices_to(outlet: Callable[[str], None]) -> None:
     """Have notices go to a function instead of standard error: in a process whose standard error is not shown."""
     _outlets[:] = [outlet]
+
+
+@contextmanager
+def notices_diverted(outlet: Callable[[str], None]) -> Iterator[None]:
+    """Have notices go to a function for a while."""
+    before = list(_outlets)
+    _outlets[:] = [outlet]
+    try:
+        yield
+    finally:
+        _outlets[:] = before
 
 
 def notice(line: str, subject: str = "") -> None:

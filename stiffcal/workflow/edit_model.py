@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import difflib
+import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from stiffcal.campaign.loading import Campaign, load_campaign
+from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.files import read_regular
+from stiffcal.limits import TOML
 from stiffcal.workflow.command_results import EditResult
 from stiffcal.workflow.history import model_of
 
@@ -46,23 +52,66 @@ def edit_model(
     ------
     InputError : no such effect or place; or no place given, with the places that there are.
     """
+    campaign = load_campaign(Path(folder), check_files=False)
+    changes = _edit(campaign, campaign.folder, action, effect, _Wanted(where or {}, everywhere, curved))
+    model = load_campaign(campaign.folder, check_files=False).model
+    return EditResult(warnings=[], changes=changes, model=model_of(model))
+
+
+def model_with(campaign: Campaign, text: str, effect: str, *, where: Mapping[str, str | None], curved: bool) -> str:
+    """Return model.toml with an effect added, as `edit_model` would write it; the campaign's folder stays as it is.
+
+    Parameters
+    ----------
+    campaign : its model is the one that `text` holds.
+    text : model.toml before; "": the default model holds.
+    effect, where, curved : as in `edit_model`.
+
+    Raises
+    ------
+    InputError : as `edit_model`.
+    """
+    with tempfile.TemporaryDirectory(prefix="stiffcal-") as place:
+        folder = Path(place)
+        (folder / MANIFEST_FILE).write_bytes(read_regular(campaign.folder / MANIFEST_FILE, MANIFEST_FILE, limit=TOML))
+        if text:
+            (folder / MODEL_FILE).write_text(text, encoding="utf-8", newline="\n")
+        _edit(campaign, folder, "add", effect, _Wanted(where, False, curved))
+        return (folder / MODEL_FILE).read_text(encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """Where an effect is to be added or removed, and in which form."""
+
+    where: Mapping[str, str | None]
+    """Places as words."""
+    everywhere: bool
+    """At every place."""
+    curved: bool
+    """In the law's curved form."""
+
+
+def _edit(
+    campaign: Campaign, folder: Path, action: Literal["add", "remove"], effect: str, wanted: _Wanted
+) -> list[str]:
+    """Edit the model file of a folder, which holds the campaign's model; return what changed, in words."""
     from stiffcal.campaign.model_editing import add_effect, remove_effect
     from stiffcal.model.campaign_effects import effects_with
 
-    campaign = load_campaign(Path(folder), check_files=False)
     catalogue = effects_with(campaign, effect)
     if effect not in catalogue:
         near = difflib.get_close_matches(effect, catalogue, n=1)
         mend = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(catalogue))}"
         raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "EFFECT", f"no effect is called {effect}", mend)
-    if curved and not catalogue[effect].curve:
+    if wanted.curved and not catalogue[effect].curve:
         _no_curve(effect, catalogue)
     kind = catalogue[effect].place_kind
     possible = [place.label for place in catalogue[effect].places(campaign.chain)]
-    given = _places(where or {}, kind, campaign)
-    if everywhere and action == "add":
+    given = _places(wanted.where, kind, campaign)
+    if wanted.everywhere and action == "add":
         given = _every_place(catalogue[effect].places(campaign.chain), kind)
-    if kind != "setup" and not any(given.values()) and not everywhere:
+    if kind != "setup" and not any(given.values()) and not wanted.everywhere:
         option = f"--{kind}"
         mend = f"say {option}, or --all; possible: {', '.join(possible) or 'none on this robot'}"
         raise InputError.at(
@@ -72,29 +121,28 @@ def edit_model(
     n_joints = campaign.chain.n_joints
     changes = []
     if action == "add":
-        changes += _remove_replaced(campaign, catalogue[effect], given)
-        new = add_effect(campaign.folder, effect, **given, n_joints=n_joints)
-        if new or not curved:
+        changes += _remove_replaced(folder, campaign, catalogue[effect], given)
+        new = add_effect(folder, effect, **given, n_joints=n_joints)
+        if new or not wanted.curved:
             changes.append(
                 f"added {effect}: {', '.join(new)}" if new else f"{effect} was there already: nothing changed"
             )
-        if curved:
-            changes.append(_bend(campaign, catalogue[effect], given))
+        if wanted.curved:
+            changes.append(_bend(folder, campaign, catalogue[effect], given))
     else:
-        gone = remove_effect(campaign.folder, effect, **given, n_joints=n_joints)
+        gone = remove_effect(folder, effect, **given, n_joints=n_joints)
         changes.append(f"removed {effect}: {', '.join(gone)}")
-    model = load_campaign(campaign.folder, check_files=False).model
-    return EditResult(warnings=[], changes=changes, model=model_of(model))
+    return changes
 
 
-def _bend(campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]) -> str:
+def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]) -> str:
     """Name the amplitudes of the effect's curved form at these places, and say so."""
     from stiffcal.campaign.model_editing import set_starts
     from stiffcal.campaign.model_file import place_names
 
     labels = place_names(given["joints"], given["links"], given["pairs"])
     names = [f"{effect.name}.{label}.{symbol}" for label in labels for symbol in effect.curve]
-    new = set_starts(campaign.folder, effect.name, names, campaign.chain.n_joints)
+    new = set_starts(folder, effect.name, names, campaign.chain.n_joints)
     bent = [label for label in labels if any(name.split(".")[1] == label for name in new)]
     return f"curved: {', '.join(bent)}" if bent else f"{effect.name} was curved there already: nothing changed"
 
@@ -172,7 +220,7 @@ def _check_possible(effect: str, given: Mapping[str, Sequence[Any]], possible: S
             )
 
 
-def _remove_replaced(campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]) -> list[str]:
+def _remove_replaced(folder: Path, campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]) -> list[str]:
     """Take out what the new effect includes or excludes at the same places, and say so."""
     from stiffcal.campaign.model_editing import remove_effect
     from stiffcal.campaign.model_file import place_names
@@ -189,7 +237,7 @@ def _remove_replaced(campaign: Campaign, effect: Any, given: Mapping[str, Sequen
         }
         if not any(shared.values()):
             continue
-        gone = remove_effect(campaign.folder, entry.type, **shared, n_joints=campaign.chain.n_joints)
+        gone = remove_effect(folder, entry.type, **shared, n_joints=campaign.chain.n_joints)
         verb = "includes" if entry.type in effect.includes else "excludes"
         changes.append(f"removed {entry.type}: {', '.join(gone)} ({effect.name} {verb} it)")
     return changes

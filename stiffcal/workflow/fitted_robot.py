@@ -14,7 +14,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, RunContext, free_names, ingested
+from stiffcal.workflow.steps import Document, RunContext, free_names, ingested, tried
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
@@ -112,6 +112,7 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     from stiffcal.identification.document import values_of
     from stiffcal.ingest.sources import manifest_data_files
 
+    campaign = tried(campaign, context)
     robot = placed_robot(campaign)
     if not robot.placed:
         reason = "the model holds nothing that gives under a load, so no deflection can be told"

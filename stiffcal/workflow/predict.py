@@ -48,7 +48,7 @@ class LoadPathRequest:
 def predict_campaign(
     folder: Path,
     context: RunContext | None = None,
-    poses: Path | None = None,
+    poses: Path | LoadTable | None = None,
     load_path: LoadPathRequest | None = None,
     output: Path | None = None,
 ) -> PredictResult:
@@ -59,7 +59,7 @@ def predict_campaign(
     folder : a campaign folder: one with a fit, or with logs to fit, or with a model file that values every parameter.
     context : store, progress and so on.
     poses : CSV with a column per joint (degrees) and Fx … Tz (N, N·m): base axes, on the robot, at the manifest's load
-        point; one state a row.
+        point; one state a row. Or the same as arrays.
     load_path : instead of ``poses``.
     output : CSV or Parquet to write the result to.
 
@@ -96,7 +96,7 @@ def predict_campaign(
         )
     except NoBalanceError as error:
         if load_path is None:
-            raise error.of_load(str(poses), "", "give smaller loads") from error
+            raise error.of_load(str(poses) if isinstance(poses, Path) else "poses", "", "give smaller loads") from error
         raise error.of_load("command line", f"--load-path {load_path.corners}", "give smaller loads") from error
     order = one_run(fitted.robot, len(loads.joints)) if load_path is not None else None
     angles, setup = fitted.robot.chain.model_angles(loads.joints), at_load_point(fitted.setup)
@@ -111,7 +111,7 @@ def predict_campaign(
         file=None if output is None else str(output),
         joint_names=campaign.chain.joint_names,
     )
-    if path is not None:
+    if path is not None and context.trial is None:
         _keep(campaign, context, path)
     if output is not None:
         from stiffcal.workflow.export import write_table
@@ -121,12 +121,14 @@ def predict_campaign(
 
 
 def _wanted(
-    campaign: Campaign, poses: Path | None, request: LoadPathRequest | None
+    campaign: Campaign, poses: Path | LoadTable | None, request: LoadPathRequest | None
 ) -> tuple[LoadTable, tuple[int, ...]]:
     """Return the states asked for, and where on a path its corners are."""
     from stiffcal.compensation.prediction import load_path
 
     names = campaign.chain.joint_names
+    if isinstance(poses, LoadTable):
+        return poses, ()
     if poses is not None:
         return read_load_table(Path(poses), names, joints_needed=True), ()
     assert request is not None

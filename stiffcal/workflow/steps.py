@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stiffcal.campaign.loading import Campaign, load_campaign
-from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.deprecated_names import old_names
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.store import Store
+    from stiffcal.store.trial import TrialResults
 
 Document: TypeAlias = dict[str, Any]
 
@@ -37,6 +38,18 @@ IDENTIFY, VALIDATE, HISTORY, INGEST, LOAD_PATHS = "identify", "validate", "histo
 
 def ignore_note(text: str) -> None:
     """Let a note pass; the default of `RunContext.notify`."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A model that is tried: what is computed with it stays in memory, and the folder and its store as they are."""
+
+    text: str
+    """As model.toml would read."""
+    model: ModelFile
+    """The same, read."""
+    results: TrialResults
+    """What was computed so far; filled by those who work with the trial."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +64,7 @@ class RunContext:
     notify : told one line when an earlier step is run first.
     reach : folders and files that the user has named; a manifest may point to a baseline in them.
     thorough : hash all logs and all files of the store, whatever is known of them.
+    trial : a model to work with instead of model.toml; nothing is written then.
     """
 
     store: str | None = None
@@ -59,6 +73,7 @@ class RunContext:
     notify: Callable[[str], None] = ignore_note
     reach: tuple[Path, ...] = ()
     thorough: bool = False
+    trial: Trial | None = None
 
 
 @dataclass(frozen=True)
@@ -172,7 +187,16 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
     if origin != OWN:  # in a place that several people write, too
         use_foreign_results(store.shown)
     states = without_commands(states, campaign.chain)
-    return Ingested(campaign, store, table, states, non_load, origin, fresh.missing)
+    if context.trial is not None:
+        from stiffcal.store.trial import TrialStore
+
+        store = TrialStore(store, context.trial.results)
+    return Ingested(tried(campaign, context), store, table, states, non_load, origin, fresh.missing)
+
+
+def tried(campaign: Campaign, context: RunContext) -> Campaign:
+    """Return the campaign with the model that is tried, where there is one."""
+    return campaign if context.trial is None else replace(campaign, model=context.trial.model)
 
 
 def stored_table(store: Store) -> tuple[pa.Table, LoadStates]:

@@ -19,6 +19,7 @@ from stiffcal.model import effect as effect_module
 from stiffcal.model.catalogue import built_in_effects, find_effects
 from stiffcal.model.plugin_code import PluginCode, read_plugins
 from stiffcal.trust.record import open_record
+from tests.laboratory.small_campaign import write_small_campaign
 
 ROOT = Path(__file__).parents[2]
 
@@ -65,6 +66,7 @@ RENAMED = (
 NOTEBOOK = """
 from pathlib import Path
 from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.validate import validate_campaign
 
 folder = Path("campaigns/fanuc-r2000ic")
 fit = identify_campaign(folder)
@@ -172,6 +174,20 @@ def chain(validated_folder: Path) -> api.Chain:
     from stiffcal.campaign.loading import load_campaign
 
     return load_campaign(validated_folder).chain
+
+
+def test_the_notebook_of_the_readme_of_0_1_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_small_campaign(tmp_path / "campaigns" / "fanuc-r2000ic", poses=2)  # in the place of measurements of others
+    monkeypatch.chdir(tmp_path)
+    *lines, last = NOTEBOOK.strip().splitlines()
+    names: dict[str, Any] = {}
+    with warnings.catch_warnings(record=True):
+        warnings.simplefilter("always")
+        exec("\n".join(lines), names)
+        stiffness = eval(lines[-1], names)
+        rms = eval(last, names)
+    assert stiffness.keys() == {f"joint-compliance.j{k}.c" for k in range(1, 7)}
+    assert rms["translation"] > 0.0
 
 
 @pytest.mark.parametrize("text", [LOOP], ids=["loop"])

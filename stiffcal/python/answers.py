@@ -1,0 +1,332 @@
+"""What the steps of a campaign answer in Python: the command's result, and tables of it."""
+
+from __future__ import annotations
+
+import html
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiffcal.documents import Document
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.python.frames import document_of_answer, frame_of_rows, frame_of_table, parameters_frame, place_label
+from stiffcal.report.wording import both, digits, length
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyarrow as pa
+
+    from stiffcal.compensation.predict_result import PredictResult
+
+
+class CampaignAnswer:
+    """What a step answers.
+
+    Parameters
+    ----------
+    result : what the command's function returns.
+    """
+
+    def __init__(self, result: Any) -> None:
+        self.result = result
+
+    def to_dict(self) -> Document:
+        """Return the document that the command prints with ``--json``: SI, null for what is not known."""
+        return dict(document_of_answer(self.result))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of the result must know, a line each."""
+        return tuple(self.to_dict()["warnings"])
+
+    def _html(self, summary: str, *tables: pd.DataFrame) -> str:
+        lines = "".join(f"<div>{html.escape(line)}</div>" for line in summary.splitlines())
+        return lines + "".join(
+            table.to_html(escape=True, float_format=lambda value: f"{value:.4g}") for table in tables
+        )
+
+
+class FittedModel(CampaignAnswer):
+    """A fitted model.
+
+    Parameters
+    ----------
+    result : of ``identify``.
+    campaign : the name of its folder; fits of one folder are of the same readings.
+    title : of the model, in words.
+    """
+
+    def __init__(self, result: Any, campaign: str, title: str) -> None:
+        super().__init__(result)
+        self.campaign = campaign
+        self.title = title
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """One parameter a row, by full name.
+
+        ``value``, ``std``, ``low_95`` and ``high_95`` are in ``unit``, ``stiffness…`` in ``stiffness_unit``; NaN where
+        these data do not identify it.
+        """
+        return parameters_frame(self.to_dict()["parameters"])
+
+    @property
+    def covariance(self) -> pd.DataFrame:
+        """(p, p) of the free amplitudes, SI; of stiffness-like parameters one over the value was estimated."""
+        import pandas as pd
+
+        document = self.to_dict()
+        names = document["free_parameters"]
+        matrix = np.array(document["covariance"], dtype=np.float64).reshape(len(names), len(names))
+        return pd.DataFrame(matrix, index=names, columns=names)
+
+    @property
+    def correlation(self) -> pd.DataFrame:
+        """(p, p) coefficients of correlation of the free parameters' estimates; NaN where one does not vary."""
+        import pandas as pd
+
+        covariance = self.covariance
+        std = np.sqrt(np.diag(covariance.to_numpy()))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            coefficients = covariance.to_numpy() / np.outer(std, std)
+        return pd.DataFrame(coefficients, index=covariance.index, columns=covariance.columns)
+
+    def summary(self) -> str:
+        """Return the fit in a few lines: the parameters ± 95 %, and how well they explain the readings."""
+        document = self.to_dict()
+        lines = [f"{self.title}: {document['n_states']} load states in {document['n_runs']} runs"]
+        lines += [f"  {_parameter_line(name, row)}" for name, row in self.parameters.iterrows()]
+        noise = both(document["noise"]) if document["noise"] else "not known"
+        lines.append(f"fit {both(document['rms'])} rms, noise {noise}")
+        lines += [document["expected_error"]] if document.get("expected_error") else []
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return self._html("\n".join(self.summary().splitlines()[:1]), self.parameters)
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+
+def _parameter_line(name: Any, row: Any) -> str:
+    what = "stiffness" if row["stiffness_unit"] else "value"
+    unit = row["stiffness_unit"] or row["unit"]
+    value, low, high = (
+        row[key]
+        for key in (
+            (what, f"{what}_low_95", f"{what}_high_95") if row["stiffness_unit"] else (what, "low_95", "high_95")
+        )
+    )
+    if math.isnan(value):
+        return f"{name}: not identified"
+    ends = "fixed" if row["fixed"] else f"{digits(low)} … {'∞' if math.isinf(high) else digits(high)}"
+    return f"{name}: {digits(value)} {unit} ({ends})"
+
+
+class ModelValidation(CampaignAnswer):
+    """How far a model holds in poses that its fit left out.
+
+    Parameters
+    ----------
+    result : of ``validate``.
+    """
+
+    PARTS = ("by_run", "by_direction", "by_load", "by_branch", "by_joint_angle")
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether the campaign's thresholds hold; None where there are none, or they cannot be judged."""
+        passed: bool | None = self.to_dict().get("passed")
+        return passed
+
+    @property
+    def errors(self) -> pd.DataFrame:
+        """Rms length of the residual, of the noise, and of the residual without any model, by measure; SI."""
+        import pandas as pd
+
+        document = self.to_dict()
+        columns = {name: document.get(name) or {} for name in ("rms", "noise", "zero_model")}
+        return pd.DataFrame(columns, dtype=np.float64)
+
+    def by(self, part: str) -> pd.DataFrame:
+        """Return the error in parts: ``by("run")``, direction, load, branch or joint_angle; SI."""
+        name = f"by_{part}"
+        if name not in self.PARTS:
+            known = ", ".join(word.removeprefix("by_") for word in self.PARTS)
+            raise InputError.at(FaultCode.OPTION_INVALID, "by", "part", f"no part is called {part}", f"choose {known}")
+        return frame_of_rows(_flat(row) for row in self.to_dict().get(name) or [])
+
+    def summary(self) -> str:
+        """Return the error in held-out poses, in a line."""
+        document = self.to_dict()
+        noise = both(document["noise"]) if document["noise"] else "not known"
+        return f"error in held-out poses {both(document['rms'])} rms, noise {noise}"
+
+    def _repr_html_(self) -> str:
+        return self._html(self.summary(), self.by("run"))
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+
+def _flat(row: Document) -> Document:
+    """Return a row whose measures are columns: ``{rms: {translation: …}}`` becomes ``rms_translation``."""
+    flat: Document = {}
+    for key, value in row.items():
+        flat |= {f"{key}_{name}": part for name, part in value.items()} if isinstance(value, dict) else {key: value}
+    return flat
+
+
+class ModelDiagnosis(CampaignAnswer):
+    """Whether a model is good enough, and which effect it lacks.
+
+    Parameters
+    ----------
+    result : of ``diagnose``.
+    evidence : the store's table ``evidence``; None where no effect has any.
+    """
+
+    def __init__(self, result: Any, evidence: pa.Table | None) -> None:
+        super().__init__(result)
+        self._evidence = evidence
+
+    @property
+    def adequate(self) -> bool | None:
+        """Whether the model explains the readings to their noise; None where that cannot be judged."""
+        adequate: bool | None = self.to_dict()["adequate"]
+        return adequate
+
+    @property
+    def ranking(self) -> pd.DataFrame:
+        """The effects that were tried, the best next step first; errors in held-out poses in m."""
+        return frame_of_rows((_finding(finding) for finding in self.to_dict()["findings"]), ("effect", "place"))
+
+    @property
+    def missing(self) -> pd.DataFrame:
+        """The set of effects to add, in order, with their look-alikes in these poses."""
+        return frame_of_rows(
+            (
+                {
+                    "effect": entry["effect"],
+                    "place": place_label(entry["where"]),
+                    "alternatives": _candidates(entry.get("alternatives") or []),
+                }
+                for entry in self.to_dict()["missing"]
+            ),
+            ("effect", "place", "alternatives"),
+        )
+
+    def evidence(self, effect: str | None = None, place: str | None = None) -> pd.DataFrame:
+        """Return what speaks for effects, state by state: the residual against what drives the effect.
+
+        Parameters
+        ----------
+        effect : its name; None: all that have evidence.
+        place : as in parameter names (``j4``); None: everywhere.
+
+        Raises
+        ------
+        InputError : there is none for this effect or place.
+        """
+        import pandas as pd
+
+        if self._evidence is None:
+            return pd.DataFrame()
+        frame = frame_of_table(self._evidence)
+        for column, wanted in (("effect", effect), ("place", place)):
+            if wanted is not None:
+                known = ", ".join(sorted(set(frame[column].astype(str))))
+                frame = frame[frame[column] == wanted].reset_index(drop=True)
+                if frame.empty:
+                    reason = f"there is no evidence of {wanted}"
+                    raise InputError.at(
+                        FaultCode.EFFECT_ABSENT, "evidence", column, reason, f"choose {known or 'none'}"
+                    )
+        return frame
+
+    def summary(self) -> str:
+        """Return the verdict in words."""
+        return str(self.to_dict()["summary"])
+
+    def _repr_html_(self) -> str:
+        return self._html(self.summary(), self.ranking.head(10))
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+
+def _finding(finding: Document) -> Document:
+    before, after = (finding.get(f"heldout_rms_{name}") or {} for name in ("before", "after"))
+    return {
+        "effect": finding["effect"],
+        "place": place_label(finding["where"]),
+        "verdict": finding["verdict"],
+        "explains": finding["explains"],
+        "confidence": finding["confidence"],
+        "p_value": finding["p_value"],
+        "size_m": finding["size_m"],
+        "before_m": before.get("translation"),
+        "after_m": after.get("translation"),
+        "before_rad": before.get("rotation"),
+        "after_rad": after.get("rotation"),
+        "alternatives": _candidates(finding.get("alternatives") or []),
+        "why": finding["why"],
+    }
+
+
+def _candidates(entries: list[Document]) -> str:
+    return "; ".join(f"{entry['effect']} {place_label(entry['where'])}" for entry in entries)
+
+
+class LoadPrediction(CampaignAnswer):
+    """What a fitted robot does under given loads.
+
+    Parameters
+    ----------
+    result : of ``predict``.
+    """
+
+    result: PredictResult
+
+    @property
+    def deflection(self) -> pd.DataFrame:
+        """One load a row: joints in degrees, wrench, deflection of the target with standard uncertainty; base axes."""
+        import pandas as pd
+
+        states = self.result.states
+        columns: dict[str, Any] = {
+            f"{name}_deg": np.degrees([state.joints[k] for state in states])
+            for k, name in enumerate(self.result.joint_names)
+        }
+        wrench = np.array([state.wrench for state in states])
+        columns |= {f"{name}_N": wrench[:, k] for k, name in enumerate(("Fx", "Fy", "Fz"))}
+        columns |= {f"{name}_Nm": wrench[:, 3 + k] for k, name in enumerate(("Mx", "My", "Mz"))}
+        deflection = np.array([state.deflection for state in states])
+        std = np.sqrt([np.diagonal(state.covariance) for state in states])
+        for k, (name, unit) in enumerate(
+            [(f"d{axis}", "m") for axis in "xyz"] + [(f"r{axis}", "rad") for axis in "xyz"]
+        ):
+            columns |= {f"{name}_{unit}": deflection[:, k], f"{name}_std_{unit}": std[:, k]}
+        return pd.DataFrame(columns)
+
+    def stiffness(self, row: int = 0) -> np.ndarray[Any, np.dtype[np.float64]] | None:
+        """Return (6, 6) the Cartesian stiffness at the target under one of the loads; None where a direction is rigid.
+
+        Parameters
+        ----------
+        row : which load, from 0.
+        """
+        return self.result.states[row].cartesian_stiffness
+
+    def summary(self) -> str:
+        """Return how far the target gives, in a line."""
+        largest = max((float(np.linalg.norm(state.deflection[:3])) for state in self.result.states), default=0.0)
+        return f"{len(self.result.states)} loads, values from {self.result.values_from}: up to {length(largest)}"
+
+    def _repr_html_(self) -> str:
+        return self._html(self.summary(), self.deflection)
+
+    def __repr__(self) -> str:
+        return self.summary()

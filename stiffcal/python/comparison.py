@@ -1,0 +1,144 @@
+"""Two fits next to each other: of two campaigns of one robot, or of two models on the same readings."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.documents import document_of
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.python.answers import FittedModel
+from stiffcal.python.frames import frame_of_rows, place_label
+from stiffcal.validation.change import change_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from stiffcal.python.session import CampaignSession
+
+
+class FitComparison:
+    """What changes from one fit to another.
+
+    Parameters
+    ----------
+    before, after : fits.
+    """
+
+    def __init__(self, before: FittedModel, after: FittedModel) -> None:
+        self.before = before
+        self.after = after
+
+    @property
+    def same_readings(self) -> bool:
+        """Whether both are of one campaign: what differs is then the model and not the robot."""
+        return self.before.campaign == self.after.campaign
+
+    @property
+    def errors(self) -> pd.DataFrame:
+        """How well each fit explains its readings: rms in m and rad of the fit and in held-out poses, and the noise."""
+        rows = []
+        for fit in (self.before, self.after):
+            document = fit.to_dict()
+            row: dict[str, Any] = {"model": fit.title}
+            for name, key in (("fit", "rms"), ("heldout", "expected_rms"), ("noise", "noise")):
+                measure = document.get(key) or {}
+                row |= {f"{name}_m": measure.get("translation"), f"{name}_rad": measure.get("rotation")}
+            row |= {"reduced_chi2": document["reduced_chi2"], "n_parameters": len(document["free_parameters"])}
+            rows.append(row)
+        return frame_of_rows(rows).set_index("model")
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """One parameter a row, by full name: before, after, and the change.
+
+        ``p_value`` is the probability of so large a change by chance; NaN for fits of the same readings, which are not
+        independent of each other.
+        """
+        first, second = (_by_name(fit) for fit in (self.before, self.after))
+        rows = []
+        for name in dict.fromkeys((*first, *second)):
+            if name not in first or name not in second:
+                only, side = (first[name], "before") if name in first else (second[name], "after")
+                row = {"effect": only["effect"], "place": place_label(only["where"]), "unit": only["unit"]}
+                rows.append({"parameter": name, **row, side: only["value"]})
+                continue
+            change = document_of(change_of(_parameter(self.before, name), _parameter(self.after, name)))
+            rows.append(
+                {
+                    "parameter": name,
+                    "effect": change["effect"],
+                    "place": place_label(change["where"]),
+                    "before": change["before"]["value"],
+                    "after": change["after"]["value"],
+                    "change": change["change"],
+                    "relative": change["relative"],
+                    "std": None if self.same_readings else change["std"],
+                    "p_value": None if self.same_readings else change["p_value"],
+                    "unit": change["unit"],
+                }
+            )
+        columns = ("parameter", "effect", "place", "before", "after", "change", "relative", "std", "p_value", "unit")
+        frame = frame_of_rows(rows, columns).reindex(columns=list(columns)).set_index("parameter")
+        numbers = ["before", "after", "change", "relative", "std", "p_value"]
+        return frame.astype(dict.fromkeys(numbers, "float64"))
+
+    def summary(self) -> str:
+        """Return both errors in a line."""
+        errors = self.errors
+        words = [
+            f"{title}: fit {1e6 * row['fit_m']:.3g} µm"
+            + (
+                ""
+                if row["heldout_m"] is None or math.isnan(row["heldout_m"])
+                else f", held out {1e6 * row['heldout_m']:.3g} µm"
+            )
+            for title, row in errors.iterrows()
+            if row["fit_m"] is not None
+        ]
+        return "; ".join(words)
+
+    def _repr_html_(self) -> str:
+        return str(self.errors.to_html(escape=True)) + str(self.parameters.to_html(escape=True))
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+
+def _by_name(fit: FittedModel) -> dict[str, dict[str, Any]]:
+    return {parameter["name"]: parameter for parameter in fit.to_dict()["parameters"]}
+
+
+def _parameter(fit: FittedModel, name: str) -> Any:
+    parameters: Any = fit.result["parameters"] if isinstance(fit.result, dict) else fit.result.parameters
+    return next(
+        parameter
+        for parameter in parameters
+        if (parameter["name"] if isinstance(parameter, dict) else parameter.name) == name
+    )
+
+
+def compare_fits(before: FittedModel | CampaignSession, after: FittedModel | CampaignSession) -> FitComparison:
+    """Compare two fits: the errors of both, and what changes in each parameter.
+
+    Parameters
+    ----------
+    before, after : fits of two campaigns of one robot, or of two models of one campaign; a campaign is fitted first.
+
+    Raises
+    ------
+    InputError : what is given is no fit.
+    """
+    return FitComparison(_fit_of("before", before), _fit_of("after", after))
+
+
+def _fit_of(name: str, given: object) -> FittedModel:
+    from stiffcal.python.session import CampaignSession
+
+    if isinstance(given, CampaignSession):
+        return given.identify()
+    if isinstance(given, FittedModel):
+        return given
+    reason = f"{type(given).__name__} is no fit"
+    raise InputError.at(FaultCode.OPTION_INVALID, "compare", name, reason, "give what identify() returns")

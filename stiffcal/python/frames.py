@@ -1,0 +1,150 @@
+"""Tables of pandas: made from results and from the store's tables, a unit at the end of every column's name."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiffcal.documents import Document, document_of
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.model.summary import Where
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyarrow as pa
+
+UNITS = {
+    "m": ("mm", 1e3),
+    "rad": ("deg", 180.0 / math.pi),
+    "N": ("kN", 1e-3),
+    "Nm": ("kNm", 1e-3),
+    "s": ("min", 1 / 60),
+}
+"""A column's unit, and another one in which it may be asked for, with the factor."""
+
+
+def frame_of_table(table: pa.Table) -> pd.DataFrame:
+    """Return a table of the store; what is written next to its columns is left out."""
+    import pandas as pd
+
+    return pd.DataFrame({name: table.column(name).to_numpy(zero_copy_only=False) for name in table.column_names})
+
+
+def frame_of_rows(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = ()) -> pd.DataFrame:
+    """Return rows of plain values; `columns` are there even where no row is."""
+    import pandas as pd
+
+    frame = pd.DataFrame([dict(row) for row in rows])
+    return frame if len(frame.columns) else pd.DataFrame(columns=list(columns))
+
+
+def document_of_answer(answer: Any) -> Document:
+    """Return what a command answers as the document that its ``--json`` prints."""
+    return answer if isinstance(answer, dict) else document_of(answer)
+
+
+def place_label(where: Mapping[str, Any]) -> str:
+    """Return a place as parameter names have it, several of them with commas.
+
+    Examples
+    --------
+    >>> place_label({"joints": [2, 4]}), place_label({"pairs": [[5, 6]]}), place_label({})
+    ('j2, j4', 'j5-j6', 'setup')
+    """
+    places = dict(Where(**where).items())
+    labels = [f"j{joint}" for joint in places.get("joints", [])]
+    labels += [str(link) for link in places.get("links", [])]
+    labels += ["-".join(f"j{joint}" for joint in pair) for pair in places.get("pairs", [])]
+    return ", ".join(labels) or "setup"
+
+
+def parameters_frame(parameters: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return the parameters of a fit, one a row, by their full names; unknown numbers are NaN.
+
+    Parameters
+    ----------
+    parameters : as the `identify` document has them.
+    """
+    rows = []
+    for parameter in parameters:
+        low, high = parameter.get("interval") or (None, None)
+        row = {
+            "parameter": parameter["name"],
+            "effect": parameter["effect"],
+            "place": place_label(parameter["where"]),
+            "symbol": str(parameter["name"]).rpartition(".")[2],
+            "value": _number(parameter["value"]),
+            "std": _number(parameter["std"]),
+            "low_95": _number(low),
+            "high_95": _number(high),
+            "unit": parameter["unit"],
+            "fixed": parameter["fixed"],
+            "identifiable": parameter["identifiable"],
+        }
+        low, high = parameter.get("stiffness_interval") or (None, None)
+        row |= {
+            "stiffness": _number(parameter.get("stiffness")),
+            "stiffness_std": _number(parameter.get("stiffness_std")),
+            "stiffness_low_95": _number(low),
+            # The interval of a stiffness has no upper end where its compliance may be zero.
+            "stiffness_high_95": math.inf if low is not None and high is None else _number(high),
+            "stiffness_unit": _inverse_unit(parameter["unit"]) if "stiffness" in parameter else "",
+        }
+        rows.append(row)
+    return frame_of_rows(rows, ("parameter",)).set_index("parameter")
+
+
+def _number(value: Any) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _inverse_unit(unit: str) -> str:
+    """Return the unit of one over a quantity.
+
+    Examples
+    --------
+    >>> _inverse_unit("rad/(N·m)"), _inverse_unit("m/N")
+    ('N·m/rad', 'N/m')
+    """
+    above, _, below = unit.partition("/")
+    return f"{below.strip('()')}/{above}"
+
+
+def column_values(frame: pd.DataFrame, name: str) -> tuple[np.ndarray[Any, np.dtype[Any]], str]:
+    """Return the values of a column that is named with or without its unit, or in another unit, and its label.
+
+    Parameters
+    ----------
+    frame : its columns end in their unit, as ``load_N``.
+    name : ``tau_4_Nm``, ``tau_4``, ``A1_rad``, ``A1_deg``.
+
+    Raises
+    ------
+    InputError : there is no such column.
+
+    Examples
+    --------
+    >>> import pandas
+    >>> angles = pandas.DataFrame({"A1_rad": [0.0, math.pi]})
+    >>> column_values(angles, "A1_deg"), column_values(angles, "A1")[1]
+    ((array([  0., 180.]), 'A1 [deg]'), 'A1 [rad]')
+    """
+    for column in (name, *(f"{name}_{unit}" for unit in UNITS)):
+        if column in frame.columns:
+            return frame[column].to_numpy(), _label(column)
+    for unit, (other, factor) in UNITS.items():
+        if name.endswith(f"_{other}") and (column := f"{name.removesuffix(f'_{other}')}_{unit}") in frame.columns:
+            return frame[column].to_numpy() * factor, _label(name)
+    known = ", ".join(map(str, frame.columns))
+    raise InputError.at(FaultCode.COLUMN_MISSING, "residuals", name, "there is no such column", f"columns: {known}")
+
+
+def _label(column: str) -> str:
+    units = "|".join([*UNITS, *(other for other, _ in UNITS.values())])
+    match = re.fullmatch(rf"(.+)_({units})", column)
+    return column if match is None else f"{match[1]} [{match[2].replace('Nm', 'N·m')}]"

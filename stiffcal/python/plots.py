@@ -1,0 +1,93 @@
+"""Pictures on axes of one's own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.python.frames import column_values
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from stiffcal.python.session import CampaignSession
+
+LENGTHS, ANGLES = ("dx", "dy", "dz"), ("rx", "ry", "rz")
+
+
+class CampaignPlots:
+    """Pictures of a campaign.
+
+    Parameters
+    ----------
+    session : the campaign.
+    """
+
+    def __init__(self, session: CampaignSession) -> None:
+        self._session = session
+
+    def residual(
+        self,
+        against: str,
+        *,
+        component: str | None = None,
+        color: str | None = None,
+        heldout: bool = True,
+        ax: Axes | None = None,
+    ) -> Axes:
+        """Draw the residual of the first target against a column of `CampaignSession.residuals`.
+
+        Parameters
+        ----------
+        against : the column, with its unit or without: ``tau_4``, ``load_N``, ``A1_deg``.
+        component : ``dx``, ``dy``, ``dz`` (base axes), ``rx``, ``ry``, ``rz``; None: the displacement that is largest.
+        color : a column that colours the points.
+        heldout : in poses that the fit has left out, or of the fit itself.
+        ax : where to draw; None: on axes of its own.
+
+        Returns
+        -------
+        Axes
+            Those that were drawn on.
+
+        Raises
+        ------
+        InputError : there is no such column or component.
+        """
+        from stiffcal.report.figures.residual_scatter import ScatterContent, draw_residual_scatter
+
+        frame = self._session.residuals(heldout)
+        components = {
+            name: column
+            for column in frame.columns
+            for name in (*LENGTHS, *ANGLES)
+            if column.endswith((f"_{name}_m_residual", f"_{name}_rad_residual"))
+        }
+        first = {name: next(column for column in frame.columns if _is_of(column, name)) for name in components}
+        if component is None:
+            sizes = {name: float(np.nanmean(frame[first[name]] ** 2)) for name in LENGTHS if name in first}
+            component = max(sizes, key=lambda name: sizes[name]) if sizes else next(iter(first), "")
+        if component not in first:
+            reason, mend = f"no component is called {component or '(nothing)'}", f"choose {', '.join(first) or 'none'}"
+            raise InputError.at(FaultCode.OPTION_INVALID, "plot.residual", "component", reason, mend)
+        values, label = column_values(frame, against)
+        shades, shade_label = (None, "") if color is None else column_values(frame, color)
+        return draw_residual_scatter(
+            ScatterContent(
+                values=np.asarray(values, dtype=np.float64),
+                label=label,
+                residual=frame[first[component]].to_numpy(),
+                component=component,
+                rotation=component in ANGLES,
+                shades=None if shades is None else np.asarray(shades, dtype=np.float64),
+                shade_label=shade_label,
+            ),
+            ax,
+        )
+
+
+def _is_of(column: str, component: str) -> bool:
+    return column.endswith((f"_{component}_m_residual", f"_{component}_rad_residual"))

@@ -1,0 +1,287 @@
+"""A campaign as an object: its steps, its states and residuals, trials of other models."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.fault_codes import FaultCode
+from stiffcal.python.answers import FittedModel, LoadPrediction, ModelDiagnosis, ModelValidation
+from stiffcal.trust.notices import notices_diverted
+from stiffcal.workflow.steps import FIT_STATES, HELDOUT_STATES, Ingested, RunContext, Trial, ingested, tried
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.python.plots import CampaignPlots
+
+logger = logging.getLogger("stiffcal")
+
+
+def open_campaign(
+    folder: str | Path,
+    store: str | Path | None = None,
+    update: bool = True,
+    trust: bool | str | Iterable[str] = (),
+    progress: Progress | None = None,
+) -> CampaignSession:
+    """Open a campaign folder.
+
+    Parameters
+    ----------
+    folder : with campaign.toml.
+    store : where results lie: a folder or an address; None: the folder's own store.
+    update : False: refuse where an earlier step is missing or stale, instead of running it.
+    trust : SHA-256 of code and queries that may run, as ``stiffcal trust --hash`` prints; True: whatever the folder
+        wants to run as it is now, with your rights. It counts as long as this process runs.
+    progress : called with what is being done and the share of it, 0 to 1 or None.
+
+    Returns
+    -------
+    CampaignSession
+
+    Raises
+    ------
+    InputError : there is no campaign in the folder, or a file of it is wrong.
+    """
+    from stiffcal.campaign.loading import load_campaign
+
+    place = Path(folder)
+    load_campaign(place, check_files=False)
+    _allow(place, trust)
+    context = RunContext(
+        store=None if store is None else str(store),
+        update=update,
+        progress=progress or no_progress,
+        notify=logger.info,
+    )
+    return CampaignSession(place, context)
+
+
+def _allow(folder: Path, trust: bool | str | Iterable[str]) -> None:
+    """Allow what may run, as long as this process does."""
+    from stiffcal.trust.content import SHA256
+    from stiffcal.trust.record import allow_in_process
+    from stiffcal.workflow.trust import read_campaign
+
+    if isinstance(trust, bool):
+        allow_in_process(*(read_campaign(folder).hashes if trust else ()))
+        return
+    digests = [trust.lower()] if isinstance(trust, str) else [digest.lower() for digest in trust]
+    for digest in digests:
+        if SHA256.fullmatch(digest) is None:
+            reason, mend = f"{digest!r} is no SHA-256", "give what stiffcal trust --hash DIR prints, or True"
+            raise InputError.at(FaultCode.OPTION_INVALID, "open", "trust", reason, mend)
+    allow_in_process(*digests)
+
+
+class CampaignSession:
+    """A campaign folder with its store; made by `stiffcal.open`.
+
+    Each step first runs those before it that are missing or stale, and keeps its results in the store, as the commands
+    do; notes and warnings go to the logger ``stiffcal``. A step can be interrupted by Ctrl-C: the store stays whole.
+
+    Parameters
+    ----------
+    folder : the campaign folder.
+    context : store, progress, and the model that is tried, if any.
+    """
+
+    def __init__(self, folder: Path, context: RunContext) -> None:
+        self.folder = folder
+        self._context = context
+
+    @property
+    def title(self) -> str:
+        """The effects of the model, in words."""
+        model = self._campaign().model
+        return " + ".join(dict.fromkeys(entry.type for entry in model.effects)) or "no effect"
+
+    @property
+    def model(self) -> str:
+        """The model as model.toml would read; "" where the default model holds."""
+        from stiffcal.workflow.steps import model_text
+
+        return self._context.trial.text if self._context.trial is not None else model_text(self._campaign())
+
+    def identify(self, loss: str = "linear") -> FittedModel:
+        """Fit the model.
+
+        Parameters
+        ----------
+        loss : "linear" (least squares) or "huber" (outliers count less).
+
+        Raises
+        ------
+        InputError : the input is wrong, or nothing can be fitted.
+        """
+        from stiffcal.workflow.identify import identify_campaign
+
+        with self._logged():
+            result = identify_campaign(self.folder, self._context, loss)
+        return FittedModel(result, str(self.folder.resolve()), self.title)
+
+    def validate(self) -> ModelValidation:
+        """Judge the model in poses that the fit has left out."""
+        from stiffcal.workflow.validate import validate_campaign
+
+        with self._logged():
+            return ModelValidation(validate_campaign(self.folder, self._context))
+
+    def diagnose(self) -> ModelDiagnosis:
+        """Judge whether the model is good enough, and search for the effects that it lacks; minutes on large data."""
+        from stiffcal.workflow.diagnose import diagnose_campaign
+        from stiffcal.workflow.evidence import EVIDENCE
+
+        with self._logged():
+            result = diagnose_campaign(self.folder, self._context)
+            store = self._data().store
+            return ModelDiagnosis(result, store.read_table(EVIDENCE) if EVIDENCE in store.tables else None)
+
+    def predict(self, poses: str | Path | pd.DataFrame | Mapping[str, Sequence[float]]) -> LoadPrediction:
+        """Predict deflection and Cartesian stiffness under loads.
+
+        Parameters
+        ----------
+        poses : a table, or a CSV file: a column per joint in degrees, ``Fx`` … ``Tz`` in N and N·m, base axes, on the
+            robot at the manifest's load point; another unit in brackets, as ``A1 [rad]``.
+
+        Raises
+        ------
+        InputError : a column or a value is wrong, or a load is more than the robot holds.
+        """
+        import numpy as np
+
+        from stiffcal.compensation.load_table import load_table_of
+        from stiffcal.workflow.predict import predict_campaign
+
+        if isinstance(poses, str | Path):
+            loads: Any = Path(poses)
+        else:
+            table: Any = poses
+            columns = {str(name): np.atleast_1d(np.asarray(table[name])) for name in table}
+            loads = load_table_of(columns, self._campaign().chain.joint_names)
+        with self._logged():
+            return LoadPrediction(predict_campaign(self.folder, self._context, loads))
+
+    @property
+    def states(self) -> pd.DataFrame:
+        """The load states as the store holds them: one a row, a unit at the end of every column's name."""
+        from stiffcal.python.frames import frame_of_table
+
+        with self._logged():
+            return frame_of_table(self._data().table)
+
+    def residuals(self, heldout: bool = True) -> pd.DataFrame:
+        """Return what was measured, predicted and left over, with what each state carries; one load state a row.
+
+        Parameters
+        ----------
+        heldout : True: in poses that the fit has left out; False: of the fit itself.
+
+        Returns
+        -------
+        DataFrame
+            ``run``, ``row``, ``branch``, ``load_N``, ``tau_1_Nm`` …, joint angles, measured, predicted and residual of
+            every target (base axes), and ``noise_m``: the rms length that the instruments scatter.
+
+        Raises
+        ------
+        InputError : the campaign holds no load states.
+        """
+        from stiffcal.workflow.identify import fitted
+        from stiffcal.workflow.residuals import residual_columns
+        from stiffcal.workflow.validate import validated
+
+        with self._logged():
+            data = self._data()
+            if len(data.states) == 0:
+                reason, mend = "the campaign holds no load states", "see identify().result for what was measured"
+                raise InputError.at(FaultCode.DATA_MISSING, str(self.folder), "runs", reason, mend)
+            identified = fitted(data, self._context)
+            if heldout:
+                validated(data, identified, self._context)
+            import pandas as pd
+
+            return pd.DataFrame(residual_columns(data, identified, HELDOUT_STATES if heldout else FIT_STATES))
+
+    def with_effect(
+        self,
+        effect: str,
+        joints: Iterable[int | str] = (),
+        links: Iterable[str] = (),
+        pairs: Iterable[tuple[int, int]] = (),
+        curved: bool = False,
+    ) -> CampaignSession:
+        """Return the same campaign with an effect added to its model, to be tried: all of it stays in memory.
+
+        Parameters
+        ----------
+        effect : its name.
+        joints, links, pairs : where; none for an effect of the set-up.
+        curved : in the law's curved form.
+
+        Raises
+        ------
+        InputError : there is no such effect or place.
+        """
+        from stiffcal.campaign.model_file import model_of_text
+        from stiffcal.store.trial import TrialResults
+        from stiffcal.workflow.edit_model import model_with
+
+        where = {
+            "joints": ",".join(map(str, joints)) or None,
+            "links": ",".join(links) or None,
+            "pairs": ",".join("-".join(map(str, pair)) for pair in pairs) or None,
+        }
+        with self._logged():
+            campaign = self._campaign()
+            text = model_with(campaign, self.model, effect, where=where, curved=curved)
+            trial = Trial(text, model_of_text(text, campaign.chain.n_joints), TrialResults())
+        return CampaignSession(self.folder, replace(self._context, trial=trial))
+
+    @property
+    def plot(self) -> CampaignPlots:
+        """Pictures of the campaign."""
+        from stiffcal.python.plots import CampaignPlots
+
+        return CampaignPlots(self)
+
+    def save_plot(self, file: str | Path, run: str | None = None, against: str | None = None) -> None:
+        """Write the picture that ``stiffcal plot`` draws.
+
+        Parameters
+        ----------
+        file : ``*.svg``, ``*.png`` or ``*.pdf``.
+        run : only this run.
+        against : draw the residual in held-out poses against this, as ``torque:4``; None: load against deformation.
+        """
+        from stiffcal.workflow.plot import plot_campaign
+
+        with self._logged():
+            plot_campaign(self.folder, self._context, Path(file), run, against)
+
+    def _data(self) -> Ingested:
+        return ingested(self.folder, self._context)
+
+    def _campaign(self) -> Campaign:
+        from stiffcal.campaign.loading import load_campaign
+
+        return tried(load_campaign(self.folder, check_files=False), self._context)
+
+    @contextmanager
+    def _logged(self) -> Iterator[None]:
+        """Have what the command line would write to standard error go to the logger."""
+        outlet: Callable[[str], None] = logger.warning
+        with notices_diverted(outlet):
+            yield
+
+    def __repr__(self) -> str:
+        trial = "" if self._context.trial is None else f", trial of {self.title}"
+        return f"<stiffcal campaign {self.folder}{trial}>"

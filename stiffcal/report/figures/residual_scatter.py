@@ -1,0 +1,63 @@
+"""One component of the residual against one quantity, on given axes: for notebooks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.report.drawing_library import drawing_library
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FINE = 5e-4  # m, rad: below it micrometres and microradians are easier to read
+
+
+@dataclass(frozen=True)
+class ScatterContent:
+    """What is drawn; n points."""
+
+    values: Floats
+    """(n,) what the residual may follow."""
+    label: str
+    """Its name and unit."""
+    residual: Floats
+    """(n,) m or rad, NaN where not measured."""
+    component: str
+    """Of the residual."""
+    rotation: bool
+    """Whether the residual is an angle."""
+    shades: Floats | None
+    """(n,) what colours the points."""
+    shade_label: str
+    """Its name and unit."""
+
+
+def draw_residual_scatter(content: ScatterContent, axes: Axes | None) -> Axes:
+    """Draw the points; without axes on new ones, which a notebook shows by itself.
+
+    Parameters
+    ----------
+    content : what is drawn.
+    axes : where; their figure's own style is kept.
+    """
+    drawing_library()
+    if axes is None:
+        from matplotlib import pyplot
+
+        axes = pyplot.subplots()[1]
+    small = float(np.nanmax(np.abs(content.residual), initial=0.0)) < FINE
+    unit = ("µrad" if small else "mrad") if content.rotation else ("µm" if small else "mm")
+    residual = content.residual * (1e6 if small else 1e3)
+    axes.axhline(0.0, color="0.7", linewidth=0.8)
+    if content.shades is None:
+        axes.scatter(content.values, residual, s=12)
+    else:
+        points = axes.scatter(content.values, residual, s=12, c=content.shades)
+        axes.get_figure(root=True).colorbar(points, ax=axes, label=content.shade_label)  # type: ignore[union-attr]
+    axes.set_xlabel(content.label)
+    axes.set_ylabel(f"residual {content.component} [{unit}]")
+    return axes

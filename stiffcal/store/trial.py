@@ -1,0 +1,128 @@
+"""A store that is read as it stands, and written in memory alone: for models that are tried."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import pyarrow as pa
+
+from stiffcal.measurements.columns import Columns, table_of
+from stiffcal.store.index import OWN
+from stiffcal.store.origin import worst_of
+from stiffcal.store.reading import Documents, Store, Stored
+from stiffcal.store.snapshot import Snapshot
+
+
+@dataclass(frozen=True)
+class TrialResults:
+    """What was computed with a model that is tried."""
+
+    tables: dict[str, pa.Table] = field(default_factory=dict)
+    """By name; each stands in place of the store's."""
+    documents: dict[str, str] = field(default_factory=dict)
+    """JSON by name, as a store would hold it."""
+    origins: dict[str, str] = field(default_factory=dict)
+    """From whom each of them comes."""
+
+
+@dataclass(frozen=True)
+class TrialSnapshot(Snapshot):
+    """A generation of a store with the results of a trial in place of its own."""
+
+    results: TrialResults = field(default_factory=TrialResults)
+    """Of the trial."""
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """The names of all tables."""
+        return tuple(dict.fromkeys((*super().tables, *self.results.tables)))
+
+    @property
+    def documents(self) -> tuple[str, ...]:
+        """The names of all documents."""
+        return tuple(dict.fromkeys((*super().documents, *self.results.documents)))
+
+    def origin_of(self, *names: str) -> str:
+        """Return from whom tables or documents come, the worst of them."""
+        tried = [self.results.origins[name] for name in names if name in self.results.origins]
+        stored = [name for name in names if name not in self.results.origins]
+        return worst_of([*tried, *([super().origin_of(*stored)] if stored else [])])
+
+    def read_table(self, name: str, columns: Sequence[str] | None = None) -> pa.Table:
+        """Return a table, or some of its columns."""
+        if name not in self.results.tables:
+            return super().read_table(name, columns)
+        table = self.results.tables[name]
+        return table if columns is None else table.select(list(columns))
+
+    def read_document(self, name: str) -> dict[str, Any]:
+        """Return a document."""
+        if name not in self.results.documents:
+            return super().read_document(name)
+        document: dict[str, Any] = json.loads(self.results.documents[name])
+        return document
+
+
+class TrialWriting:
+    """Takes the place of `Writing`: what is committed is kept in memory, and nothing on the disk changes."""
+
+    def __init__(self, store: TrialStore) -> None:
+        self.origin = OWN
+        self.needed: Callable[[str], bool] = lambda name: False
+        self._store = store
+        self._made = TrialResults()
+
+    def write_all(
+        self,
+        tables: Mapping[str, pa.Table | Columns] | None,
+        documents: Documents | Callable[[Stored], Documents] | None,
+    ) -> None:
+        """Take tables and documents by name; a function makes the documents from those that stand there."""
+        made = documents(self._stored) if callable(documents) else documents
+        for name, table in (tables or {}).items():
+            self._made.tables[name] = table if isinstance(table, pa.Table) else table_of(table)
+        for name, document in (made or {}).items():
+            self._made.documents[name] = json.dumps(document)
+
+    def keep_rest(self) -> None:
+        """Do nothing: all else stands as it is."""
+
+    def commit(self) -> None:
+        """Let what was taken count."""
+        results = self._store.results
+        results.tables.update(self._made.tables)
+        results.documents.update(self._made.documents)
+        results.origins.update(dict.fromkeys((*self._made.tables, *self._made.documents), self.origin))
+
+    def _stored(self, name: str) -> dict[str, Any] | None:
+        return self._store.read_document(name) if name in self._store.documents else None
+
+
+class TrialStore(Store):
+    """A store with the results of a trial over it.
+
+    Parameters
+    ----------
+    store : what is read; it is never written.
+    results : of the trial, which grow.
+    """
+
+    def __init__(self, store: Store, results: TrialResults) -> None:
+        self.shown, self.remote, self.folder = store.shown, store.remote, store.folder
+        self.results = results
+
+    @contextmanager
+    def snapshot(self) -> Iterator[Snapshot]:
+        """Hold the store's generation, with the trial's results in place of its own."""
+        with super().snapshot() as snapshot:
+            held = {entry.name: getattr(snapshot, entry.name) for entry in fields(snapshot)}
+            yield TrialSnapshot(**held, results=self.results)
+
+    @contextmanager
+    def begin(self, command: str = "stiffcal", wait_s: float = 20.0) -> Iterator[Any]:
+        """Begin a generation in memory."""
+        yield TrialWriting(self)

@@ -1,0 +1,52 @@
+"""What was measured, predicted and left over in every load state, with what the state carries, as columns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.workflow.steps import Ingested
+
+if TYPE_CHECKING:
+    from stiffcal.workflow.steps import Document
+
+
+def residual_columns(data: Ingested, identified: Document, table: str) -> dict[str, Any]:
+    """Return a table of the store as columns, (m,) each, with joint angles, times, noise, and what the states carry.
+
+    Parameters
+    ----------
+    data : the campaign.
+    identified : its fit.
+    table : "fit" or "unseen".
+    """
+    from stiffcal.identification.document import values_of
+    from stiffcal.identification.state_loads import LOAD, load_columns
+
+    judged, states = data.store.read_table(table), data.states
+    stored = {name: judged.column(name).to_numpy(zero_copy_only=False) for name in judged.column_names}
+    index = stored.pop("state")
+    carried = {}
+    if LOAD not in stored:  # the table of the fit, and those that version 0.1 has written
+        robot = placed_robot(data.campaign).with_values(values_of(identified))
+        carried = {name: values[index] for name, values in load_columns(states, robot).items()}
+    angles = {f"{name}_rad": states.joints[index, k] for k, name in enumerate(data.joint_names)}
+    noise = (identified["noise"] or {}).get("translation")
+    return {
+        "state": index,
+        "run": stored.pop("run"),
+        "row": stored.pop("row"),
+        **carried,
+        **{
+            name: values
+            for name, values in stored.items()
+            if not name.endswith(("_measured", "_predicted", "_residual"))
+        },
+        **angles,
+        "time_s": states.time[index],
+        "hold_s": states.hold[index],
+        "noise_m": np.full(len(index), np.nan if noise is None else noise),
+        **{name: values for name, values in stored.items() if name.endswith(("_measured", "_predicted", "_residual"))},
+    }

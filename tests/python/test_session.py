@@ -1,0 +1,390 @@
+"""`import stiffcal` in a script or a notebook: the steps of a campaign, their tables, and the store they share."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+
+import stiffcal
+from stiffcal.cli.app import main
+from stiffcal.trust import record
+from tests.laboratory.plugin_campaigns import stranger
+from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
+from tests.test_project import HEAVY, ROOT
+
+POSES = pd.DataFrame(
+    [[0.0, -90.0, 20.0, 0.0, 40.0, 0.0, -300.0], [10.0, -80.0, 20.0, 0.0, 40.0, 0.0, -500.0]],
+    columns=["A1", "A2", "A3", "A4", "A5", "A6", "Fz"],
+)
+
+
+@pytest.fixture(scope="module")
+def session(validated_folder: Path) -> stiffcal.CampaignSession:
+    """A campaign that no test changes."""
+    return stiffcal.open(validated_folder)
+
+
+@pytest.fixture(scope="module")
+def fit(session: stiffcal.CampaignSession) -> stiffcal.FittedModel:
+    return session.identify()
+
+
+def answer(capsys: pytest.CaptureFixture[str], *words: str | Path) -> dict[str, Any]:
+    """What a command prints with --json."""
+    with pytest.raises(SystemExit):
+        main([*map(str, words), "--json"])
+    document: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return document
+
+
+def contents(folder: Path) -> dict[str, str]:
+    """The SHA-256 of every file by its name."""
+    files = [file for file in folder.rglob("*") if file.is_file()]
+    return {str(file.relative_to(folder)): hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+
+
+# ---- the package ----------------------------------------------------------------------------------------------------
+
+
+def test_the_import_loads_nothing_heavy_and_offers_every_public_name() -> None:
+    code = (
+        "import stiffcal, sys, json; loaded = sorted(sys.modules); assert set(stiffcal.__all__) <= set(dir(stiffcal));"
+        "[getattr(stiffcal, name) for name in stiffcal.__all__]; print(json.dumps(loaded))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(json.loads(run.stdout))
+    assert not loaded & {*HEAVY, "pydantic", "typer", "rich", "stiffcal.errors"}
+
+
+def test_a_name_that_is_not_public_is_missed() -> None:
+    name = "opened"
+    with pytest.raises(AttributeError, match="'stiffcal' has no attribute 'opened'"):
+        getattr(stiffcal, name)
+
+
+def test_an_error_of_input_has_code_file_place_reason_and_mend(tmp_path: Path) -> None:
+    with pytest.raises(stiffcal.InputError) as caught:
+        stiffcal.open(tmp_path / "nowhere")
+    error = caught.value
+    assert (error.code, error.reason) == ("file-missing", "no such folder")
+    assert error.file == str(tmp_path / "nowhere")
+    assert error.place == ""
+    assert "stiffcal init" in error.mend
+
+
+# ---- the fit --------------------------------------------------------------------------------------------------------
+
+
+def test_parameters_are_those_of_the_command_one_a_row(
+    fit: stiffcal.FittedModel, validated_folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    listed = answer(capsys, "identify", validated_folder)["parameters"]
+    table = fit.parameters
+    assert table.index.tolist() == [entry["name"] for entry in listed]
+    assert table["value"].tolist() == [entry["value"] for entry in listed]
+    assert table[["low_95", "high_95"]].to_numpy().tolist() == [entry["interval"] for entry in listed]
+    assert table["stiffness"].tolist() == [entry["stiffness"] for entry in listed]
+    assert set(table["stiffness_unit"]) == {"N·m/rad"}
+    assert table["place"].tolist() == ["j1", "j2", "j3", "j4", "j5", "j6"]
+    known = (table["stiffness"] - np.array(STIFFNESS)).abs() < 4.0 * table["stiffness_std"]
+    assert known.all()
+
+
+def test_correlation_is_the_covariance_over_the_standard_uncertainties(fit: stiffcal.FittedModel) -> None:
+    matrix = fit.correlation
+    assert np.diag(matrix.to_numpy()) == pytest.approx(np.ones(6))
+    for pair in fit.to_dict()["correlation"]:
+        assert matrix.loc[pair["parameters"][0], pair["parameters"][1]] == pytest.approx(pair["correlation"])
+
+
+def test_a_fit_shows_itself_as_text_and_in_a_notebook(fit: stiffcal.FittedModel) -> None:
+    lines = fit.summary().splitlines()
+    assert lines[0] == "joint-compliance: 100 load states in 4 runs"
+    assert sum("N·m/rad" in line for line in lines) == 6
+    assert repr(fit) == fit.summary()
+    shown = fit._repr_html_()
+    assert "joint-compliance.j6.c" in shown
+    assert "<table" in shown
+
+
+def test_nothing_is_fitted_twice(
+    campaign: Path, caplog: pytest.LogCaptureFixture, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The session finds what the command has fitted, and the command what the session has."""
+    with caplog.at_level(logging.INFO, logger="stiffcal"):
+        before = stiffcal.open(campaign).identify()
+    assert [record.message for record in caplog.records] == ["nothing has changed since fit 1"]
+    (campaign / "model.toml").write_text((campaign / "model.toml").read_text().replace("4, 5, 6]", "4, 5]"))
+    after = stiffcal.open(campaign).identify()
+    assert len(after.parameters) == len(before.parameters) - 1
+    found = answer(capsys, "identify", campaign, "--no-update")
+    assert found == after.to_dict()
+
+
+# ---- states and residuals -------------------------------------------------------------------------------------------
+
+
+def test_states_are_the_table_of_the_store(session: stiffcal.CampaignSession, validated_folder: Path) -> None:
+    stored = pd.read_parquet(validated_folder / "store" / "current" / "states.parquet")
+    pd.testing.assert_frame_equal(session.states, stored, check_dtype=False)
+
+
+@pytest.mark.parametrize(("heldout", "table"), [(True, "unseen"), (False, "fit")])
+def test_residuals_have_all_that_a_picture_needs(
+    heldout: bool, table: str, session: stiffcal.CampaignSession, validated_folder: Path
+) -> None:
+    stored = pd.read_parquet(validated_folder / "store" / "current" / f"{table}.parquet")
+    frame = session.residuals(heldout)
+    named = ["run", "row", "branch", "load_N", *(f"tau_{k}_Nm" for k in range(1, 7)), "A1_rad", "noise_m"]
+    assert set(named) <= set(frame.columns)
+    for component in ("dx_m", "dy_m", "dz_m", "rx_rad"):
+        name = f"target_{component}"
+        assert frame[f"{name}_residual"].tolist() == stored[f"{name}_residual"].tolist()
+        left = frame[f"{name}_measured"] - frame[f"{name}_predicted"]
+        assert left.to_numpy() == pytest.approx(frame[f"{name}_residual"].to_numpy(), abs=1e-15)
+    assert frame["noise_m"].unique() == pytest.approx([session.identify().to_dict()["noise"]["translation"]])
+
+
+def test_loads_of_the_fit_s_states_are_those_of_the_same_states_held_out(session: stiffcal.CampaignSession) -> None:
+    """They stand in one table of the store and are computed for the other."""
+    names = ["state", "branch", "load_N", "tau_2_Nm", "tau_5_Nm"]
+    pd.testing.assert_frame_equal(session.residuals(False)[names], session.residuals(True)[names])
+
+
+# ---- validate, predict, plot ----------------------------------------------------------------------------------------
+
+
+def test_validation_in_tables(session: stiffcal.CampaignSession) -> None:
+    validation = session.validate()
+    assert validation.errors.loc["translation", "rms"] == validation.to_dict()["rms"]["translation"]
+    assert validation.by("run")["label"].tolist() == ["pose1", "pose2", "pose3", "pose4"]
+    assert validation.passed is validation.to_dict()["passed"]
+    assert "held-out poses" in validation.summary()
+    with pytest.raises(stiffcal.InputError, match="no part is called colour; choose run"):
+        validation.by("colour")
+
+
+def test_prediction_of_a_table_is_that_of_the_file(session: stiffcal.CampaignSession, tmp_path: Path) -> None:
+    POSES.to_csv(tmp_path / "poses.csv", index=False)
+    of_file = session.predict(tmp_path / "poses.csv")
+    radians = POSES.drop(columns="A2").assign(**{"A2 [rad]": np.radians(POSES["A2"].to_numpy())})
+    of_table = session.predict(radians)
+    pd.testing.assert_frame_equal(of_file.deflection, of_table.deflection)
+    stiffness = of_table.stiffness(1)
+    assert stiffness is not None
+    assert stiffness @ of_table.result.states[1].cartesian_compliance == pytest.approx(np.eye(6), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("poses", "line"),
+    [
+        (POSES.drop(columns="A3"), r"poses: columns: no column A3; .*\[column-missing\]"),
+        (POSES.assign(Fz=[0.0, np.nan]), r"poses: row 2, column Fz: not a finite number.*\[number-invalid\]"),
+        (POSES.rename(columns={"Fz": "fz"}), r"did you mean Fz\?"),
+    ],
+    ids=["joint", "nan", "name"],
+)
+def test_poses_that_cannot_be_right_are_named(
+    poses: pd.DataFrame, line: str, session: stiffcal.CampaignSession
+) -> None:
+    with pytest.raises(stiffcal.InputError, match=line):
+        session.predict(poses)
+
+
+def test_a_picture_of_the_residual_on_axes_of_one_s_own(session: stiffcal.CampaignSession) -> None:
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots()
+    assert session.plot.residual("tau_4", component="dz", color="A1_deg", ax=axes) is axes
+    frame = session.residuals()
+    (points,) = axes.collections
+    drawn = np.asarray(points.get_offsets())
+    assert drawn[:, 0].tolist() == frame["tau_4_Nm"].tolist()
+    assert drawn[:, 1] == pytest.approx(1e6 * frame["target_dz_m_residual"].to_numpy())
+    assert np.asarray(points.get_array()) == pytest.approx(np.degrees(frame["A1_rad"].to_numpy()))
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("tau_4 [N·m]", "residual dz [µm]")
+    with pytest.raises(stiffcal.InputError, match=r"residuals: tau_9: there is no such column; columns: state, run"):
+        session.plot.residual("tau_9", ax=axes)
+    with pytest.raises(stiffcal.InputError, match="no component is called x; choose dx, dy, dz, rx, ry, rz"):
+        session.plot.residual("tau_4", component="x", ax=axes)
+
+
+# ---- a trial --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def with_play(tmp_path_factory: pytest.TempPathFactory) -> stiffcal.CampaignSession:
+    """A robot whose joint 4 has backlash, which its model does not hold."""
+    values = '"backlash.j4.width" = { value = 1.5e-3 }, "backlash.j4.band" = { value = 2.0 }'
+    hidden = f'\n[[effects]]\ntype = "backlash"\njoints = [4]\nparameters = {{ {values} }}\n'
+    return stiffcal.open(write_small_campaign(tmp_path_factory.mktemp("play") / "small", hidden=hidden))
+
+
+def test_a_trial_is_a_campaign_with_another_model_and_leaves_all_files_as_they_are(
+    with_play: stiffcal.CampaignSession,
+) -> None:
+    fit = with_play.identify()
+    before = contents(with_play.folder)
+    trial = with_play.with_effect("backlash", joints=[4])
+    better = trial.identify()
+    assert better.parameters.loc["backlash.j4.width", "value"] == pytest.approx(1.5e-3, rel=0.1)
+    assert trial.validate().errors.loc["translation", "rms"] < 0.6 * fit.to_dict()["expected_rms"]["translation"]
+    assert "backlash.j4.width" not in with_play.identify().parameters.index
+    assert trial.residuals().shape == with_play.with_effect("backlash", joints=["A4"]).residuals().shape
+    assert trial.predict(POSES).deflection.shape == (2, 24)
+    # what the last two computed of the campaign's own model lies in its store
+    assert {name: contents(with_play.folder)[name] for name in before if "store" not in name} == {
+        name: digest for name, digest in before.items() if "store" not in name
+    }
+    assert contents(with_play.folder) == before
+    wider = trial.with_effect("bearing-tilt", joints=[2])
+    assert {"backlash", "bearing-tilt"} <= set(wider.identify().parameters["effect"])
+
+
+def test_a_trial_is_compared_with_the_fit(with_play: stiffcal.CampaignSession) -> None:
+    fit = with_play.identify()
+    comparison = stiffcal.compare(fit, with_play.with_effect("backlash", joints=[4]))
+    errors = comparison.errors
+    assert errors.index.tolist() == ["joint-compliance", "joint-compliance + backlash"]
+    assert errors["heldout_m"].iloc[1] < 0.6 * errors["heldout_m"].iloc[0]
+    table: Any = comparison.parameters
+    assert np.isnan(table.loc["backlash.j4.width", "before"])
+    assert table.loc["backlash.j4.width", ["effect", "place", "unit"]].tolist() == ["backlash", "j4", "rad"]
+    changed = table.loc["joint-compliance.j4.c"]
+    assert changed["after"] - changed["before"] == changed["change"]
+    assert table["p_value"].isna().all()  # the same readings: no two independent fits
+
+
+def test_fits_of_two_campaigns_are_compared_as_the_command_does(
+    fit: stiffcal.FittedModel, validated_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = write_small_campaign(tmp_path / "later", seed=2)
+    comparison = stiffcal.compare(fit, stiffcal.open(other))
+    listed = answer(capsys, "compare", validated_folder, other)["parameters"]
+    assert comparison.parameters["p_value"].tolist() == [entry["p_value"] for entry in listed]
+    with pytest.raises(stiffcal.InputError, match="compare: after: dict is no fit"):
+        stiffcal.compare(fit, {})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("effect", "joints", "line"),
+    [
+        ("backlash", [9], "no joint is called 9"),
+        ("blacklash", [4], r"did you mean backlash\?"),
+        ("backlash", [], "backlash sits at joints, and none is given"),
+    ],
+)
+def test_a_trial_that_cannot_be_is_named(
+    effect: str, joints: list[int], line: str, session: stiffcal.CampaignSession
+) -> None:
+    with pytest.raises(stiffcal.InputError, match=line):
+        session.with_effect(effect, joints=joints)
+
+
+def test_diagnosis_in_tables(with_play: stiffcal.CampaignSession) -> None:
+    diagnosis = with_play.diagnose()
+    assert diagnosis.adequate is False
+    assert diagnosis.missing[["effect", "place"]].to_numpy().tolist() == [["backlash", "j4"]]
+    best = diagnosis.ranking.iloc[0]
+    assert (best["effect"], best["place"], best["verdict"]) == ("backlash", "j4", "supported")
+    assert best["after_m"] < best["before_m"]
+    evidence = diagnosis.evidence("backlash", "j4")
+    assert len(evidence) == 100
+    assert evidence["after"].std() < evidence["before"].std()
+    with pytest.raises(stiffcal.InputError, match="there is no evidence of creep; choose backlash"):
+        diagnosis.evidence("creep")
+    assert diagnosis.summary() in diagnosis._repr_html_().replace("&#x27;", "'")
+
+
+# ---- how it runs ----------------------------------------------------------------------------------------------------
+
+
+def test_notes_go_to_the_logger_and_nothing_is_printed(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
+) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=2)
+    told: list[str] = []
+    with caplog.at_level(logging.INFO, logger="stiffcal"):
+        stiffcal.open(folder, progress=lambda text, fraction: told.append(text)).validate()
+    assert [record.message for record in caplog.records] == [
+        "ingest first: nothing is ingested yet",
+        "identify first: nothing is fitted yet",
+    ]
+    assert "leaving poses out" in told
+    assert capfd.readouterr() == ("", "")
+
+
+def test_without_update_a_missing_step_is_refused(tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=2)
+    with pytest.raises(stiffcal.InputError, match="nothing is ingested yet") as caught:
+        stiffcal.open(folder, update=False).identify()
+    assert caught.value.code == "store-outdated"
+    assert not (folder / "store").exists()
+
+
+def test_the_store_may_lie_elsewhere(campaign: Path, tmp_path: Path) -> None:
+    before = contents(campaign)
+    fit = stiffcal.open(campaign, store=tmp_path / "elsewhere").identify()
+    assert contents(campaign) == before
+    assert (tmp_path / "elsewhere" / "current" / "identify.json").exists()
+    assert len(fit.parameters) == 6
+
+
+def test_ctrl_c_ends_a_step_and_the_next_call_goes_on(tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=2)
+
+    def interrupt(text: str, fraction: float | None = None) -> None:
+        if text == "leaving poses out":
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        stiffcal.open(folder, progress=interrupt).validate()
+    assert stiffcal.open(folder, update=False).identify().to_dict()["fit_id"] == "1"
+    assert stiffcal.open(folder).validate().to_dict()["rms"]["translation"] > 0.0
+
+
+@pytest.mark.usefixtures("state")
+def test_code_of_the_folder_runs_only_where_it_is_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(record, "_allowed_in_process", set())
+    folder = stranger(tmp_path / "stranger")
+    with pytest.raises(stiffcal.InputError) as caught:
+        stiffcal.open(folder).identify()
+    assert caught.value.code == "plugin-untrusted"
+    with pytest.raises(stiffcal.InputError, match="'abc' is no SHA-256"):
+        stiffcal.open(folder, trust="abc")
+    fit = stiffcal.open(folder, trust=True).identify()
+    assert "cross-stiffness" in set(fit.parameters["effect"])
+    assert {entry.kind for entry in record.open_record().entries()} == {"generation"}  # its own stores alone
+
+
+def test_the_script_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Line by line, as a notebook runs it, on a copy of the campaign that it names."""
+    from matplotlib import pyplot
+
+    text = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## In Python\n")[2]
+    script = text.partition("```python\n")[2].partition("```")[0]
+    (name,) = re.findall(r'"(campaigns/[^"]+)"', script)
+    shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("store"))
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    with pyplot.rc_context(), matplotlib.rc_context({"backend": "agg"}):
+        exec(compile(script, "README.md", "exec"), names)
+        pyplot.close("all")
+    assert list(names["fit"].parameters["place"]) == ["j1", "j2", "j3", "j4", "j5", "j6"]
+    assert "backlash.j4.width" in names["trial"].identify().parameters.index
+    assert (
+        not (tmp_path / name / "model.toml").exists() or "backlash" not in (tmp_path / name / "model.toml").read_text()
+    )
