@@ -9,9 +9,9 @@ from __future__ import annotations
 import functools
 import importlib
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import SimpleNamespace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 Kind = TypeVar("Kind")
 
@@ -115,6 +115,45 @@ def _forwarding(effect: type, old: str, new: str) -> Callable[..., Any]:
 
     forward.__name__, forward.__doc__ = old, f"Return what `{new}` returns; its name in version 0.1."
     return forward
+
+
+class ReadByKey:
+    """A result that was a document in version 0.1: it can still be read by key, with a warning.
+
+    Hidden from type checkers, so that the package itself reads attributes alone.
+    """
+
+    __slots__ = ()
+
+    if not TYPE_CHECKING:
+
+        def __getitem__(self, key: str) -> Any:
+            """Return what stands under a key of the result's document."""
+            return self._document_with_warning()[key]
+
+        def __contains__(self, key: object) -> bool:
+            """Return whether the result's document has a key."""
+            return key in self._document_with_warning()
+
+        def __iter__(self) -> Iterator[str]:
+            """Yield the keys of the result's document."""
+            return iter(self._document_with_warning())
+
+        def get(self, key: str, default: Any = None) -> Any:
+            """Return what stands under a key of the result's document, or a default."""
+            return self._document_with_warning().get(key, default)
+
+        def keys(self) -> Any:
+            """Return the keys of the result's document."""
+            return self._document_with_warning().keys()
+
+        def items(self) -> Any:
+            """Return keys and values of the result's document."""
+            return self._document_with_warning().items()
+
+        def _document_with_warning(self) -> dict[str, Any]:
+            warn(f"{type(self).__name__} is no dict any more: read its attributes, or its to_document()", stacklevel=4)
+            return self.to_document()
 
 
 def check_plugin_import(name: str, stacklevel: int = 3) -> None:

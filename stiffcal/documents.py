@@ -24,6 +24,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, U
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.deprecated_names import ReadByKey
+
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, TypeAdapter
     from pydantic_core import CoreSchema
@@ -112,13 +114,17 @@ Matrix: TypeAlias = Annotated[NDArray[np.float64], ListsOf(2)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CommandResult:
+class CommandResult(ReadByKey):
     """What every command answers."""
 
     schema: str
     """The document's kind and version, "stiffcal/NAME/1"."""
     warnings: list[str]
     """What a reader of the result must know, a line each."""
+
+    def to_document(self) -> Document:
+        """Return the document that the command prints with ``--json``."""
+        return document_of(self)
 
 
 def document_of(result: Any) -> Document:

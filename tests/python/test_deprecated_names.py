@@ -19,6 +19,7 @@ from stiffcal.model import effect as effect_module
 from stiffcal.model.catalogue import built_in_effects, find_effects
 from stiffcal.model.plugin_code import PluginCode, read_plugins
 from stiffcal.trust.record import open_record
+from stiffcal.workflow.effects import describe_effects
 from tests.laboratory.small_campaign import write_small_campaign
 
 ROOT = Path(__file__).parents[2]
@@ -188,6 +189,21 @@ def test_the_notebook_of_the_readme_of_0_1_runs(tmp_path: Path, monkeypatch: pyt
         rms = eval(last, names)
     assert stiffness.keys() == {f"joint-compliance.j{k}.c" for k in range(1, 7)}
     assert rms["translation"] > 0.0
+
+
+def test_a_result_that_was_a_document_is_read_by_key_with_a_warning(validated_folder: Path) -> None:
+    result: Any = describe_effects("backlash")
+    with pytest.warns(DeprecationWarning, match="EffectsResult is no dict any more: read its attributes") as caught:
+        entries = result["effects"]
+    assert entries == result.to_document()["effects"]
+    assert [Path(warning.filename).name for warning in caught] == ["test_deprecated_names.py"]
+    with warnings.catch_warnings(record=True) as caught_all:
+        warnings.simplefilter("always")
+        assert "effects" in result
+        assert result.get("colour", "none") == "none"
+        assert dict(result) == result.to_document()
+        assert {key for key, _ in result.items()} == set(result)
+    assert {Path(warning.filename).name for warning in caught_all} == {"test_deprecated_names.py"}
 
 
 @pytest.mark.parametrize("text", [LOOP], ids=["loop"])
