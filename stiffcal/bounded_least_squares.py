@@ -51,9 +51,9 @@ def least_squares_within(matrix: Floats, wanted: Floats, lower: Floats, upper: F
     free = least_squares(matrix, wanted)
     if np.all(free >= lower) and np.all(free <= upper):
         return free, np.zeros(len(free), dtype=np.bool_)
-    found, at_bound = _within(matrix / scale, wanted, lower * scale, upper * scale)
-    low = found - lower * scale < upper * scale - found
-    return np.where(at_bound, np.where(low, lower, upper), np.clip(found / scale, lower, upper)), at_bound
+    solution, at_bound = _within(matrix / scale, wanted, lower * scale, upper * scale)
+    low = solution - lower * scale < upper * scale - solution
+    return np.where(at_bound, np.where(low, lower, upper), np.clip(solution / scale, lower, upper)), at_bound
 
 
 def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Booleans]:

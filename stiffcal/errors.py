@@ -69,7 +69,7 @@ class Fault:
             object.__setattr__(self, name, one_line(mask(text)))
 
     def __str__(self) -> str:
-        where = ": ".join(part for part in (self.file, self.place) if part)
+        where = ": ".join(words for words in (self.file, self.place) if words)
         text = f"{self.reason}; {self.mend} [{self.code}]"
         return f"{where}: {text}" if where else text
 

@@ -84,9 +84,9 @@ def refusal(error: OSError, file: str | Path = "") -> InputError | None:
     mend = MENDS.get(error.errno or 0)
     if mend is None:
         return None
-    shown = str(file) or os.fsdecode(error.filename if isinstance(error.filename, str | bytes) else "")
+    display_name = str(file) or os.fsdecode(error.filename if isinstance(error.filename, str | bytes) else "")
     reason = f"cannot be read or written: {os.strerror(error.errno or 0)}"
-    return InputError.at(FaultCode.SYSTEM_REFUSAL, shown or "a file", "", reason, mend)
+    return InputError.at(FaultCode.SYSTEM_REFUSAL, display_name or "a file", "", reason, mend)
 
 
 _FLAGS = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOCTTY", 0)
@@ -94,7 +94,7 @@ _NONBLOCK = getattr(os, "O_NONBLOCK", 0)
 _OF_THE_SYSTEM = ("/proc", "/sys")  # their files state no size, and some never end or wait for an event
 
 
-def open_regular(path: Path, shown: str = "", *, buffering: int = -1, follow: bool = True) -> IO[bytes]:
+def open_regular(path: Path, display_name: str = "", *, buffering: int = -1, follow: bool = True) -> IO[bytes]:
     """Open a file that somebody else may have put there: a regular file, or an error at once.
 
     A pipe would let the reader wait for ever, a device would never end. The file's kind is checked, it is opened
@@ -120,16 +120,16 @@ def open_regular(path: Path, shown: str = "", *, buffering: int = -1, follow: bo
     Traceback (most recent call last):
     stiffcal.errors.InputError: /dev/null: this is a device, not a file; put a regular file in its place [file-kind]
     """
-    descriptor = _descriptor(path, shown or str(path), 0 if follow else getattr(os, "O_NOFOLLOW", 0))
+    descriptor = _descriptor(path, display_name or str(path), 0 if follow else getattr(os, "O_NOFOLLOW", 0))
     try:
-        _check_kind(os.fstat(descriptor), path, shown or str(path))
+        _check_kind(os.fstat(descriptor), path, display_name or str(path))
         return cast("IO[bytes]", os.fdopen(descriptor, "rb", buffering=buffering))
     except BaseException:
         os.close(descriptor)
         raise
 
 
-def check_regular(path: Path, shown: str = "") -> None:
+def check_regular(path: Path, display_name: str = "") -> None:
     """Do as `open_regular` for a library that takes only a path; a folder passes.
 
     Raises
@@ -137,13 +137,13 @@ def check_regular(path: Path, shown: str = "") -> None:
     InputError : it is a pipe, socket, device, or a file of /proc or /sys.
     OSError : no such file, no right to reach it.
     """
-    found = path.stat()
-    if not stat.S_ISDIR(found.st_mode):
-        _check_kind(found, path, shown or str(path))
-        _check_place(path, shown or str(path))
+    status = path.stat()
+    if not stat.S_ISDIR(status.st_mode):
+        _check_kind(status, path, display_name or str(path))
+        _check_place(path, display_name or str(path))
 
 
-def read_regular(path: Path, shown: str = "", *, limit: Limit = DOCUMENT, follow: bool = True) -> bytes:
+def read_regular(path: Path, display_name: str = "", *, limit: Limit = DOCUMENT, follow: bool = True) -> bytes:
     """Read a whole file as `open_regular` does, up to a limit of bytes.
 
     Raises
@@ -151,14 +151,14 @@ def read_regular(path: Path, shown: str = "", *, limit: Limit = DOCUMENT, follow
     InputError : it is no regular file, or larger than the limit.
     OSError : as `open_regular`.
     """
-    with open_regular(path, shown, buffering=0, follow=follow) as file:
-        limit.check(os.fstat(file.fileno()).st_size, shown or str(path))
+    with open_regular(path, display_name, buffering=0, follow=follow) as file:
+        limit.check(os.fstat(file.fileno()).st_size, display_name or str(path))
         pieces, left = [], limit.most + 1
         while left > 0 and (piece := file.read(min(left, 1 << 22))):
             pieces.append(piece)
             left -= len(piece)
     content = b"".join(pieces)
-    limit.check(len(content), shown or str(path))
+    limit.check(len(content), display_name or str(path))
     return content
 
 
@@ -177,26 +177,26 @@ def is_given(path: Path) -> bool:
     return stat.S_ISREG(mode) or stat.S_ISFIFO(mode) or stat.S_ISCHR(mode) or stat.S_ISSOCK(mode)
 
 
-def _descriptor(path: Path, shown: str, further: int) -> int:
-    _check_kind(path.stat(), path, shown)  # before it is opened: opening some devices has an effect
-    _check_place(path, shown)
+def _descriptor(path: Path, display_name: str, further: int) -> int:
+    _check_kind(path.stat(), path, display_name)  # before it is opened: opening some devices has an effect
+    _check_place(path, display_name)
     try:
         return os.open(path, _FLAGS | _NONBLOCK | further)
     except BlockingIOError:  # a file server has lent the file out: it gives it back to a reader that waits
         return os.open(path, _FLAGS | further)
 
 
-def _check_kind(found: os.stat_result, path: Path, shown: str) -> None:
-    if stat.S_ISDIR(found.st_mode):
+def _check_kind(status: os.stat_result, path: Path, display_name: str) -> None:
+    if stat.S_ISDIR(status.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    if not stat.S_ISREG(found.st_mode):
-        _refuse(found.st_mode, shown)
+    if not stat.S_ISREG(status.st_mode):
+        _refuse(status.st_mode, display_name)
 
 
-def _check_place(path: Path, shown: str) -> None:
+def _check_place(path: Path, display_name: str) -> None:
     if os.name == "posix" and os.path.realpath(path).startswith(tuple(f"{place}/" for place in _OF_THE_SYSTEM)):
         raise InputError.at(
-            FaultCode.FILE_KIND, shown, "", "this is a file of the running system, not of a disk", _REGULAR
+            FaultCode.FILE_KIND, display_name, "", "this is a file of the running system, not of a disk", _REGULAR
         )
 
 
@@ -204,10 +204,10 @@ _REGULAR = "put a regular file in its place"
 _OTHER_NAME = "name another file"
 
 
-def _refuse(mode: int, shown: str, mend: str = _REGULAR) -> NoReturn:
+def _refuse(mode: int, display_name: str, mend: str = _REGULAR) -> NoReturn:
     kinds = ((stat.S_ISFIFO, "pipe"), (stat.S_ISSOCK, "socket"), (stat.S_ISCHR, "device"), (stat.S_ISBLK, "device"))
     kind = next((name for is_kind, name in kinds if is_kind(mode)), "special file")
-    raise InputError.at(FaultCode.FILE_KIND, shown, "", f"this is a {kind}, not a file", mend)
+    raise InputError.at(FaultCode.FILE_KIND, display_name, "", f"this is a {kind}, not a file", mend)
 
 
 def is_of_the_system(goal: Path) -> bool:

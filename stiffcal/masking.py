@@ -62,9 +62,9 @@ def mask(text: str) -> str:
     >>> mask("password='very secret' host=db"), mask("a row of words")
     ('password=… host=db', 'a row of words')
     """
-    found = _secrets_now()
-    if found is not None:
-        text = found.sub(MASK, text)
+    secrets = _secrets_now()
+    if secrets is not None:
+        text = secrets.sub(MASK, text)
     for form in _forms():
         text = form.sub(lambda match: match["before"] + MASK, text)
     return text
@@ -105,9 +105,9 @@ def _secrets_now() -> re.Pattern[str] | None:
     allowed = frozenset(re.split(r"[\s,]+", os.environ.get(_OF_DATABASES, "")))
     values = []
     for name, value in os.environ.items():
-        whole = is_secret_name(name) or name in allowed
-        if whole or "://" in value or "assword" in value or "ASSWORD" in value:
-            values.append((value, whole))
+        all_secret = is_secret_name(name) or name in allowed
+        if all_secret or "://" in value or "assword" in value or "ASSWORD" in value:
+            values.append((value, all_secret))
     return _pattern(tuple(values))
 
 
@@ -120,20 +120,20 @@ def _pattern(values: tuple[tuple[str, bool], ...]) -> re.Pattern[str] | None:
     values : of environment variables; True: the whole value is a secret, False: only passwords in it.
     """
     secrets: set[str] = set()
-    for value, whole in values:
-        if whole:
+    for value, all_secret in values:
+        if all_secret:
             secrets |= {value, *(line for line in value.splitlines() if len(line.strip()) >= 2 * SHORTEST)}
         secrets |= _passwords_in(value)
     spellings = {spelling for secret in secrets for spelling in _spellings(secret.strip())}
     longest_first = sorted((text for text in spellings if len(text) >= SHORTEST), key=lambda text: (-len(text), text))
     # A message is often put on one line, with its blanks drawn together.
-    found = (r"\s+".join(re.escape(word) for word in text.split()) for text in longest_first)
-    return re.compile("|".join(found)) if longest_first else None
+    patterns = (r"\s+".join(re.escape(word) for word in text.split()) for text in longest_first)
+    return re.compile("|".join(patterns)) if longest_first else None
 
 
 def _passwords_in(value: str) -> set[str]:
-    found = {match[1] for match in re.finditer(_PASSWORD_OF_VALUE, value)}
-    return found | {match[1] or match[2] for match in re.finditer(_PASSWORD_KEYWORD, value)}
+    passwords = {match[1] for match in re.finditer(_PASSWORD_OF_VALUE, value)}
+    return passwords | {match[1] or match[2] for match in re.finditer(_PASSWORD_KEYWORD, value)}
 
 
 def _spellings(secret: str) -> set[str]:

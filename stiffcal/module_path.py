@@ -42,11 +42,11 @@ def leave_out_current_folder(started_by_name: bool = False) -> None:
     named = os.environ.get("PYTHONPATH", "")
     first = started_by_name and not sys.flags.safe_path
     empty = bool(named) and "" in named.split(os.pathsep) and not sys.flags.ignore_environment
-    here = _current()
-    if (first or empty) and here not in (_PACKAGES, ""):
+    current_folder = _current()
+    if (first or empty) and current_folder not in (_PACKAGES, ""):
         chosen = {os.path.realpath(entry) for entry in named.split(os.pathsep) if entry}
-        if here not in chosen:
-            sys.path[:] = [entry for entry in sys.path if entry and os.path.realpath(entry) != here]
+        if current_folder not in chosen:
+            sys.path[:] = [entry for entry in sys.path if entry and os.path.realpath(entry) != current_folder]
     sys.path[:] = without_current_folder(sys.path)
 
 
@@ -61,7 +61,7 @@ def child_environment() -> dict[str, str]:
 def child_options() -> list[str]:
     """Return the options for a child process of Python: as strict as this one, and without the current folder."""
     options = (("-I", sys.flags.isolated), ("-E", sys.flags.ignore_environment), ("-s", sys.flags.no_user_site))
-    return ["-P", *(option for option, given in options if given)]
+    return ["-P", *(option for option, is_set in options if is_set)]
 
 
 def quiet_libraries() -> None:

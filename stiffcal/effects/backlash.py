@@ -77,9 +77,11 @@ class Backlash(DocumentedEffect):
             return {"band": np.zeros(0)}
         return {"band": np.clip(_BANDS * float(np.abs(torque).max()), 1e-3, 1e4)}
 
-    def from_torque_angle(self, told: TorqueAngle, other_effects: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+    def from_torque_angle(
+        self, torque_angle: TorqueAngle, other_effects: Iterable[str]
+    ) -> Mapping[str, tuple[float, float]]:
         """The lost motion itself, and the band where there is one."""
-        return {"width": told.width} | ({"band": told.band} if told.band is not None else {})
+        return {"width": torque_angle.width} | ({"band": torque_angle.band} if torque_angle.band is not None else {})
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""

@@ -88,7 +88,7 @@ class _Curved(BearingTilt):
     __doc__ = BearingTilt.__doc__
 
     parameters = tuple(
-        spec for one in BearingTilt.parameters for spec in (one, *curve_specs(one, load=1000.0, largest=1e-3))
+        spec for linear in BearingTilt.parameters for spec in (linear, *curve_specs(linear, load=1000.0, largest=1e-3))
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

@@ -70,9 +70,11 @@ class CubicStiffness(DocumentedEffect):
         joint = place.joints[0]
         return Covariate(f"torque on joint {joint}", "N·m", drive_torque(chain, loads.wrench, joint))
 
-    def from_torque_angle(self, told: TorqueAngle, other_effects: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+    def from_torque_angle(
+        self, torque_angle: TorqueAngle, other_effects: Iterable[str]
+    ) -> Mapping[str, tuple[float, float]]:
         """The curve as it is, torque over angle: `form` of these symbols."""
-        return dict(zip(("p1", "p2", "p3"), told.curve, strict=True))
+        return dict(zip(("p1", "p2", "p3"), torque_angle.curve, strict=True))
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of: angle over torque (c2, c3), or torque over angle (p1, p2, p3)."""
@@ -110,8 +112,8 @@ class _TorqueOverAngle(CubicStiffness):
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form that these symbols are of."""
-        given = set(symbols)
-        return CubicStiffness().form(given) if given else self
+        symbol_set = set(symbols)
+        return CubicStiffness().form(symbol_set) if symbol_set else self
 
 
 _TORQUE_OVER_ANGLE_SYMBOLS = frozenset(spec.symbol for spec in _TorqueOverAngle.parameters)

@@ -61,9 +61,11 @@ class JointCompliance(DocumentedEffect):
         joint = place.joints[0]
         return drive_terms(chain, joint, "c", drive_torque(chain, loads.wrench, joint))
 
-    def from_torque_angle(self, told: TorqueAngle, other_effects: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+    def from_torque_angle(
+        self, torque_angle: TorqueAngle, other_effects: Iterable[str]
+    ) -> Mapping[str, tuple[float, float]]:
         """The compliance from the flanks to the ends; none where a curved law beside it holds the linear term too."""
-        return {} if "cubic-stiffness" in other_effects else {"c": told.compliance}
+        return {} if "cubic-stiffness" in other_effects else {"c": torque_angle.compliance}
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""

@@ -88,13 +88,13 @@ class JointFull(DocumentedEffect):
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ = C w, with one amplitude for each of the 21 different elements of C."""
         node = joint_node(place.joints[0])
-        found = []
+        terms = []
         for i, j in _PAIRS:
             symbol = f"c{i + 1}{j + 1}"
-            found.append(Term(node, i, symbol, loads.wrench[node, j]))
+            terms.append(Term(node, i, symbol, loads.wrench[node, j]))
             if i != j:
-                found.append(Term(node, j, symbol, loads.wrench[node, i]))
-        return found
+                terms.append(Term(node, j, symbol, loads.wrench[node, i]))
+        return terms
 
     def impossible(self, values: Values) -> str | None:
         """Return a reason where C has a negative eigenvalue: the joint would give work away under load."""

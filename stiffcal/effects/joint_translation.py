@@ -78,7 +78,9 @@ class _Curved(JointTranslation):
     __doc__ = JointTranslation.__doc__
 
     parameters = tuple(
-        spec for one in JointTranslation.parameters for spec in (one, *curve_specs(one, load=1000.0, largest=1e-5))
+        spec
+        for linear in JointTranslation.parameters
+        for spec in (linear, *curve_specs(linear, load=1000.0, largest=1e-5))
     )
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:

@@ -52,10 +52,10 @@ class ServoDeflection(DocumentedEffect):
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """The joint log must move within runs."""
-        moved = 0.0
+        largest_motion = 0.0
         for members in members_of(states.run):
-            moved = max(moved, float(np.ptp(states.joints[members], axis=0).max()))
-        if moved < _STANDS_STILL:
+            largest_motion = max(largest_motion, float(np.ptp(states.joints[members], axis=0).max()))
+        if largest_motion < _STANDS_STILL:
             return "measured joint positions of every state: the joint log does not move within any run"
         return None
 

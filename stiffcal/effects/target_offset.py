@@ -61,9 +61,9 @@ class TargetOffset(DocumentedEffect):
         if not offset.any():
             return inputs
         flange = len(inputs.angles) + 1
-        moved = []
+        targets = []
         for target in inputs.setup.targets:
             transform = target.transform.copy()
             transform[:3, 3] += offset
-            moved.append(replace(target, transform=transform) if target.body == flange else target)
-        return replace(inputs, setup=replace(inputs.setup, targets=tuple(moved)))
+            targets.append(replace(target, transform=transform) if target.body == flange else target)
+        return replace(inputs, setup=replace(inputs.setup, targets=tuple(targets)))

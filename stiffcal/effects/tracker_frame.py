@@ -43,8 +43,8 @@ class TrackerFrame(DocumentedEffect):
         columns = {}
         for axis in range(3):
             column = np.zeros_like(observed.displacement)
-            for part in (0, 3):
-                second, third = part + (axis + 1) % 3, part + (axis + 2) % 3
+            for first_row in (0, 3):
+                second, third = first_row + (axis + 1) % 3, first_row + (axis + 2) % 3
                 column[:, second] = -observed.displacement[:, third]
                 column[:, third] = observed.displacement[:, second]
             columns[f"r{'xyz'[axis]}"] = column
@@ -54,6 +54,6 @@ class TrackerFrame(DocumentedEffect):
         """Return exp(r) D − D."""
         turn = rotation_from_vector(np.array([values.get(f"r{axis}", 0.0) for axis in "xyz"])) - np.eye(3)
         shift = np.empty_like(observed.displacement)
-        for part in (slice(0, 3), slice(3, 6)):
-            shift[:, part] = np.einsum("ij,bjn->bin", turn, observed.displacement[:, part])
+        for rows in (slice(0, 3), slice(3, 6)):
+            shift[:, rows] = np.einsum("ij,bjn->bin", turn, observed.displacement[:, rows])
         return shift

@@ -32,9 +32,9 @@ def escaped(text: str) -> str:
         else:
             start, text = f"{start}&#{ord(text[0])};", text[1:]
     parts, done = [start], 0
-    for found in _LINKING.finditer(text):
-        parts += [_SPECIAL.sub(_inert, text[done : found.end()]), _BREAK]
-        done = found.end()
+    for match in _LINKING.finditer(text):
+        parts += [_SPECIAL.sub(_inert, text[done : match.end()]), _BREAK]
+        done = match.end()
     return "".join(parts) + _SPECIAL.sub(_inert, text[done:])
 
 

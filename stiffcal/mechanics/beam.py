@@ -79,10 +79,10 @@ def _twist(shape: BeamProperties, x: Floats) -> tuple[Floats, Floats]:
     decay, length = shape.warping_decay, shape.length
     # cosh((L−x)/d)/cosh(L/d) and its integral, by exponentials that cannot overflow
     down, up = np.exp(-x / decay), np.exp(-(2.0 * length - x) / decay)
-    whole = 1.0 + np.exp(-2.0 * length / decay)
-    held = (down + up) / whole
-    area = decay * ((1.0 - np.exp(-2.0 * length / decay)) - (down - up)) / whole
-    return x - shape.warping_hold * area, 1.0 - held
+    denominator = 1.0 + np.exp(-2.0 * length / decay)
+    hyperbolic_ratio = (down + up) / denominator
+    area = decay * ((1.0 - np.exp(-2.0 * length / decay)) - (down - up)) / denominator
+    return x - shape.warping_hold * area, 1.0 - hyperbolic_ratio
 
 
 def fields_at_points(shape: BeamProperties, points: Floats, warping: Floats) -> Floats:
@@ -96,16 +96,16 @@ def fields_at_points(shape: BeamProperties, points: Floats, warping: Floats) -> 
     fields = fibre_fields(shape, points[:, 0])
     (n2, n3), (c2, c3) = shape.neutral, shape.twist_centre
     x2, x3 = points[:, 1], points[:, 2]
-    moved = np.empty((len(fields), len(points), 3))
-    moved[:, :, 0] = (
+    displacement = np.empty((len(fields), len(points), 3))
+    displacement[:, :, 0] = (
         fields[:, _U1]
         - (x2 - n2) * fields[:, _PHI3]
         + (x3 - n3) * fields[:, _PHI2]
         + np.nan_to_num(warping) * fields[:, _CHI]
     )
-    moved[:, :, 1] = fields[:, _U2] - (x3 - c3) * fields[:, _PHI1]
-    moved[:, :, 2] = fields[:, _U3] + (x2 - c2) * fields[:, _PHI1]
-    return moved
+    displacement[:, :, 1] = fields[:, _U2] - (x3 - c3) * fields[:, _PHI1]
+    displacement[:, :, 2] = fields[:, _U3] + (x2 - c2) * fields[:, _PHI1]
+    return displacement
 
 
 def end_fields(shape: BeamProperties) -> Floats:
@@ -119,9 +119,9 @@ def end_fields(shape: BeamProperties) -> Floats:
 def axis_fields(shape: BeamProperties, x1: Floats) -> Floats:
     """Return (8, 6, p): displacements and turns of the beam axis by the unit fields."""
     points = np.column_stack([x1, np.zeros_like(x1), np.zeros_like(x1)])
-    moved = fields_at_points(shape, points, np.zeros(len(x1)))
+    displacement = fields_at_points(shape, points, np.zeros(len(x1)))
     turned = fibre_fields(shape, x1)[:, _PHI1 : _PHI3 + 1]
-    return np.concatenate([np.moveaxis(moved, 2, 1), turned], axis=1)
+    return np.concatenate([np.moveaxis(displacement, 2, 1), turned], axis=1)
 
 
 def amplitudes_per_end(shape: BeamProperties) -> Floats:
@@ -154,8 +154,8 @@ def material_displacement(shape: BeamProperties, tip: Floats, points: Floats, wa
     >>> material_displacement(shape, tip, np.array([[0.5, 0.0, 0.0]]))[0, 0].round(12).tolist()
     [0.0, 0.3125, 0.0]
     """
-    given = np.zeros(len(points)) if warping is None else warping
-    unit = fields_at_points(shape, points, given)[: len(UNKNOWNS)]
+    added_warping = np.zeros(len(points)) if warping is None else warping
+    unit = fields_at_points(shape, points, added_warping)[: len(UNKNOWNS)]
     return np.asarray(np.einsum("ni,ui,upc->npc", tip, amplitudes_per_end(shape), unit))
 
 

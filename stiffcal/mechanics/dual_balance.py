@@ -128,16 +128,16 @@ def dual_rest(chain: Chain, compliance: Floats, angles: Floats, loads: Sequence[
     ------
     ArithmeticError : no rest is found: the load is more than the springs hold.
     """
-    given = np.zeros_like(angles)
+    deflection = np.zeros_like(angles)
     # Kept from the unloaded shape: it changes by the deflection, a thousandth, and each step gains that factor.
     left = np.eye(chain.n_joints) - compliance @ complementary_stiffness(dual_chain(chain, angles), loads)
     inverse = np.linalg.inv(left)
     for _ in range(MAX_STEPS):
-        frames = dual_chain(chain, angles + given)
-        step = (inverse @ (joint_torques(frames, loads) @ compliance.T - given)[:, :, None])[:, :, 0]
-        given = given + step
+        frames = dual_chain(chain, angles + deflection)
+        step = (inverse @ (joint_torques(frames, loads) @ compliance.T - deflection)[:, :, None])[:, :, 0]
+        deflection = deflection + step
         if np.max(np.abs(step), initial=0.0) <= TOLERANCE * max(1.0, float(np.max(np.abs(angles), initial=0.0))):
-            return np.asarray(angles + given)
+            return np.asarray(angles + deflection)
     raise ArithmeticError("no balance: the load is more than the springs hold")
 
 

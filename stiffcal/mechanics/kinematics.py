@@ -201,8 +201,8 @@ def jacobians(chain: Chain, angles: Floats, attachment: Attachment) -> Floats:
     outward = [np.ascontiguousarray(fixed.T) for fixed in chain.fixed[:moving]]
     placed = attachment.transform if attachment.body <= n_joints else chain.flange @ attachment.transform
     for start in range(0, n, BLOCK):
-        part = slice(start, min(start + BLOCK, n))
-        _jacobian_block(outward, placed[:3, 3], angles[part], result[:, :moving, part])
+        block = slice(start, min(start + BLOCK, n))
+        _jacobian_block(outward, placed[:3, 3], angles[block], result[:, :moving, block])
     return np.moveaxis(result, -1, 0)
 
 
@@ -223,19 +223,19 @@ def _jacobian_block(outward: list[Floats], point: Floats, angles: Floats, result
     square = half * half
     shrink = 1.0 / (1.0 + square)
     cosine, sine = (1.0 - square) * shrink, 2.0 * half * shrink
-    frame, moved, term = np.zeros((4, 3, n)), np.empty((4, 3, n)), np.empty((3, n))
+    frame, fixed_frame, term = np.zeros((4, 3, n)), np.empty((4, 3, n)), np.empty((3, n))
     frame[(0, 1, 2), (0, 1, 2)] = 1.0
     arm = np.empty((3, moving, n))
     for k in range(moving):
-        np.matmul(outward[k], frame.reshape(4, -1), out=moved.reshape(4, -1))
-        np.multiply(moved[0], cosine[k], out=frame[0])
-        np.multiply(moved[1], sine[k], out=term)
+        np.matmul(outward[k], frame.reshape(4, -1), out=fixed_frame.reshape(4, -1))
+        np.multiply(fixed_frame[0], cosine[k], out=frame[0])
+        np.multiply(fixed_frame[1], sine[k], out=term)
         frame[0] += term
-        np.multiply(moved[1], cosine[k], out=frame[1])
-        np.multiply(moved[0], sine[k], out=term)
+        np.multiply(fixed_frame[1], cosine[k], out=frame[1])
+        np.multiply(fixed_frame[0], sine[k], out=term)
         frame[1] -= term
-        frame[2:] = moved[2:]
-        arm[:, k], result[3:, k] = moved[3], moved[2]
+        frame[2:] = fixed_frame[2:]
+        arm[:, k], result[3:, k] = fixed_frame[3], fixed_frame[2]
     np.subtract((np.append(point, 1.0) @ frame.reshape(4, -1)).reshape(3, 1, n), arm, out=arm)
     axis, product = result[3:], np.empty((moving, n))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):

@@ -38,18 +38,21 @@ def pose_groups(angles: Floats, tolerance: float) -> Integers:
     cells = np.floor(angles[:, widest] / (WIDER * tolerance)).astype(np.int64)
     around = list(product((-1, 0, 1), repeat=len(widest)))
     rows = angles.tolist()
-    found = np.empty(len(angles), dtype=np.int64)
+    group = np.empty(len(angles), dtype=np.int64)
     founders: list[list[float]] = []
     by_cell: dict[tuple[int, ...], list[int]] = {}
-    for place, (cell, here) in enumerate(zip(cells.tolist(), rows, strict=True)):
+    for place, (cell, pose) in enumerate(zip(cells.tolist(), rows, strict=True)):
         near = [
             number
             for step in around
             for number in by_cell.get(tuple(map(int.__add__, cell, step)), ())
-            if all(abs(mine - other) < tolerance for mine, other in zip(here, founders[number], strict=True))
+            if all(
+                abs(mine - founder_angle) < tolerance
+                for mine, founder_angle in zip(pose, founders[number], strict=True)
+            )
         ]
-        found[place] = min(near, default=len(founders))
+        group[place] = min(near, default=len(founders))
         if not near:
             by_cell.setdefault(tuple(cell), []).append(len(founders))
-            founders.append(here)
-    return found
+            founders.append(pose)
+    return group

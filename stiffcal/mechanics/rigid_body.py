@@ -51,7 +51,7 @@ def inertial_regressor(chain: Chain, angles: Floats, velocity: Floats, accelerat
         place = chain.fixed[k, :3, 3]
         turn = chain.fixed[k, :3, :3] @ _turns_about_z(angles[:, k])
         lift = lift + np.cross(change, place) + np.cross(spin, np.cross(spin, place))
-        lift, spin, change = (np.einsum("nji,nj->ni", turn, each) for each in (lift, spin, change))
+        lift, spin, change = (np.einsum("nji,nj->ni", turn, rotation_rate) for rotation_rate in (lift, spin, change))
         axis = np.zeros((n, 3))
         axis[:, 2] = velocity[:, k]
         change = change + np.cross(spin, axis)
@@ -59,9 +59,9 @@ def inertial_regressor(chain: Chain, angles: Floats, velocity: Floats, accelerat
         spin = spin + axis
         turns.append(turn)
         wrench = _link_wrench(lift, spin, change)
-        part = slice(PER_LINK * k, PER_LINK * (k + 1))
+        columns = slice(PER_LINK * k, PER_LINK * (k + 1))
         for j in range(k, -1, -1):
-            result[:, j, part] = wrench[:, 5]
+            result[:, j, columns] = wrench[:, 5]
             force = turns[j] @ wrench[:, :3]
             moment = turns[j] @ wrench[:, 3:] + _skew(chain.fixed[j, :3, 3]) @ force
             wrench = np.concatenate([force, moment], axis=1)

@@ -57,16 +57,16 @@ class BeamSection:
         Rods are fixed on the wall or on a bracket, which moves with the wall where it stands.
         """
         corners = self.nodes[self.triangles]
-        found = np.empty(len(points))
+        warping = np.empty(len(points))
         for i, point in enumerate(np.asarray(points, dtype=np.float64)):
             weights = _barycentric(corners, point)
             # The nearest point of each triangle is inside it, or on an edge.
             inside = np.flatnonzero(np.all(weights >= -1e-12, axis=1))
             if len(inside):
-                found[i] = weights[inside[0]] @ self.warping[self.triangles[inside[0]]]
+                warping[i] = weights[inside[0]] @ self.warping[self.triangles[inside[0]]]
                 continue
-            found[i] = self._on_nearest_edge(point)
-        return found
+            warping[i] = self._on_nearest_edge(point)
+        return warping
 
     def _on_nearest_edge(self, point: Floats) -> float:
         edges = np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]])

@@ -51,11 +51,11 @@ def inner_outline(outline: Floats, wall: float) -> Floats:
     bend = 1.0 + np.sum(inward * normal_before, axis=1)
     if np.any(bend < 1e-6):
         raise SectionError("the outline turns back on itself")
-    moved = points + wall * (inward + normal_before) / bend[:, None]
-    kept = np.sum((np.roll(moved, -1, axis=0) - moved) * along, axis=1)
-    if np.any(kept <= 0.0) or signed_area(moved) <= 0.0 or not _all_inside(moved, points, 0.99 * wall):
+    offset_points = points + wall * (inward + normal_before) / bend[:, None]
+    kept = np.sum((np.roll(offset_points, -1, axis=0) - offset_points) * along, axis=1)
+    if np.any(kept <= 0.0) or signed_area(offset_points) <= 0.0 or not _all_inside(offset_points, points, 0.99 * wall):
         raise SectionError(f"a wall of {wall:g} m leaves no hollow inside the outline")
-    return np.asarray(moved)
+    return np.asarray(offset_points)
 
 
 def _all_inside(inner: Floats, outer: Floats, distance: float) -> bool:
@@ -141,8 +141,8 @@ def _cut_edges(loops: list[Floats], size: float) -> Floats:
         points = np.unique(np.round(np.concatenate([start, end]), 12), axis=0)
         middle, radius = (start + end) / 2.0, np.linalg.norm(end - start, axis=1) / 2.0
         tree = cKDTree(points)
-        held = tree.query_ball_point(middle, radius * (1.0 - 1e-6), return_length=True)
-        crowded = np.asarray(held) > 0
+        neighbours = tree.query_ball_point(middle, radius * (1.0 - 1e-6), return_length=True)
+        crowded = np.asarray(neighbours) > 0
         if not crowded.any():
             return points
         start, end = (

@@ -90,16 +90,16 @@ def _solve(skfem: Any, mesh: Any, young: float, shear: float) -> BeamSection:
     stiffness = skfem.BilinearForm(lambda u, v, w: dot(grad(u), grad(v))).assemble(basis)
     mass = skfem.BilinearForm(lambda u, v, w: u * v).assemble(basis)
     twist = skfem.LinearForm(lambda v, w: w.x[1] * grad(v)[0] - w.x[0] * grad(v)[1]).assemble(basis)
-    one, (x2, x3) = np.ones(basis.N), basis.doflocs
-    area = float(one @ mass @ one)
-    centre = np.array([one @ mass @ x2, one @ mass @ x3]) / area
+    ones, (x2, x3) = np.ones(basis.N), basis.doflocs
+    area = float(ones @ mass @ ones)
+    centre = np.array([ones @ mass @ x2, ones @ mass @ x3]) / area
     y, z = x2 - centre[0], x3 - centre[1]
     second_2, second_3, product = float(z @ mass @ z), float(y @ mass @ y), float(y @ mass @ z)
 
     def potential(load: Floats) -> Floats:
         """Solve ∇² = −load with free edges; what is left open, a constant, is taken out."""
         solved = skfem.solve(*skfem.condense(stiffness, load, D=np.array([0])))
-        return np.asarray(solved - one @ mass @ solved / area)
+        return np.asarray(solved - ones @ mass @ solved / area)
 
     omega = potential(twist)
     polar = float(x2 @ mass @ x2 + x3 @ mass @ x3)
@@ -108,7 +108,7 @@ def _solve(skfem: Any, mesh: Any, young: float, shear: float) -> BeamSection:
     matrix = np.array([[product, -second_3], [second_2, -product]])
     pole = np.linalg.solve(matrix, -np.array([omega @ mass @ y, omega @ mass @ z]))
     warping = omega - pole[1] * x2 + pole[0] * x3
-    warping = warping - one @ mass @ warping / area
+    warping = warping - ones @ mass @ warping / area
     gamma, slope = float(warping @ mass @ warping), float(warping @ stiffness @ warping)
     about_pole = second_2 + second_3 + area * float(np.sum((centre - pole) ** 2))
     hold = slope / about_pole

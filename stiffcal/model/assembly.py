@@ -46,8 +46,8 @@ def compliant_robot(
             continue
         for place in _places(effect, entry, chain, f"[[effects]] {number}, {entry.type}", faults):
             stem = PlacedEffect(effect, place).parameter_name("")
-            given = [name.removeprefix(stem) for name in settings if name.startswith(stem)]
-            placed.append(PlacedEffect(effect.form(given), place))
+            symbols = [name.removeprefix(stem) for name in settings if name.startswith(stem)]
+            placed.append(PlacedEffect(effect.form(symbols), place))
     faults.extend(_doubled(placed))
     raise_faults(faults)
     robot = CompliantRobot(chain, tuple(placed), model.balance == "deformed")
@@ -86,10 +86,10 @@ def _doubled(placed: list[PlacedEffect]) -> list[Fault]:
     faults = []
     at_place: dict[str, dict[str, Effect]] = {}
     twice: set[tuple[str, str]] = set()
-    for one in placed:
-        label, effect = one.place.label, one.effect
-        others = at_place.setdefault(label, {})
-        if effect.name in others:
+    for placed_effect in placed:
+        label, effect = placed_effect.place.label, placed_effect.effect
+        effects_here = at_place.setdefault(label, {})
+        if effect.name in effects_here:
             if (label, effect.name) not in twice:
                 faults.append(
                     Fault(
@@ -98,11 +98,14 @@ def _doubled(placed: list[PlacedEffect]) -> list[Fault]:
                 )
             twice.add((label, effect.name))
             continue
-        for other in others.values():
-            if other.name in (*effect.includes, *effect.excludes) or effect.name in (*other.includes, *other.excludes):
-                reason = f"{effect.name} and {other.name} cannot both sit at {label}"
+        for earlier in effects_here.values():
+            if earlier.name in (*effect.includes, *effect.excludes) or effect.name in (
+                *earlier.includes,
+                *earlier.excludes,
+            ):
+                reason = f"{effect.name} and {earlier.name} cannot both sit at {label}"
                 faults.append(Fault(FaultCode.EFFECT_CONFLICT, MODEL_FILE, effect.name, reason, "leave one out"))
-        others[effect.name] = effect
+        effects_here[effect.name] = effect
     return faults
 
 

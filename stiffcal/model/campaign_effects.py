@@ -62,7 +62,7 @@ def effects_with(campaign: Campaign, name: str) -> dict[str, Effect]:
     if name in built_in_effects() or not campaign.manifest.plugins:
         return find_effects()
     code = plugin_code(campaign)
-    if not code.allowed() and name not in [found for file in code.files for found in file.effect_names()]:
+    if not code.allowed() and name not in [effect_name for file in code.files for effect_name in file.effect_names()]:
         return find_effects()
     return find_effects(code)
 

@@ -22,7 +22,7 @@ ENTRY_POINT_GROUP = "stiffcal.effects"
 
 def _effects_of(module: object, file: str = "") -> list[Effect]:
     """Return the effects of a module; `file`: of a campaign's own code, whose effects are held to their contract."""
-    found: list[Effect] = []
+    effects: list[Effect] = []
     for name, member in inspect.getmembers(module, inspect.isclass):
         # a private class is another form of an effect, not one of its own
         if (
@@ -33,8 +33,8 @@ def _effects_of(module: object, file: str = "") -> list[Effect]:
         ):
             continue
         if member.__module__ == getattr(module, "__name__", None):
-            found.append(checked_effect(checked_class(member, file)(), file) if file else member())
-    return found
+            effects.append(checked_effect(checked_class(member, file)(), file) if file else member())
+    return effects
 
 
 @cache
@@ -59,11 +59,11 @@ def find_effects(plugins: PluginCode | None = None) -> dict[str, Effect]:
     effects = dict(built_in_effects())
     if plugins is None or not plugins.files:
         return effects
-    found: list[tuple[PluginFile, Effect]] = []
+    sourced_effects: list[tuple[PluginFile, Effect]] = []
     for file, module in zip(plugins.files, load_modules(plugins), strict=True):
         with plugin_faults(file.name), redirect_stdout(sys.stderr):
-            found += [(file, effect) for effect in _effects_of(module, file.name)]
-    if not found:
+            sourced_effects += [(file, effect) for effect in _effects_of(module, file.name)]
+    if not sourced_effects:
         names = ", ".join(file.name for file in plugins.files)
         raise InputError.at(
             FaultCode.PLUGIN_INVALID,
@@ -72,7 +72,7 @@ def find_effects(plugins: PluginCode | None = None) -> dict[str, Effect]:
             "defines no effect",
             "derive a class from DocumentedEffect, with a name",
         )
-    for file, effect in found:
+    for file, effect in sourced_effects:
         if effect.name in effects:
             raise InputError.at(
                 FaultCode.PLUGIN_INVALID, file.name, effect.name, "this effect exists already", "choose another name"

@@ -72,22 +72,26 @@ class CompliantRobot:
     @property
     def has_memory(self) -> bool:
         """True where a law depends on the states before."""
-        return any(one.effect.has_memory for one in self.placed)
+        return any(placed_effect.effect.has_memory for placed_effect in self.placed)
 
     def with_values(self, values: Mapping[str, float]) -> CompliantRobot:
         """Return the robot with parameters set by full name; names that the model lacks are ignored."""
-        return replace(self, placed=tuple(_with_values(one, values) for one in self.placed))
+        return replace(self, placed=tuple(_with_values(placed_effect, values) for placed_effect in self.placed))
 
     def values(self) -> dict[str, float]:
         """Return every set value by full name."""
-        return {one.parameter_name(symbol): value for one in self.placed for symbol, value in one.values.items()}
+        return {
+            placed_effect.parameter_name(symbol): value
+            for placed_effect in self.placed
+            for symbol, value in placed_effect.values.items()
+        }
 
 
-def _with_values(one: PlacedEffect, values: Mapping[str, float]) -> PlacedEffect:
+def _with_values(placed_effect: PlacedEffect, values: Mapping[str, float]) -> PlacedEffect:
     """Return an effect with the values that are its own, in the form of the law that they are of."""
-    stem = one.parameter_name("")
-    effect = one.effect.form(name.removeprefix(stem) for name in values if name.startswith(stem))
+    stem = placed_effect.parameter_name("")
+    effect = placed_effect.effect.form(name.removeprefix(stem) for name in values if name.startswith(stem))
     mine = {
         spec.symbol: values[stem + spec.symbol] for spec in effect.parameters if stem + spec.symbol in values
     }  # fmt: skip
-    return replace(one, effect=effect, values={**one.values, **mine})
+    return replace(placed_effect, effect=effect, values={**placed_effect.values, **mine})

@@ -25,15 +25,15 @@ def curve_specs(straight: ParameterSpec, load: float, largest: float) -> tuple[P
     unit = straight.unit.partition("/")[2].strip("()")
     source = _SOURCE.format(load=load, unit=unit)
     displacement = straight.unit.partition("/")[0]
-    found = []
+    specs = []
     for power, exponent, word in ((2, "²", "square"), (3, "³", "cube")):
         size = straight.typical / (power * 3.0 * load ** (power - 1))
         bound = largest / load ** (power - 1)
         meaning = f"{word} of the load: {straight.meaning.removeprefix('compliance ')}"
         symbol = f"{straight.symbol}{power}"
         of = f"({unit})" if "·" in unit else unit
-        found.append(ParameterSpec(symbol, f"{displacement}/{of}{exponent}", meaning, -bound, bound, size, source))
-    return tuple(found)
+        specs.append(ParameterSpec(symbol, f"{displacement}/{of}{exponent}", meaning, -bound, bound, size, source))
+    return tuple(specs)
 
 
 def curve_symbols(axes: Iterable[str]) -> tuple[str, ...]:
@@ -55,9 +55,9 @@ def curved_terms(place: Place, loads: NodeLoads, axes: Mapping[str, int]) -> Seq
     axes : symbol to component of the joint's node.
     """
     node = joint_node(place.joints[0])
-    found = []
+    terms = []
     for symbol, axis in axes.items():
         load = loads.wrench[node, axis]
-        found.append(Term(node, axis, symbol, load))
-        found += [Term(node, axis, f"{symbol}{power}", load**power) for power in POWERS]
-    return found
+        terms.append(Term(node, axis, symbol, load))
+        terms += [Term(node, axis, f"{symbol}{power}", load**power) for power in POWERS]
+    return terms

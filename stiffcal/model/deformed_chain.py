@@ -44,10 +44,10 @@ def deformed_chain(chain: Chain, angles: Floats, small: Floats | None) -> Deform
     nodes, origins, bodies = [], [], []
 
     def displace(node: StackedFrame, number: int) -> StackedFrame:
-        moved = node if small is None else _node_moved(node, small[number])
+        displaced_node = node if small is None else _node_moved(node, small[number])
         nodes.append(node)
-        origins.append(moved.position)
-        return moved
+        origins.append(displaced_node.position)
+        return displaced_node
 
     frame = displace(frame, 0)
     bodies.append(frame)
@@ -58,8 +58,8 @@ def deformed_chain(chain: Chain, angles: Floats, small: Floats | None) -> Deform
         bodies.append(frame)
         if k in beams:
             end = frame.moved(beams[k])
-            moved = displace(end, 2 * k)
-            frame = frame if moved is end else moved.moved(_inverse(beams[k]))
+            displaced_end = displace(end, 2 * k)
+            frame = frame if displaced_end is end else displaced_end.moved(_inverse(beams[k]))
         else:
             nodes.append(frame)
             origins.append(frame.position)

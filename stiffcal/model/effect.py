@@ -163,17 +163,17 @@ class StateOrder:
     number: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     swept: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
 
-    def block(self, part: slice | NDArray[np.bool_] | NDArray[np.int64]) -> StateOrder:
+    def block(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> StateOrder:
         """Return some of the states."""
         return StateOrder(
-            self.run[part],
-            self.time[part],
-            self.hold[part],
-            self.motor[:, part],
-            self.temperature[part],
-            self.since_reference[part],
-            self.number[part] if self.number.size else self.number,
-            self.swept[part] if self.swept.size else self.swept,
+            self.run[rows],
+            self.time[rows],
+            self.hold[rows],
+            self.motor[:, rows],
+            self.temperature[rows],
+            self.since_reference[rows],
+            self.number[rows] if self.number.size else self.number,
+            self.swept[rows] if self.swept.size else self.swept,
         )
 
 
@@ -332,12 +332,15 @@ class Effect(ABC):
         """Return (n,) torque that acts beside the drive of the place's joint, N·m, or None."""
         return None
 
-    def from_torque_angle(self, told: TorqueAngle, other_effects: Iterable[str]) -> Mapping[str, tuple[float, float]]:
+    def from_torque_angle(
+        self, torque_angle: TorqueAngle, other_effects: Iterable[str]
+    ) -> Mapping[str, tuple[float, float]]:
         """Return symbol to (value, standard uncertainty) of what a clamped joint's torque over angle says.
 
         Parameters
         ----------
-        told : of the place's joint. other_effects : the other effects that the model holds there, by name.
+        torque_angle : of the place's joint.
+        other_effects : the other effects of the model at that joint, by name.
         """
         return {}
 

@@ -66,17 +66,17 @@ class Rest:
 def law_terms(robot: CompliantRobot, loads: NodeLoads) -> list[tuple[PlacedEffect, Term]]:
     """Return the terms of all laws under these loads."""
     return [
-        (one, term)
-        for one in robot.placed
-        for term in one.effect.terms(one.place, robot.chain, loads, one.shape())
+        (placed_effect, term)
+        for placed_effect in robot.placed
+        for term in placed_effect.effect.terms(placed_effect.place, robot.chain, loads, placed_effect.shape())
     ]  # fmt: skip
 
 
 def node_displacements(robot: CompliantRobot, terms: list[tuple[PlacedEffect, Term]], n: int) -> Floats:
     """Sum the terms, times their amplitudes, into (2J + 2, 6, n) node displacements."""
     small = np.zeros((tool_node(robot.chain) + 1, 6, n))
-    for one, term in terms:
-        amplitude = one.amplitude(term.symbol)
+    for placed_effect, term in terms:
+        amplitude = placed_effect.amplitude(term.symbol)
         if amplitude != 0.0:
             small[term.node, term.component] += amplitude * term.value
     return small
@@ -84,10 +84,10 @@ def node_displacements(robot: CompliantRobot, terms: list[tuple[PlacedEffect, Te
 
 def _add_side_torques(robot: CompliantRobot, angles: Floats, wrench: Floats) -> None:
     """Add torques that act beside a drive (balancing springs) to what its joint carries."""
-    for one in robot.placed:
-        torque = one.effect.joint_torque(one.place, robot.chain, angles, one.values)
+    for placed_effect in robot.placed:
+        torque = placed_effect.effect.joint_torque(placed_effect.place, robot.chain, angles, placed_effect.values)
         if torque is not None:
-            wrench[2 * one.place.joints[0] - 1, RZ] += torque
+            wrench[2 * placed_effect.place.joints[0] - 1, RZ] += torque
 
 
 # What overflows on the way to no balance is found by its result, and needs no warnings of numpy.
@@ -115,8 +115,8 @@ def find_rest(
     ------
     NoBalanceError : the iteration does not settle.
     """
-    for one in robot.placed:
-        inputs = one.effect.adjusted(one.place, inputs, one.values)
+    for placed_effect in robot.placed:
+        inputs = placed_effect.effect.adjusted(placed_effect.place, inputs, placed_effect.values)
     chain = robot.chain
     n = inputs.angles.shape[1]
     # The papers' linear form takes every wrench on the rigid chain: a start would sag it under its weight.
@@ -129,8 +129,8 @@ def find_rest(
         _add_side_torques(robot, joint_turn, wrench)
         terms = law_terms(robot, NodeLoads(wrench, inputs.angles, order, weight))
         updated = node_displacements(robot, terms, n)
-        moved = np.abs(updated if small is None else updated - small)
-        change = float(np.max(moved, initial=0.0))
+        step = np.abs(updated if small is None else updated - small)
+        change = float(np.max(step, initial=0.0))
         small = updated
         if not robot.deformed:
             return Rest(shape, wrench, small, terms, inputs, sweep, weight)
@@ -141,7 +141,7 @@ def find_rest(
         if not np.isfinite(change) or (sweep > 20 and change > 2.0 * previous):
             break
         previous = change
-    raise no_balance(robot, inputs, updated, moved.max(axis=(0, 1)))
+    raise no_balance(robot, inputs, updated, step.max(axis=(0, 1)))
 
 
 @dataclass(frozen=True)
@@ -210,10 +210,10 @@ def first_order_displacement(rest: Rest, nodes: Floats | None = None) -> list[Fl
             continue
         axes = rest.shape.nodes[node].rotation
         move, turn = from_frame(axes, small[:3]), from_frame(axes, small[3:])
-        for last, frame, moved in zip(outermost, rest.targets, result, strict=True):
+        for last, frame, displacement in zip(outermost, rest.targets, result, strict=True):
             if node <= last:
-                moved[:3] += move + cross(turn, frame.position - rest.shape.origins[node])
-                moved[3:] += turn
+                displacement[:3] += move + cross(turn, frame.position - rest.shape.origins[node])
+                displacement[3:] += turn
     return result
 
 
@@ -258,10 +258,10 @@ def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = 
     linear = [] if robot.deformed else first_order_displacement(rest)
     return WeightOnlyRest(
         targets=[StackedFrame(frame.rotation[:, :, pick], frame.position[:, pick]) for frame in frames],
-        linear=[one[:, pick] for one in linear],
+        linear=[factors[:, pick] for factors in linear],
         wrench=rest.wrench[:, :, pick],
         displacement=rest.displacement[:, :, pick],
-        terms=[(one, replace(term, value=term.value[pick])) for one, term in rest.terms],
+        terms=[(placed_effect, replace(term, value=term.value[pick])) for placed_effect, term in rest.terms],
     )
 
 
@@ -299,7 +299,7 @@ def solve_balance(
     n, n_bodies = joints.shape[0], len(setup.targets)
     position, rotation = np.empty((n, n_bodies, 3)), np.empty((n, n_bodies, 3, 3))
     position_0, rotation_0 = np.empty_like(position), np.empty_like(rotation)
-    moved, torque = np.empty((n, n_bodies, 6)), np.empty((n, robot.chain.n_joints))
+    displacement, torque = np.empty((n, n_bodies, 6)), np.empty((n, robot.chain.n_joints))
     nodes = np.empty((n, tool_node(robot.chain) + 1, 6))
     run = None if order is None else order.run
     for block in blocks(run, n, robot.has_memory):
@@ -314,7 +314,7 @@ def solve_balance(
         nodes[block] = np.moveaxis(loaded.displacement - unloaded.displacement, -1, 0)
         moves = displacements(robot, loaded, unloaded)
         for body, (after, before) in enumerate(zip(loaded.targets, unloaded.targets, strict=True)):
-            moved[block, body] = moves[body].T
+            displacement[block, body] = moves[body].T
             position[block, body], rotation[block, body] = after.position.T, np.moveaxis(after.rotation, -1, 0)
             position_0[block, body], rotation_0[block, body] = before.position.T, np.moveaxis(before.rotation, -1, 0)
-    return Balance(position, rotation, position_0, rotation_0, moved, torque, nodes)
+    return Balance(position, rotation, position_0, rotation_0, displacement, torque, nodes)

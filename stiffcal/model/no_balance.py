@@ -99,7 +99,9 @@ def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, chan
     displacement : (2J + 2, 6, n) of the nodes after the last sweep. change : (n,) by the last sweep, rad and m.
     """
     state = int(np.argmax(np.where(np.isfinite(change), change, np.inf)))
-    force, moment = (float(np.linalg.norm(part)) for part in (inputs.wrench[:3, state], inputs.wrench[3:, state]))
+    force, moment = (
+        float(np.linalg.norm(components)) for components in (inputs.wrench[:3, state], inputs.wrench[3:, state])
+    )
     under = "under its weight alone"
     if inputs.loaded:
         under = f"under {force:.3g} N" + (f" and {moment:.3g} N·m" if inputs.setup.moments_measured else "")
@@ -130,8 +132,8 @@ def _suspects(robot: CompliantRobot, inputs: Inputs, force: float, moment: float
             )
         if centre > CENTRE_M:
             mend = "if com_m is in mm, divide it by 1000"
-            found = f"the centre of mass is {centre:.4g} m from the joint"
-            yield Suspect(centre / CENTRE_M, "robot.toml", f"{place}.link.com_m", found, mend)
+            evidence = f"the centre of mass is {centre:.4g} m from the joint"
+            yield Suspect(centre / CENTRE_M, "robot.toml", f"{place}.link.com_m", evidence, mend)
         if length > LINK_LENGTH_M:
             mend = "if the lengths are in mm, divide them by 1000"
             yield Suspect(
@@ -148,6 +150,6 @@ def _suspects(robot: CompliantRobot, inputs: Inputs, force: float, moment: float
             value = abs(placed.amplitude(parameter.symbol))
             if value > 1.0 / SOFTEST_NM_PER_RAD:
                 name = placed.parameter_name(parameter.symbol)
-                found = f"it is as soft as {1.0 / value:.3g} N·m/rad"
+                evidence = f"it is as soft as {1.0 / value:.3g} N·m/rad"
                 mend = "check its value, or the units of the deflections and loads that it was fitted to"
-                yield Suspect(value * SOFTEST_NM_PER_RAD, "model.toml", f"parameters.{name}", found, mend)
+                yield Suspect(value * SOFTEST_NM_PER_RAD, "model.toml", f"parameters.{name}", evidence, mend)

@@ -65,7 +65,7 @@ class PluginFile:
             body = ast.parse(self.text).body
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             body = []
-        found = [
+        names = [
             line.value.value
             for node in body
             if isinstance(node, ast.ClassDef)
@@ -75,7 +75,7 @@ class PluginFile:
             and isinstance(line.value, ast.Constant)
             and isinstance(line.value.value, str)
         ]
-        return [name for name in found if name] or [self.name]
+        return [name for name in names if name] or [self.name]
 
 
 def _targets(line: ast.Assign | ast.AnnAssign) -> list[ast.expr]:
@@ -101,8 +101,8 @@ class PluginCode:
         digest = hashlib.sha256(HASH_FORM)
         for file in sorted(self.files, key=lambda file: file.name):
             name = file.name.encode("utf-8", "surrogateescape")
-            for part in (name, file.content):
-                digest.update(b"%d\n" % len(part) + part)
+            for content in (name, file.content):
+                digest.update(b"%d\n" % len(content) + content)
         return digest.hexdigest()
 
     def allowed(self) -> bool:
@@ -172,8 +172,8 @@ def _check_name(name: str, module: str, folder: Path) -> None:
         raise InputError.at(
             FaultCode.PLUGIN_INVALID, MANIFEST_FILE, "plugins", reason, "use letters, digits and _ in its name"
         )
-    taken = {__name__.partition(".")[0], *sys.builtin_module_names, *sys.stdlib_module_names}
-    if module in taken or is_installed(module, folder):
+    reserved = {__name__.partition(".")[0], *sys.builtin_module_names, *sys.stdlib_module_names}
+    if module in reserved or is_installed(module, folder):
         reason = f"{name} has the name of a module of Python or of an installed package"
         raise InputError.at(FaultCode.PLUGIN_INVALID, MANIFEST_FILE, "plugins", reason, "rename the file")
 

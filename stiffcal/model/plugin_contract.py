@@ -74,9 +74,9 @@ def _wrong_attribute(member: type[Effect]) -> str:
         if not _is_text(getattr(member, text, None)):
             return f"{text} is no text: {_shown(getattr(member, text, None))}"
     for names in _NAMES:
-        found = getattr(member, names)
-        if not isinstance(found, tuple | list) or not all(isinstance(word, str) for word in found):
-            return f"{names} is no tuple of texts: {_shown(found)}"
+        declared = getattr(member, names)
+        if not isinstance(declared, tuple | list) or not all(isinstance(word, str) for word in declared):
+            return f"{names} is no tuple of texts: {_shown(declared)}"
     for flag in _FLAGS:
         if not isinstance(getattr(member, flag), bool):
             return f"{flag} is neither True nor False: {_shown(getattr(member, flag))}"
@@ -94,11 +94,11 @@ def _own_bases(member: type[Effect]) -> list[type]:
     return [base for base in member.__mro__ if base.__module__ == member.__module__]
 
 
-def _wrong_parameters(found: Any) -> str:
-    if not isinstance(found, tuple | list) or not all(isinstance(spec, ParameterSpec) for spec in found):
-        return f"parameters is no tuple of ParameterSpec: {_shown(found)}"
-    symbols = [spec.symbol for spec in found]
-    for spec in found:
+def _wrong_parameters(declared: Any) -> str:
+    if not isinstance(declared, tuple | list) or not all(isinstance(spec, ParameterSpec) for spec in declared):
+        return f"parameters is no tuple of ParameterSpec: {_shown(declared)}"
+    symbols = [spec.symbol for spec in declared]
+    for spec in declared:
         if not isinstance(spec.symbol, str) or _SYMBOL.fullmatch(spec.symbol) is None:
             return f"the symbol of a parameter is no name: {_shown(spec.symbol)}"
         if symbols.count(spec.symbol) > 1:
@@ -116,9 +116,9 @@ def _wrong_parameters(found: Any) -> str:
 
 
 def _checked(member: type[Effect], name: str, check: Callable[..., str], file: str) -> Callable[..., Any]:
-    def method(self: Effect, *given: Any, **named: Any) -> Any:
-        answer = getattr(member, name)(self, *given, **named)
-        wrong = check(self, answer, *given, **named)
+    def method(self: Effect, *arguments: Any, **named: Any) -> Any:
+        answer = getattr(member, name)(self, *arguments, **named)
+        wrong = check(self, answer, *arguments, **named)
         if wrong:
             raise InputError.at(FaultCode.PLUGIN_INVALID, file, f"{member.__name__}.{name}", f"returns {wrong}", MEND)
         return checked_form(answer, file) if name == "form" else answer
@@ -225,32 +225,32 @@ def _covariate(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any
     return f"a covariate whose value {wrong}" if wrong else ""
 
 
-def _from_torque_angle(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+def _from_torque_angle(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     symbols = [spec.symbol for spec in effect.parameters]
     right = isinstance(answer, Mapping) and all(
-        symbol in symbols and isinstance(pair, tuple) and len(pair) == 2 and all(_is_real(part) for part in pair)
+        symbol in symbols and isinstance(pair, tuple) and len(pair) == 2 and all(_is_real(bound) for bound in pair)
         for symbol, pair in answer.items()
     )
     return "" if right else f"no mapping of the parameters' symbols to (value, uncertainty): {_shown(answer)}"
 
 
-def _text(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+def _text(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     return "" if _is_text(answer) else f"no text: {_shown(answer)}"
 
 
-def _text_or_none(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+def _text_or_none(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     return "" if answer is None or _is_text(answer) else f"neither a text nor None: {_shown(answer)}"
 
 
-def _true_or_false(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+def _true_or_false(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     return "" if isinstance(answer, bool | np.bool_) else f"neither True nor False: {_shown(answer)}"
 
 
-def _form(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+def _form(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     return "" if isinstance(answer, Effect) else f"no effect: {_shown(answer)}"
 
 
-def _spec(effect: Effect, answer: Any, *given: Any, **named: Any) -> str:
+def _spec(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     return "" if isinstance(answer, ParameterSpec) else f"no ParameterSpec: {_shown(answer)}"
 
 

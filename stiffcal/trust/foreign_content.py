@@ -12,10 +12,10 @@ from stiffcal.fault_codes import FaultCode
 _in_use: list[str] = []
 
 
-def use_foreign_results(shown: str) -> None:
+def use_foreign_results(display_name: str) -> None:
     """Note that results from a store are used that the user's own runs have not written; `shown` names the store."""
-    if shown not in _in_use:
-        _in_use.append(shown)
+    if display_name not in _in_use:
+        _in_use.append(display_name)
 
 
 def use_own_results() -> None:

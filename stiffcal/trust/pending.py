@@ -59,7 +59,7 @@ def remove_pending(folder: Path, digests: Iterable[str]) -> None:
 
 def _is_own(folder: Path) -> bool:
     try:
-        found = (folder / PENDING).lstat()
+        status = (folder / PENDING).lstat()
     except OSError:
         return False
-    return fault_of_owner(found) == ""
+    return fault_of_owner(status) == ""

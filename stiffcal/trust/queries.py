@@ -51,7 +51,7 @@ def table_of(text: str) -> tuple[str, ...] | None:
     match = _TABLE.fullmatch(query_text(text))
     if match is None or _STATEMENT.match(query_text(text)):
         return None
-    parts = tuple(_unquoted(part) for part in match.groups() if part is not None)
+    parts = tuple(_unquoted(identifier) for identifier in match.groups() if identifier is not None)
     first = parts[0].lower()
     return None if first.startswith("pg_") or first == "information_schema" else parts
 
@@ -61,5 +61,5 @@ def needs_trust(text: str) -> bool:
     return bool(query_text(text)) and table_of(text) is None
 
 
-def _unquoted(part: str) -> str:
-    return part[1:-1].replace('""', '"') if part.startswith('"') else part.strip()
+def _unquoted(identifier: str) -> str:
+    return identifier[1:-1].replace('""', '"') if identifier.startswith('"') else identifier.strip()

@@ -98,9 +98,9 @@ class TrustRecord:
         """Return everything that is trusted, what the user has allowed first."""
         allowed = sorted(self._content.allowed.values(), key=lambda entry: (entry.kind, entry.since))
         known = {**self._content.generations, **self._written_here()}.values()
-        found = [*allowed, *(TrustEntry("generation", row.index_sha256, "", row.committed) for row in known)]
+        listed = [*allowed, *(TrustEntry("generation", row.index_sha256, "", row.committed) for row in known)]
         pending = () if self.file is None else all_pending(self.file.parent)
-        return [*found, *(TrustEntry("generation", digest, "", "") for digest in pending)]
+        return [*listed, *(TrustEntry("generation", digest, "", "") for digest in pending)]
 
     def allow_plugin(self, digest: str, note: str) -> None:
         """Remember that the user has allowed plugin code; `note` says where it was.
@@ -134,19 +134,19 @@ class TrustRecord:
         ------
         InputError : the record cannot be written.
         """
-        gone: list[TrustEntry] = []
+        revoked: list[TrustEntry] = []
 
         def without(content: RecordContent) -> None:
-            gone[:] = [entry for entry in content.allowed.values() if entry.key in names or entry.note in names]
-            for entry in gone:
+            revoked[:] = [entry for entry in content.allowed.values() if entry.key in names or entry.note in names]
+            for entry in revoked:
                 del content.allowed[entry.kind, entry.key]
             for name in names:
                 row = content.generations.pop(name, None) or self._written_here().pop(name, None)
                 if row is not None:
-                    gone.append(TrustEntry("generation", name, "", row.committed))
+                    revoked.append(TrustEntry("generation", name, "", row.committed))
 
         self._change_or_raise(without)
-        return gone
+        return revoked
 
     def remember_generation(self, *generations: CommittedGeneration, required: bool = False) -> None:
         """Remember generations that this user's run has just written.
@@ -297,12 +297,12 @@ def allow_in_process(*digests: str) -> None:
 
 def _stamp(file: Path) -> _Stamp | None:
     try:
-        found = file.stat()
+        status = file.stat()
     except FileNotFoundError:
         return None
     except OSError:
         return (str(file), 0, 0, 0)
-    return (str(file), found.st_mtime_ns, found.st_ino, found.st_size)
+    return (str(file), status.st_mtime_ns, status.st_ino, status.st_size)
 
 
 def _read(folder: Path, may_lock: bool = False) -> tuple[RecordContent, str]:

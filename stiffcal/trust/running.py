@@ -36,7 +36,7 @@ def about_to_run(files: Sequence[tuple[str, str]]) -> None:
     """
     if any(name not in _running for name, _ in files):
         for action in _before:
-            action(tuple(shown for _, shown in files))
+            action(tuple(display_name for _, display_name in files))
         _running.update(files)
 
 
@@ -61,12 +61,12 @@ def place_in_plugin(error: BaseException) -> tuple[str, int, BaseException] | No
     cause: BaseException | None = error
     while cause is not None and id(cause) not in looked_at:
         looked_at.add(id(cause))
-        frame, found = cause.__traceback__, None
+        frame, origin = cause.__traceback__, None
         while frame is not None:
-            shown = _running.get(frame.tb_frame.f_code.co_filename)
-            found = found if shown is None else (shown, frame.tb_lineno, cause)
+            display_name = _running.get(frame.tb_frame.f_code.co_filename)
+            origin = origin if display_name is None else (display_name, frame.tb_lineno, cause)
             frame = frame.tb_next
-        if found is not None:
-            return found
+        if origin is not None:
+            return origin
         cause = cause.__cause__ or cause.__context__
     return None

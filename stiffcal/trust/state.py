@@ -46,19 +46,19 @@ def fault_of_place(folder: Path) -> str:
             if os.path.lexists(parent / MANIFEST):
                 return f"it lies inside the campaign folder {parent}"
     try:
-        found = folder.stat()
+        status = folder.stat()
     except OSError:
         return ""
-    return fault_of_owner(found)
+    return fault_of_owner(status)
 
 
-def fault_of_owner(found: os.stat_result) -> str:
+def fault_of_owner(status: os.stat_result) -> str:
     """Return why a file or folder may be somebody else's work, "" where only the user can have written it."""
     if sys.platform == "win32":
         return ""  # a profile's folders are the user's own by their access lists
-    if found.st_uid != os.geteuid():
+    if status.st_uid != os.geteuid():
         return "it belongs to another user"
-    if found.st_mode & _OTHERS_WRITE:
+    if status.st_mode & _OTHERS_WRITE:
         return "others can write to it"
     return ""
 
@@ -92,6 +92,6 @@ def make_private(folder: Path, record: str) -> None:
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     if sys.platform == "win32" or os.path.lexists(folder / record):
         return
-    found = folder.stat()
-    if found.st_uid == os.geteuid() and found.st_mode & 0o077:
+    status = folder.stat()
+    if status.st_uid == os.geteuid() and status.st_mode & 0o077:
         folder.chmod(0o700)
