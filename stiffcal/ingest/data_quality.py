@@ -42,17 +42,17 @@ class DataQuality:
         """
         key = (source, file, run)
         if key not in self.logs:
-            held = self._campaign.manifest.sources[source]
-            place = partial(partial, place_of_row, self._campaign.folder, held)
-            files = files_of_signals(held, source)
+            settings = self._campaign.manifest.sources[source]
+            place = partial(partial, place_of_row, self._campaign.folder, settings)
+            files = files_of_signals(settings, source)
             elsewhere = {signal: (own, place(own)) for signal, own in files.items()}
             self.logs[key] = LogQuality(
                 file,
                 place(file),
-                not held.is_states,
-                columns_of_signals(held, source),
+                not settings.is_states,
+                columns_of_signals(settings, source),
                 elsewhere=elsewhere,
-                by_the_wall=held.time is not None and held.time.unit == "iso8601",
+                by_the_wall=settings.time is not None and settings.time.unit == "iso8601",
             )
         self.logs[key].update(rows.number, rows.time, rows.signals)
 
@@ -66,13 +66,13 @@ class DataQuality:
 
     def remarks(self) -> list[str]:
         """Return what may be wrong without being a fault."""
-        told = [remark for watch in self.logs.values() for remark in watch.remarks()]
+        remarks = [remark for watch in self.logs.values() for remark in watch.remarks()]
         for (source, _, _), watch in self.logs.items():
-            others = [other for (name, _, _), other in self.logs.items() if name == source and other is not watch]
-            told += [
-                watch.dead_channel_remark(k) for k in watch.dead() if any(k not in other.dead() for other in others)
+            other_logs = [log for (name, _, _), log in self.logs.items() if name == source and log is not watch]
+            remarks += [
+                watch.dead_channel_remark(k) for k in watch.dead() if any(k not in log.dead() for log in other_logs)
             ]
-        return told
+        return remarks
 
 
 def check_load_states(
@@ -96,7 +96,7 @@ def check_load_states(
         return faults, []
     rezeroed, perhaps = rezeroed_runs(chosen, chain)
     warnings = loaded_references(chosen) + rezeroed_table(chosen, chain)
-    warnings += [f"{one.place}: {one.reason}; {one.mend}" for one in (*rezeroed, *perhaps)]
+    warnings += [f"{fault.place}: {fault.reason}; {fault.mend}" for fault in (*rezeroed, *perhaps)]
     if not states.deflection_given and states.setup.targets:
         faults += check_kinematics(states, chain, estimated)
         match = match_kinematics(states, chain)
@@ -128,8 +128,8 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
         if isinstance(signal, Deflection):
             faults += check_displacement_unit(states, signal.unit_of("translation").name, f"{place}.translation")
         elif isinstance(signal, Joints) and signal.unit_of("position").name == "deg":
-            found, doubts = check_angle_unit(states, campaign.chain, f"{place}.position")
-            faults, warnings = faults + found, warnings + doubts
+            slips, doubts = check_angle_unit(states, campaign.chain, f"{place}.position")
+            faults, warnings = faults + slips, warnings + doubts
     return faults, warnings
 
 
@@ -143,7 +143,7 @@ def _wrench_of(campaign: Campaign) -> tuple[str, str, tuple[str, ...]]:
 
 def loaded_references(states: LoadStates) -> list[str]:
     """Return a warning for every run whose reference carries a load: no displacement from the unloaded robot."""
-    told = []
+    remarks = []
     size = np.linalg.norm(states.wrench[:, :3], axis=1)
     members = states.members()
     for k in np.flatnonzero(states.reference):
@@ -151,5 +151,7 @@ def loaded_references(states: LoadStates) -> list[str]:
         largest = float(size[own].max())
         if size[k] > UNLOADED_SHARE * largest > 0.0 and own.size > 1:
             name = states.runs[int(states.run[k])].name
-            told.append(f"run {name}: its reference, state {states.row[k]}, carries {size[k]:.0f} N of {largest:.0f} N")
-    return told
+            remarks.append(
+                f"run {name}: its reference, state {states.row[k]}, carries {size[k]:.0f} N of {largest:.0f} N"
+            )
+    return remarks

@@ -75,8 +75,8 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
     if not changes and set(keys) <= {"revision", "reduction"} and keys:
         return Freshness(OTHERWISE, origin=origin)
     if changes or keys:
-        told = [str(changes)] if changes else []
-        return Freshness("; ".join([*told, *([f"settings: {', '.join(keys)}"] if keys else [])]), origin=origin)
+        reasons = [str(changes)] if changes else []
+        return Freshness("; ".join([*reasons, *([f"settings: {', '.join(keys)}"] if keys else [])]), origin=origin)
     if origin == OWN:
         _remember_settled(campaign, digest, state, files)
     return Freshness(origin=origin)

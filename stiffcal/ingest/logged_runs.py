@@ -90,7 +90,7 @@ def _names_in(campaign: Campaign, name: str) -> list[str]:
         )  # fmt: skip
     if not is_there(campaign.folder, source, file):
         return []
-    found: dict[str, None] = {}
+    names: dict[str, None] = {}
     for batch in read_batches(campaign.folder, source, file, WantedColumns((), (column,))):
-        found |= dict.fromkeys(batch.texts[column])
-    return list(found)
+        names |= dict.fromkeys(batch.texts[column])
+    return list(names)

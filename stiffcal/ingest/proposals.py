@@ -79,21 +79,23 @@ def propose_sources(campaign: Campaign) -> list[ProposedSource]:
     """
     groups: dict[tuple[str, ...], dict[str, Any]] = {}
     for file in _unnamed(campaign)[:LOOKED_AT]:
-        found = _sniff(campaign.folder, file)
-        if found is None:
+        sniffed = _sniff(campaign.folder, file)
+        if sniffed is None:
             continue
-        device, name, lines = found
+        device, name, lines = sniffed
         group = groups.setdefault((device, *lines), {"files": [], "device": device, "name": name, "lines": lines})
         group["files"].append(file)
-    taken, frames = set(campaign.manifest.sources), set(campaign.manifest.frames)
-    return [_proposal(group, taken, frames) for group in groups.values()]
+    taken_names, frames = set(campaign.manifest.sources), set(campaign.manifest.frames)
+    return [_proposal(group, taken_names, frames) for group in groups.values()]
 
 
-def _proposal(group: Mapping[str, Any], taken: set[str], frames: set[str]) -> ProposedSource:
+def _proposal(group: Mapping[str, Any], taken_names: set[str], frames: set[str]) -> ProposedSource:
     if group["lines"][0].startswith("#"):  # a maker's log that is not understood: why, and what helps
         return ProposedSource(files=list(group["files"]), device=group["device"], lines=list(group["lines"]))
-    name = next(one for k in range(1, 100) if (one := group["name"] + (str(k) if k > 1 else "")) not in taken)
-    taken.add(name)
+    name = next(
+        candidate for k in range(1, 100) if (candidate := group["name"] + (str(k) if k > 1 else "")) not in taken_names
+    )
+    taken_names.add(name)
     files = list(group["files"])
     signals, missing = _in_frames(group["lines"], frames)
     lines = [f"[sources.{name}]", *signals]
@@ -106,18 +108,18 @@ def _proposal(group: Mapping[str, Any], taken: set[str], frames: set[str]) -> Pr
 
 def _in_frames(lines: Sequence[str], frames: set[str]) -> tuple[list[str], list[str]]:
     """Name frames that the campaign has, where it has some that fit; and return the lines of those that it lacks."""
-    found = list(lines)
+    proposed = list(lines)
     for word, instead in (("body", ("tool", "target", "tcp")), ("point", ("tool", "load_point", "target"))):
-        there = next((name for name in instead if name in frames), None)
-        if there not in (None, "tool"):
-            named, doubt = f'{word} = "tool"', f"{GUESS} or another frame than {there!r}"
-            for k, line in enumerate(found):
+        frame = next((name for name in instead if name in frames), None)
+        if frame not in (None, "tool"):
+            named, doubt = f'{word} = "tool"', f"{GUESS} or another frame than {frame!r}"
+            for k, line in enumerate(proposed):
                 if named in line:
-                    said = line.replace(named, f'{word} = "{there}"')
-                    found[k] = said if GUESS in said else f"{said}  {doubt}"
-    asked = {name for line in found for name in re.findall(r'(?:frame|body|point) = "(\w+)"', line)}
+                    replaced = line.replace(named, f'{word} = "{frame}"')
+                    proposed[k] = replaced if GUESS in replaced else f"{replaced}  {doubt}"
+    asked = {name for line in proposed for name in re.findall(r'(?:frame|body|point) = "(\w+)"', line)}
     missing = [entry for name, entries in FRAMES.items() if name in asked - frames for entry in entries]
-    return found, missing
+    return proposed, missing
 
 
 def _unnamed(campaign: Campaign) -> list[str]:
@@ -125,13 +127,13 @@ def _unnamed(campaign: Campaign) -> list[str]:
 
     named = set(manifest_data_files(campaign))
     raw = campaign.folder / "raw"
-    found = []
+    unnamed = []
     for path in sorted(raw.rglob("*")) if raw.is_dir() else []:
         file = path.relative_to(campaign.folder).as_posix()
         inside = any(file.startswith(f"{name}/") for name in named)
         if path.is_file() and file not in named and not inside and format_of(file) is not None:
-            found.append(file)
-    return found
+            unnamed.append(file)
+    return unnamed
 
 
 def _sniff(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
@@ -140,7 +142,7 @@ def _sniff(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
     text = _first_bytes(path).decode("latin-1")
     device, name = _maker(path.name.replace("_", " ") + "\n" + (text if kind == "csv" else ""))
     try:
-        table, said = _text_table(path) if kind == "csv" else _other_table(folder, file, str(kind))
+        table, layout_lines = _text_table(path) if kind == "csv" else _other_table(folder, file, str(kind))
     except InputError as error:
         return (device, name, [f"# {error.faults[0].reason}: {error.faults[0].mend}"]) if device else None
     from stiffcal.campaign.column_roles import recognise
@@ -149,16 +151,16 @@ def _sniff(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
     roles = recognise(table.columns)
     signals = signal_lines(roles)
     if not signals:
-        there = ", ".join(column.header for column in table.columns[:12])
+        headers = ", ".join(column.header for column in table.columns[:12])
         mend = "export it with one header line, one time column and names like A1 … A6, Fx, X"
-        return (device, name, [f"# no signal is seen in its columns ({there}): {mend}"]) if device else None
+        return (device, name, [f"# no signal is seen in its columns ({headers}): {mend}"]) if device else None
     if not name:
         name = "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
     counts = _COUNTS.search(text)
     force = max((column.size for column in roles.force.columns), default=0.0) if roles.force is not None else 0.0
     if counts is not None and force > _LARGEST_FORCE:
         signals.append(f"{GUESS} up to {force:.3g}: counts, {counts[2]} to a unit? Log or write units, not counts")
-    return device, name, [f'format = "{kind}"', *said, 'sampling = "time"', _time_line(table, text), *signals]
+    return device, name, [f'format = "{kind}"', *layout_lines, 'sampling = "time"', _time_line(table, text), *signals]
 
 
 def _first_bytes(path: Path) -> bytes:

@@ -28,7 +28,7 @@ def recording_name(run: str, source: str) -> str:
     >>> recording_name("pose 1", "ft"), recording_name("cold/1", "ft")
     ('recordings/pose 1/ft', 'recordings/cold%2F1/ft')
     """
-    return "/".join(("recordings", *(part.replace("%", "%25").replace("/", "%2F") for part in (run, source))))
+    return "/".join(("recordings", *(name.replace("%", "%25").replace("/", "%2F") for name in (run, source))))
 
 
 def recording_columns(source: Source, rows: Rows) -> list[str]:

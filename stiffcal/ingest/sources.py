@@ -42,16 +42,16 @@ def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
     from stiffcal.reduction.logs import fingerprint_of
     from stiffcal.store import SourceFile
 
-    found: dict[str, SourceFile] = {}
+    files: dict[str, SourceFile] = {}
     for name, source in manifest.sources.items():
         if source.in_files:
             continue
         named = [*manifest.files_of(name).values(), *(run.files[name] for run in manifest.runs if name in run.files)]
         for text in dict.fromkeys(named):
-            rows, told = fingerprint_of(source, text)
+            rows, fingerprint = fingerprint_of(source, text)
             key = f"{name}: {' '.join(text.split())}"
-            found[key] = SourceFile(key, rows, 0, hashlib.sha256(told.encode()).hexdigest())
-    return tuple(found.values())
+            files[key] = SourceFile(key, rows, 0, hashlib.sha256(fingerprint.encode()).hexdigest())
+    return tuple(files.values())
 
 
 def ingest_settings(campaign: Campaign) -> dict[str, Any]:

@@ -81,8 +81,8 @@ class LinkCompliance:
     def predict_std(self, wrench: Floats) -> Floats:
         """Return (n, 6) standard uncertainty of `predict`, without what is not known."""
         slopes = self.slopes.reshape(6, 6, -1)
-        moved = np.einsum("nj,ijp->nip", wrench, slopes)
-        return np.asarray(np.sqrt(np.einsum("nip,pq,niq->ni", moved, self.covariance, moved)))
+        by_wrench = np.einsum("nj,ijp->nip", wrench, slopes)
+        return np.asarray(np.sqrt(np.einsum("nip,pq,niq->ni", by_wrench, self.covariance, by_wrench)))
 
     def with_twist(self, torsional_rigidity: float, length: float) -> LinkCompliance:
         """Return the compliance with the twist that the rods do not see, L/GJ, taken from elsewhere."""
@@ -105,8 +105,8 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     read = estimate.amplitudes @ design.matrix.T + estimate.residual
     stated = estimate.sigma_source == "stated"
     weight = 1.0 / estimate.sigma if stated else np.ones(read.shape[1])
-    whole = not any(unknown in design.left_out for unknown in (FORCE_2, FORCE_3, TENSION, MOMENT_2, MOMENT_3))
-    basis = _symmetric_basis(design) if whole else _beam_basis(estimate.rods, estimate.shape)
+    symmetric = not any(unknown in design.left_out for unknown in (FORCE_2, FORCE_3, TENSION, MOMENT_2, MOMENT_3))
+    basis = _symmetric_basis(design) if symmetric else _beam_basis(estimate.rods, estimate.shape)
     # What a rod reads per coefficient, and what the compliance has of it.
     columns = np.stack([rods @ wrench.T for rods, _ in basis], axis=-1)  # (m, n, p)
     slopes = np.stack([end for _, end in basis], axis=-1).reshape(36, -1)
@@ -115,16 +115,16 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     target = centred(read * weight).reshape(-1)
     offsets = 0 if run is None else len(np.unique(run)) * read.shape[1]
     solved = _solve(rows, target, offsets, stated)
-    if not whole and _twist_is_guessed(solved, stated):
+    if not symmetric and _twist_is_guessed(solved, stated):
         rows[:, TWIST] = 0.0
         solved = _solve(rows, target, offsets, stated)
-    told = _identified(slopes / solved.size, solved.lost, estimate.torsion.identifiable or not whole)
-    matrix = np.where(told, (slopes @ solved.coefficients).reshape(6, 6), np.nan)
+    identified = _identified(slopes / solved.size, solved.lost, estimate.torsion.identifiable or not symmetric)
+    matrix = np.where(identified, (slopes @ solved.coefficients).reshape(6, 6), np.nan)
     std = np.sqrt(np.einsum("ip,pq,iq->i", slopes, solved.covariance, slopes)).reshape(6, 6)
     return LinkCompliance(
-        estimate.rods.link, matrix, np.where(told, std, np.nan), slopes, solved.coefficients, solved.covariance,
-        "symmetric" if whole else "beam", solved.chi2 if stated else np.nan, solved.dof,
-        _factor(solved.dof, stated), _unidentified(estimate, told),
+        estimate.rods.link, matrix, np.where(identified, std, np.nan), slopes, solved.coefficients, solved.covariance,
+        "symmetric" if symmetric else "beam", solved.chi2 if stated else np.nan, solved.dof,
+        _factor(solved.dof, stated), _unidentified(estimate, identified),
     )  # fmt: skip
 
 
@@ -194,15 +194,15 @@ def _centring(run: Integers | None, n: int) -> Callable[[Floats], Floats]:
     return centred
 
 
-def _identified(slopes: Floats, lost: Floats, twist: bool) -> NDArray[np.bool_]:
+def _identified(slopes: Floats, undetermined: Floats, twist: bool) -> NDArray[np.bool_]:
     """Return (6, 6) True where an element hangs on no combination of coefficients that the loads left open."""
-    told = np.ones((6, 6), dtype=np.bool_)
-    if len(lost):
-        part = np.linalg.norm(slopes @ lost.T, axis=1).reshape(6, 6)
-        told = part <= 1e-6 * np.linalg.norm(slopes, axis=1).reshape(6, 6)
-    if not (twist and told[3, 3]):
-        told[3, :] = told[:, 3] = False
-    return told
+    identified = np.ones((6, 6), dtype=np.bool_)
+    if len(undetermined):
+        undetermined_share = np.linalg.norm(slopes @ undetermined.T, axis=1).reshape(6, 6)
+        identified = undetermined_share <= 1e-6 * np.linalg.norm(slopes, axis=1).reshape(6, 6)
+    if not (twist and identified[3, 3]):
+        identified[3, :] = identified[:, 3] = False
+    return identified
 
 
 def _factor(dof: int, stated: bool) -> float:
@@ -211,22 +211,22 @@ def _factor(dof: int, stated: bool) -> float:
     return float(ndtri(0.975) if stated else stdtrit(max(dof, 1), 0.975))
 
 
-def _unidentified(estimate: LinkEstimate, told: NDArray[np.bool_]) -> tuple[str, ...]:
+def _unidentified(estimate: LinkEstimate, identified: NDArray[np.bool_]) -> tuple[str, ...]:
     sentences = []
-    if not told[3, 3]:
+    if not identified[3, 3]:
         sentences.append(f"the link's twist: {estimate.torsion.why}")
-    others = told.copy()
-    others[3], others[:, 3] = True, True
-    if not others.all():
+    without_twist = identified.copy()
+    without_twist[3], without_twist[:, 3] = True, True
+    if not without_twist.all():
         names = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
         loads = ("F1", "F2", "F3", "M1", "M2", "M3")
-        missing = ", ".join(f"{names[i]} per {loads[j]}" for i, j in np.argwhere(~others) if i <= j)
+        missing = ", ".join(f"{names[i]} per {loads[j]}" for i, j in np.argwhere(~without_twist) if i <= j)
         sentences.append(f"these loads do not tell {missing}")
     return tuple(sentences)
 
 
 def carried_to_target(
-    chain: Chain, angles: Floats, link: str, tip: Floats, target: Attachment, others: Floats | None = None
+    chain: Chain, angles: Floats, link: str, tip: Floats, target: Attachment, other_displacement: Floats | None = None
 ) -> Floats:
     """Carry the displacement of a link's end through the chain to a target.
 
@@ -236,7 +236,7 @@ def carried_to_target(
     link : its name among ``chain.beams``.
     tip : (n, 6) displacement of its outboard end, beam axes, m and rad.
     target : the frame that is looked at.
-    others : (n, 2J + 2, 6) displacements of all other nodes, where the robot stands deformed; None: rigid.
+    other_displacement : (n, 2J + 2, 6) displacements of all other nodes, where the robot stands deformed; None: rigid.
 
     Returns
     -------
@@ -244,8 +244,8 @@ def carried_to_target(
     """
     joints = np.ascontiguousarray(angles.T)
     small = np.zeros((2 * chain.n_joints + 2, 6, len(angles)))
-    if others is not None:
-        small[:] = np.moveaxis(others, 0, -1)
+    if other_displacement is not None:
+        small[:] = np.moveaxis(other_displacement, 0, -1)
     node = 2 * chain.beams[link].joint
     small[node] = 0.0
     before = deformed_chain(chain, joints, small).bodies[target.body].moved(target.transform)
@@ -254,7 +254,7 @@ def carried_to_target(
     return np.ascontiguousarray(displacement_between(after, before).T)
 
 
-def share_of_tool(part: Floats, whole: Floats) -> float:
+def share_of_tool(link_displacement: Floats, displacement: Floats) -> float:
     """Return which share of a displacement a part of it makes up, along the whole (translations).
 
     Parts that sum up to the whole have shares that sum up to one.
@@ -265,4 +265,4 @@ def share_of_tool(part: Floats, whole: Floats) -> float:
     >>> share_of_tool(0.25 * whole, whole)
     0.25
     """
-    return float(np.sum(part[:, :3] * whole[:, :3]) / np.sum(whole[:, :3] ** 2))
+    return float(np.sum(link_displacement[:, :3] * displacement[:, :3]) / np.sum(displacement[:, :3] ** 2))

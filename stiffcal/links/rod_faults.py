@@ -146,15 +146,15 @@ def find_rod_faults(
     )
     if columns is None and design.redundancy < 1:
         return ()
-    found: list[RodFault] = []
-    while len(found) < MOST_FAULTS:
+    faults: list[RodFault] = []
+    while len(faults) < MOST_FAULTS:
         fault, readings = _next_fault(rods, readings)
         if fault is None:
             break
-        found.append(fault)
+        faults.append(fault)
         if fault.kind == "unexplained":
             break
-    return tuple(found)
+    return tuple(faults)
 
 
 def _growth(rods: Rods, run: Integers | None, time: Floats | None, temperature: Floats | None) -> Floats | None:
@@ -163,8 +163,8 @@ def _growth(rods: Rods, run: Integers | None, time: Floats | None, temperature: 
         return None
     warm = temperature.copy()
     if run is not None and time is not None:
-        for one in np.unique(run):
-            members = run == one
+        for number in np.unique(run):
+            members = run == number
             warm[members] = smooth_in_time(time[members], temperature[members])
     return _centred(run, np.outer(warm, rods.length))
 
@@ -216,11 +216,13 @@ def _closest(ranked: list[_Trial], count: int, sigma: float) -> _Trial:
     first = ranked[0]
     if first.kind is None:
         return first
-    near = [one for one in ranked if one.kind and one.score(count, sigma) - first.score(count, sigma) < DECISIVE]
-    best = min(near, key=lambda one: one.score(count, 0.0))
+    near = [
+        trial for trial in ranked if trial.kind and trial.score(count, sigma) - first.score(count, sigma) < DECISIVE
+    ]
+    best = min(near, key=lambda trial: trial.score(count, 0.0))
     # One that reads just what it should, turned round or in another's place, is not loose.
-    exact = [one for one in ranked if one.kind in ("swapped-sign", "exchanged") and len(one.rods) <= 2]
-    plain = [one for one in exact if best.rods[0] in one.rods]
+    exact = [trial for trial in ranked if trial.kind in ("swapped-sign", "exchanged") and len(trial.rods) <= 2]
+    plain = [trial for trial in exact if best.rods[0] in trial.rods]
     return plain[0] if best.kind == "loose" and plain and plain[0].squares <= PLAINER * best.squares else best
 
 
@@ -302,9 +304,9 @@ def _drifting(rod: int, readings: _RodReadings) -> _Trial:
     columns = np.zeros((2, *readings.lengths.shape))
     columns[0, :, rod], columns[1, :, rod] = time / span, (time / span) ** 2
     centred = np.stack([_centred(readings.run, column) for column in columns])
-    shown = [_left(readings, column)[:, readings.used].ravel() for column in centred]
+    drifts = [_left(readings, column)[:, readings.used].ravel() for column in centred]
     target = _left(readings, readings.lengths)[:, readings.used].ravel()
-    rate = np.linalg.lstsq(np.stack(shown, axis=1), target, rcond=None)[0]
+    rate = np.linalg.lstsq(np.stack(drifts, axis=1), target, rcond=None)[0]
     mended = replace(readings, lengths=readings.lengths - np.einsum("p,pnm->nm", rate, centred))
     squares, numbers = _squares(mended)
     size = float(np.sqrt(np.mean((rate @ columns[:, :, rod]) ** 2)))
@@ -314,9 +316,9 @@ def _drifting(rod: int, readings: _RodReadings) -> _Trial:
 def _warming(readings: _RodReadings) -> _Trial:
     """Take out of all rods what they grow by with the temperature, at one expansion for all."""
     assert readings.growth is not None
-    shown = _left(readings, readings.growth)[:, readings.used].ravel()
+    expected = _left(readings, readings.growth)[:, readings.used].ravel()
     target = _left(readings, readings.lengths)[:, readings.used].ravel()
-    expansion = float(shown @ target / max(float(shown @ shown), np.finfo(float).tiny))
+    expansion = float(expected @ target / max(float(expected @ expected), np.finfo(float).tiny))
     mended = replace(readings, lengths=readings.lengths - expansion * readings.growth)
     squares, numbers = _squares(mended)
     rods = tuple(int(i) for i in np.flatnonzero(readings.used))
@@ -353,8 +355,8 @@ def _centred(run: Integers | None, lengths: Floats) -> Floats:
     if run is None:
         return lengths
     result = lengths.copy()
-    for one in np.unique(run):
-        members = run == one
+    for number in np.unique(run):
+        members = run == number
         result[members] -= result[members].mean(axis=0)
     return result
 
@@ -380,20 +382,20 @@ def _label(trial: _Trial, rods: Rods) -> str:
     return f"{' and '.join(rods.names[i] for i in trial.rods)} {trial.kind}"
 
 
-def _sentence(best: _Trial, names: tuple[str, ...], before: float, after: float, others: tuple[str, ...]) -> str:
+def _sentence(best: _Trial, names: tuple[str, ...], before: float, after: float, alternatives: tuple[str, ...]) -> str:
     which = " and ".join(names)
-    seen = f"the rods then contradict each other by {1e6 * after:.3g} µm rms instead of {1e6 * before:.3g} µm"
+    rms = f"the rods then contradict each other by {1e6 * after:.3g} µm rms instead of {1e6 * before:.3g} µm"
     says = {
-        "swapped-sign": f"{which} reads with the wrong sign: {seen}; swap it in the log or exchange start_m and end_m",
-        "exchanged": f"{which} are exchanged: {seen}; swap their columns or their places in [ids]",
-        "drifting": f"{which} drifts by {1e6 * best.size:.3g} µm rms within a run: {seen}; let the gauge warm up, or "
+        "swapped-sign": f"{which} reads with the wrong sign: {rms}; swap it in the log or exchange start_m and end_m",
+        "exchanged": f"{which} are exchanged: {rms}; swap their columns or their places in [ids]",
+        "drifting": f"{which} drifts by {1e6 * best.size:.3g} µm rms within a run: {rms}; let the gauge warm up, or "
         "zero it more often",
-        "warming": f"all rods grow with the logged temperature, {1e6 * best.size:.3g} µm per metre and kelvin: {seen}; "
+        "warming": f"all rods grow with the logged temperature, {1e6 * best.size:.3g} µm per metre and kelvin: {rms}; "
         "write expansion_per_K of the link ([links] in robot.toml) and of each rod ([ids])",
-        "loose": f"{which} does not follow the link ({1e6 * best.size:.3g} µm rms off): without it {seen}; look at how "
+        "loose": f"{which} does not follow the link ({1e6 * best.size:.3g} µm rms off): without it {rms}; look at how "
         "it is fixed",
     }
     if len(names) > 2:
-        says["swapped-sign"] = f"all rods read with the wrong sign, or the load does: {seen}; look at acts_on"
+        says["swapped-sign"] = f"all rods read with the wrong sign, or the load does: {rms}; look at acts_on"
     text = says[str(best.kind)]
-    return text + (f" (or: {', '.join(others)})" if others else "")
+    return text + (f" (or: {', '.join(alternatives)})" if alternatives else "")

@@ -183,9 +183,9 @@ def rod_design(rods: Rods, shape: BeamProperties, unknowns: tuple[str, ...] | No
     """
     fields, ends = rod_fields(rods, shape)[:, : len(UNKNOWNS)], end_fields(shape)[:, : len(UNKNOWNS)]
     # Turns count by what they move at one link's length.
-    moved = ends * np.array([1.0, 1.0, 1.0, shape.length, shape.length, shape.length])[:, None]
-    size = np.linalg.norm(moved, axis=0)
-    fields, moved = fields / size, moved / size
+    motions = ends * np.array([1.0, 1.0, 1.0, shape.length, shape.length, shape.length])[:, None]
+    size = np.linalg.norm(motions, axis=0)
+    fields, motions = fields / size, motions / size
     blind = tuple(u for u in range(len(UNKNOWNS)) if np.abs(fields[:, u]).max(initial=0.0) < BLIND)
     if unknowns is not None:
         carried = [UNKNOWNS.index(name) for name in unknowns]
@@ -194,21 +194,21 @@ def rod_design(rods: Rods, shape: BeamProperties, unknowns: tuple[str, ...] | No
         for unknown in range(len(UNKNOWNS)):
             more = [*carried, unknown]
             if unknown not in blind and len(more) <= len(rods.names) - spare:
-                carried = more if _gain(fields[:, more], moved[:, more]) < LARGEST_GAIN else carried
+                carried = more if _gain(fields[:, more], motions[:, more]) < LARGEST_GAIN else carried
     singular = np.linalg.svd(fields[:, carried], compute_uv=False) if carried else np.ones(1)
     left = tuple(u for u in range(len(UNKNOWNS)) if u not in carried and u not in blind)
     return RodDesign(
         tuple(carried), tuple(u for u in blind if u not in carried), left, fields[:, carried] * size[carried],
-        ends[:, carried], _gain(fields[:, carried], moved[:, carried]),
+        ends[:, carried], _gain(fields[:, carried], motions[:, carried]),
         float(singular[0] / max(singular[-1], np.finfo(float).tiny)),
     )  # fmt: skip
 
 
-def _gain(fields: Floats, moved: Floats) -> float:
+def _gain(fields: Floats, motions: Floats) -> float:
     """Return by how much an error of the rods can be magnified at the link's end; infinite where they cannot tell."""
     if not fields.shape[1] or np.linalg.svd(fields, compute_uv=False)[-1] < BLIND:
         return np.inf if fields.shape[1] else 0.0
-    return float(np.linalg.norm(moved @ np.linalg.pinv(fields), 2))
+    return float(np.linalg.norm(motions @ np.linalg.pinv(fields), 2))
 
 
 def estimate_link(
@@ -260,9 +260,11 @@ def _disagreement(design: RodDesign, solve: Floats, residual: Floats, sigma: Flo
     """
     free = 1.0 - np.einsum("ik,ki->i", design.matrix, solve)
     result = np.full(len(free), np.nan)
-    told = (free > 1e-9) & (sigma > 0.0)
+    determined = (free > 1e-9) & (sigma > 0.0)
     if len(residual):
-        result[told] = np.sqrt(np.mean(residual[:, told] ** 2, axis=0) / free[told]) / sigma[told]
+        result[determined] = (
+            np.sqrt(np.mean(residual[:, determined] ** 2, axis=0) / free[determined]) / sigma[determined]
+        )
     return result
 
 
@@ -283,8 +285,8 @@ def shape_errors(
             continue
         truth = ends[:, field]
         error = design.end @ (back @ fields[:, field]) - truth
-        part = slice(3, 4) if field == TORSION else slice(0, 3)
-        relative = float(np.linalg.norm(error[part]) / np.linalg.norm(truth[part]))
+        rows = slice(3, 4) if field == TORSION else slice(0, 3)
+        relative = float(np.linalg.norm(error[rows]) / np.linalg.norm(truth[rows]))
         errors.append(ShapeError(name, relative, error, truth))
     return tuple(errors)
 
@@ -322,10 +324,12 @@ def twist_bound(rods: Rods, shape: BeamProperties, lengths: Floats, sigma: Float
     centre = (rods.start[:, 1:] + rods.end[:, 1:]) / 2.0 - np.array(shape.twist_centre)
     radius = np.linalg.norm(centre, axis=1)
     read = np.abs(lengths).max(axis=0) + 2.0 * np.nan_to_num(sigma)
-    told = (radius * np.abs(share) > 1e-6) & (read > 0.0)
-    if not told.any():
+    informative = (radius * np.abs(share) > 1e-6) & (read > 0.0)
+    if not informative.any():
         return None
-    most = np.sqrt(2.0 * rods.length[told] * read[told]) / (radius[told] * np.abs(share[told]))
+    most = np.sqrt(2.0 * rods.length[informative] * read[informative]) / (
+        radius[informative] * np.abs(share[informative])
+    )
     return float(most.min())
 
 

@@ -52,15 +52,15 @@ class ClampedReadings:
 
 def stacked_readings(parts: list[ClampedReadings]) -> ClampedReadings:
     """Return the readings of several runs as one, in order."""
-    start = np.cumsum([0, *(len(part.runs) for part in parts)])
+    start = np.cumsum([0, *(len(readings.runs) for readings in parts)])
     return ClampedReadings(
-        runs=tuple(run for part in parts for run in part.runs),
-        run=np.concatenate([part.run + first for part, first in zip(parts, start, strict=False)]),
-        time=np.concatenate([part.time for part in parts]),
-        joints=np.concatenate([part.joints for part in parts]),
-        wrench=np.concatenate([part.wrench for part in parts]),
-        torque=np.concatenate([part.torque for part in parts]),
-        two_clocks=np.concatenate([part.two_clocks for part in parts]),
+        runs=tuple(run for readings in parts for run in readings.runs),
+        run=np.concatenate([readings.run + first for readings, first in zip(parts, start, strict=False)]),
+        time=np.concatenate([readings.time for readings in parts]),
+        joints=np.concatenate([readings.joints for readings in parts]),
+        wrench=np.concatenate([readings.wrench for readings in parts]),
+        torque=np.concatenate([readings.torque for readings in parts]),
+        two_clocks=np.concatenate([readings.two_clocks for readings in parts]),
     )
 
 

@@ -93,6 +93,6 @@ def _values_of_chunk(chunk: pa.Array) -> NDArray[Any]:
     if chunk.null_count:
         if not pa.types.is_floating(chunk.type):
             raise ValueError(f"missing values in a column of {chunk.type}")
-        there = np.unpackbits(np.frombuffer(validity, np.uint8), bitorder="little")[start:end]
-        values = np.where(there == 1, values, np.nan)
+        valid = np.unpackbits(np.frombuffer(validity, np.uint8), bitorder="little")[start:end]
+        values = np.where(valid == 1, values, np.nan)
     return values

@@ -109,14 +109,14 @@ class FreeMotion:
 
 def stacked_motion(parts: Sequence[FreeMotion]) -> FreeMotion:
     """Return the samples of several runs one after the other."""
-    start = np.cumsum([0, *(len(part.runs) for part in parts)])
+    start = np.cumsum([0, *(len(motion.runs) for motion in parts)])
     arrays = {
-        name: np.concatenate([getattr(part, name) for part in parts])
+        name: np.concatenate([getattr(motion, name) for motion in parts])
         for name in FreeMotion.__dataclass_fields__
         if name not in ("runs", "run")
     }
-    run = np.concatenate([part.run + first for part, first in zip(parts, start, strict=False)])
-    return FreeMotion(runs=tuple(run for part in parts for run in part.runs), run=run, **arrays)
+    run = np.concatenate([motion.run + first for motion, first in zip(parts, start, strict=False)])
+    return FreeMotion(runs=tuple(run for motion in parts for run in motion.runs), run=run, **arrays)
 
 
 def steady_table(readings: SteadyReadings, joint_names: tuple[str, ...]) -> pa.Table:

@@ -94,14 +94,14 @@ def _check_heap(file: IO[bytes], at: int, file_size: int, layout: str) -> None:
     size = struct.unpack(layout, head[8:])[0] if len(head) == 8 + number else 0
     if not SMALLEST <= size <= file_size - at:  # the library says so itself
         return
-    here, end = at + OBJECT_HEAD, at + size
-    while end - here >= OBJECT_HEAD:
-        head = _read(file, here, 8 + number)
-        index, held = struct.unpack("<H", head[:2])[0], struct.unpack(layout, head[8:])[0]
-        needed = held if index == 0 else OBJECT_HEAD + (held + 7) // 8 * 8
-        if needed == 0 or here + needed > end:
-            raise DamagedHeapError(f"the words that lie at byte {here} are damaged")
-        here += needed
+    position, end = at + OBJECT_HEAD, at + size
+    while end - position >= OBJECT_HEAD:
+        head = _read(file, position, 8 + number)
+        index, object_size = struct.unpack("<H", head[:2])[0], struct.unpack(layout, head[8:])[0]
+        needed = object_size if index == 0 else OBJECT_HEAD + (object_size + 7) // 8 * 8
+        if needed == 0 or position + needed > end:
+            raise DamagedHeapError(f"the words that lie at byte {position} are damaged")
+        position += needed
 
 
 def attribute_of(item: Any, name: str, absent: Any = None) -> Any:
@@ -149,12 +149,12 @@ def _check_objects(item: Any, dtype: Any) -> None:
     if not dtype.hasobject:
         return
     path = Path(item.file.filename)
-    told = path.stat()
-    if _SOUND.get(path) == (told.st_mtime_ns, told.st_size):
+    status = path.stat()
+    if _SOUND.get(path) == (status.st_mtime_ns, status.st_size):
         return
-    check_heaps(path, _regions(item.parent) if told.st_size > SMALL_FILE else ())
+    check_heaps(path, _regions(item.parent) if status.st_size > SMALL_FILE else ())
     _SOUND.clear()  # logs are read one after the other
-    _SOUND[path] = (told.st_mtime_ns, told.st_size)
+    _SOUND[path] = (status.st_mtime_ns, status.st_size)
 
 
 _SOUND: dict[Path, tuple[int, int]] = {}
@@ -162,13 +162,13 @@ _SOUND: dict[Path, tuple[int, int]] = {}
 
 def _regions(group: Any) -> list[Region]:
     """Return where the numbers of a group's datasets lie."""
-    found: list[Region] = []
+    regions: list[Region] = []
     for item in group.values():
         kind = getattr(item, "dtype", None)
         if kind is None or kind.hasobject:
             continue
         if item.chunks is not None:
-            item.id.chunk_iter(lambda chunk: found.append((chunk.byte_offset, chunk.size)))
+            item.id.chunk_iter(lambda chunk: regions.append((chunk.byte_offset, chunk.size)))
         elif (start := item.id.get_offset()) is not None:
-            found.append((start, item.id.get_storage_size()))
-    return found
+            regions.append((start, item.id.get_storage_size()))
+    return regions

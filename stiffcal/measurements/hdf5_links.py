@@ -29,30 +29,30 @@ def item_inside(group: h5py.Group, path: str) -> Any:
     LeadsOutsideError
         It lies in another file, or takes its values from one.
     """
-    here: Any = group
+    item: Any = group
     left = _parts(path)
     if path.startswith("/"):
-        here = group.file["/"]
+        item = group.file["/"]
     links = 0
     while left:
         name = left.pop(0)
-        if not isinstance(here, h5py.Group) or not here.id.links.exists(name):
+        if not isinstance(item, h5py.Group) or not item.id.links.exists(name):
             raise KeyError(path)
-        kind = here.id.links.get_info(name).type
+        kind = item.id.links.get_info(name).type
         if kind == h5py.h5l.TYPE_HARD:
-            here = here[name.decode("utf-8", "surrogateescape")]
+            item = item[name.decode("utf-8", "surrogateescape")]
             continue
         if kind != h5py.h5l.TYPE_SOFT:
             raise LeadsOutsideError(path)
         links += 1
         if links > MOST_LINKS:
             raise KeyError(path)
-        goal = here.id.links.get_val(name)
+        goal = item.id.links.get_val(name)
         left = [*_parts(goal), *left]
         if goal.startswith(b"/"):
-            here = group.file["/"]
-    check_item(here, path)
-    return here
+            item = group.file["/"]
+    check_item(item, path)
+    return item
 
 
 def check_item(item: Any, name: str) -> None:
@@ -63,32 +63,32 @@ def check_item(item: Any, name: str) -> None:
 
 def members_inside(group: h5py.Group) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return the objects of a group by name, and the names that lead to other files; what leads nowhere is left out."""
-    found: dict[str, Any] = {}
+    members: dict[str, Any] = {}
     elsewhere = []
     for name in group:
         try:
-            found[name] = item_inside(group, name)
+            members[name] = item_inside(group, name)
         except LeadsOutsideError:
             elsewhere.append(name)
         except KeyError:
             continue
-    return found, tuple(elsewhere)
+    return members, tuple(elsewhere)
 
 
 def groups_inside(file: h5py.File) -> list[str]:
     """Return the paths of a file's groups, each once; at most `MOST_LISTED` objects are looked at."""
-    found: list[str] = []
-    seen = 0
+    groups: list[str] = []
+    n_visited = 0
 
     def note(name: str, item: Any) -> bool | None:
-        nonlocal seen
-        seen += 1
+        nonlocal n_visited
+        n_visited += 1
         if isinstance(item, h5py.Group):
-            found.append(f"/{name}")
-        return True if seen >= MOST_LISTED else None
+            groups.append(f"/{name}")
+        return True if n_visited >= MOST_LISTED else None
 
     file.visititems(note)  # follows neither soft links nor those to other files
-    return found
+    return groups
 
 
 def _other_files(dataset: Any) -> bool:
@@ -102,4 +102,4 @@ def _other_files(dataset: Any) -> bool:
 
 def _parts(path: str | bytes) -> list[bytes]:
     text = path if isinstance(path, bytes) else path.encode("utf-8", "surrogateescape")
-    return [part for part in text.split(b"/") if part not in (b"", b".")]
+    return [name for name in text.split(b"/") if name not in (b"", b".")]

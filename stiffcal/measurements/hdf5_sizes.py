@@ -15,22 +15,24 @@ Read: TypeAlias = Callable[[int, int], NDArray[Any]]
 CACHED = 1 << 20  # bytes of a chunk that the library keeps unpacked by itself
 
 
-def check_sizes(datasets: Mapping[str, Any], n_rows: int, shown: str) -> None:
+def check_sizes(datasets: Mapping[str, Any], n_rows: int, display_name: str) -> None:
     """Raise an `InputError` where the columns that are read hold more than is allowed.
 
     Parameters
     ----------
-    datasets : column to its h5py dataset; several columns may lie in one. n_rows : of each. shown : the file.
+    datasets : column to its h5py dataset; several columns may lie in one.
+    n_rows : rows of each.
+    display_name : the file as messages name it.
     """
-    ROWS.check(n_rows, shown)
-    whole = {dataset.id.id: dataset for dataset in datasets.values()}
+    ROWS.check(n_rows, display_name)
+    distinct = {dataset.id.id: dataset for dataset in datasets.values()}
     at_once = unpacked = packed = 0
-    for dataset in whole.values():
+    for dataset in distinct.values():
         at_once += chunk_bytes(dataset)
         unpacked += dataset.size * dataset.dtype.itemsize
         packed += dataset.id.get_storage_size()
-    PIECE.check(at_once, shown)
-    check_unpacked(unpacked, packed, shown)
+    PIECE.check(at_once, display_name)
+    check_unpacked(unpacked, packed, display_name)
 
 
 def chunk_bytes(dataset: Any) -> int:
@@ -50,16 +52,16 @@ def by_chunk(read: Read, dataset: Any, axis: int, n_rows: int) -> Read:
     if chunk_bytes(dataset) <= CACHED or dataset.dtype.hasobject:
         return read
     step = int(dataset.chunks[axis])
-    held: dict[int, NDArray[Any]] = {}
+    last_read: dict[int, NDArray[Any]] = {}
 
     def rows(start: int, end: int) -> NDArray[Any]:
         parts = []
         for number in range(start // step, -(-end // step)):
             first = number * step
-            if number not in held:
-                held.clear()
-                held[number] = read(first, min(first + step, n_rows))
-            parts.append(held[number][max(start - first, 0) : end - first])
+            if number not in last_read:
+                last_read.clear()
+                last_read[number] = read(first, min(first + step, n_rows))
+            parts.append(last_read[number][max(start - first, 0) : end - first])
         return parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else read(start, end)
 
     return rows

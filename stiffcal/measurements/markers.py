@@ -37,34 +37,34 @@ class Markers:
         """1/m²: variance of the turn by all points, mean of the axes, for points of unit noise."""
         return float(np.trace(_middle_and_turn(self.places)[1])) / 3.0
 
-    def covariance(self, seen: Booleans, rotation: Floats) -> Floats:
+    def covariance(self, measured_mask: Booleans, rotation: Floats) -> Floats:
         """Return (n, 6, 6) of poses, base axes, for points of unit noise on every axis; parameters as in `spread`."""
-        share, turned = self.spread(seen, rotation)
+        share, turned = self.spread(measured_mask, rotation)
         result = self.turn_variance * turned
         result[:, range(3), range(3)] += share[:, None] / len(self.names)
         return np.asarray(result)
 
-    def enough(self, seen: Booleans) -> Booleans:
-        """Return (n,) whether the points seen (n, k) give a pose: three or more, not on one line."""
-        found, number = np.unique(seen, axis=0, return_inverse=True)
+    def enough(self, measured_mask: Booleans) -> Booleans:
+        """Return (n,) whether the measured points of a state (n, k) give a pose: three or more, not on one line."""
+        patterns, number = np.unique(measured_mask, axis=0, return_inverse=True)
         good = []
-        for mask in found:
-            shown = self.places[mask]
+        for mask in patterns:
+            places = self.places[mask]
             spread = (
-                np.linalg.svd(shown - shown.mean(axis=0), compute_uv=False) if len(shown) >= FEWEST else np.zeros(2)
+                np.linalg.svd(places - places.mean(axis=0), compute_uv=False) if len(places) >= FEWEST else np.zeros(2)
             )
             good.append(bool(spread[1] > ON_A_LINE * spread[0]))
         return np.array(good, dtype=np.bool_)[number.reshape(-1)]
 
-    def spread(self, seen: Booleans, rotation: Floats) -> tuple[Floats, Floats]:
-        """Return how much less is known of poses than where every point is seen.
+    def spread(self, measured_mask: Booleans, rotation: Floats) -> tuple[Floats, Floats]:
+        """Return how much less is known of poses than where every point is measured.
 
         The covariance of a pose (displacement and turn of the body's frame, base axes) is σ_t² A + σ_r² B, with σ_t
         the noise of the middle of all points and σ_r that of the turn by all points, root mean square over the axes.
 
         Parameters
         ----------
-        seen : (n, k). rotation : (n, 3, 3) base_from_body; NaN where there is no pose.
+        measured_mask : (n, k). rotation : (n, 3, 3) base_from_body; NaN where there is no pose.
 
         Returns
         -------
@@ -79,13 +79,13 @@ class Markers:
         >>> a.round(3).tolist(), np.diagonal(b[0])[3:].round(3).tolist()
         ([1.0, 1.333], [1.2, 1.2, 0.6])
         """
-        n = len(seen)
+        n = len(measured_mask)
         share, turned = np.ones(n), np.zeros((n, 6, 6))
         turned[:, range(3, 6), range(3, 6)] = 1.0
         usual = self.turn_variance
-        posed = np.isfinite(rotation[:, 0, 0]) & self.enough(seen)
-        found, number = np.unique(seen, axis=0, return_inverse=True)
-        for k, mask in enumerate(found):
+        posed = np.isfinite(rotation[:, 0, 0]) & self.enough(measured_mask)
+        patterns, number = np.unique(measured_mask, axis=0, return_inverse=True)
+        for k, mask in enumerate(patterns):
             own = np.flatnonzero(posed & (number.reshape(-1) == k))
             if not len(own):
                 continue

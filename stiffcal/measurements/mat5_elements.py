@@ -38,7 +38,7 @@ class _Element:
     end: int
 
 
-def check_elements(path: Path, shown: str = "") -> None:
+def check_elements(path: Path, display_name: str = "") -> None:
     """Walk through a file; raises `DamagedElementError` where sizes, kinds and dimensions contradict each other."""
     with open_regular(path) as file:
         head = file.read(HEADER)
@@ -55,22 +55,23 @@ def check_elements(path: Path, shown: str = "") -> None:
                 raise DamagedElementError("the file ends in the middle of a variable, or its sizes are damaged")
             if kind == COMPRESSED:
                 packed += size
-                whole = _unpacked(data, unpacked, packed, shown or str(path))
-                unpacked += len(whole)
-                inner = _element(memoryview(whole), 0, order)
+                content = _unpacked(data, unpacked, packed, display_name or str(path))
+                unpacked += len(content)
+                inner = _element(memoryview(content), 0, order)
                 if inner.kind != MATRIX:
                     raise DamagedElementError("a packed variable is none")
                 data = bytes(inner.data)
             _check_matrix(memoryview(data), order, 0)
 
 
-def _unpacked(data: bytes, before: int, packed: int, shown: str) -> bytes:
+def _unpacked(data: bytes, before: int, packed: int, display_name: str) -> bytes:
     """Return a packed variable's content.
 
     Parameters
     ----------
     data : as it lies in the file. before : bytes that the variables before it have unpacked to.
-    packed : bytes that they and this one take in the file. shown : the file.
+    packed : bytes that they and this one take in the file.
+    display_name : the file as messages name it.
     """
     unpacking = zlib.decompressobj()
     pieces, unpacked, left = [], 0, data
@@ -78,7 +79,7 @@ def _unpacked(data: bytes, before: int, packed: int, shown: str) -> bytes:
         while left and unpacked <= MOST_BYTES:
             pieces.append(unpacking.decompress(left, PIECE))
             unpacked += len(pieces[-1])
-            check_unpacked(before + unpacked, packed, shown)
+            check_unpacked(before + unpacked, packed, display_name)
             left = unpacking.unconsumed_tail
     except zlib.error as error:
         raise DamagedElementError(f"a packed variable is damaged ({error})") from None
@@ -127,11 +128,11 @@ def _check_matrix(data: memoryview, order: str, depth: int) -> None:
         if kind != CELL:
             fields, at = _fields(data, at, order)
         for _ in range(count * fields):
-            part = _element(data, at, order)
-            if part.kind != MATRIX:
+            element = _element(data, at, order)
+            if element.kind != MATRIX:
                 raise DamagedElementError("a cell or field is no variable")
-            _check_matrix(part.data, order, depth + 1)
-            at = part.end
+            _check_matrix(element.data, order, depth + 1)
+            at = element.end
         return
     if kind == SPARSE:
         _check_sparse(data, at, order, dimensions)
@@ -139,31 +140,31 @@ def _check_matrix(data: memoryview, order: str, depth: int) -> None:
     if kind not in range(CHARACTERS, FUNCTION):
         raise DamagedElementError(f"a variable of unknown kind {kind}")
     for _ in range(2 if is_complex else 1):
-        part = _element(data, at, order)
-        held = _numbers(part, tuple(SIZES))
+        element = _element(data, at, order)
+        n_numbers = _numbers(element, tuple(SIZES))
         # text in UTF-8 may take several bytes a letter
-        if held != count and not (kind == CHARACTERS and held >= count):
-            raise DamagedElementError(f"{held} numbers in a variable of {count}")
-        at = part.end
+        if n_numbers != count and not (kind == CHARACTERS and n_numbers >= count):
+            raise DamagedElementError(f"{n_numbers} numbers in a variable of {count}")
+        at = element.end
 
 
 def _check_sparse(data: memoryview, at: int, order: str, dimensions: list[int]) -> None:
     rows = _element(data, at, order)
     starts = _element(data, rows.end, order)
     values = _element(data, starts.end, order)
-    held = _numbers(values, tuple(SIZES))
+    n_numbers = _numbers(values, tuple(SIZES))
     if rows.kind != 5 or starts.kind != 5 or len(rows.data) % 4 or len(starts.data) != 4 * (dimensions[1] + 1):
         raise DamagedElementError("a sparse matrix has no places")
     row, start = np.frombuffer(rows.data, order + "i4"), np.frombuffer(starts.data, order + "i4")
-    inside = start[0] == 0 and (np.diff(start) >= 0).all() and start[-1] <= min(row.size, held)
+    inside = start[0] == 0 and (np.diff(start) >= 0).all() and start[-1] <= min(row.size, n_numbers)
     if not inside or ((row < 0) | (row >= max(dimensions[0], 1))).any():
         raise DamagedElementError("a sparse matrix has places outside itself")
 
 
-def _numbers(part: _Element, kinds: tuple[int, ...]) -> int:
-    if part.kind not in kinds or len(part.data) % SIZES[part.kind]:
+def _numbers(element: _Element, kinds: tuple[int, ...]) -> int:
+    if element.kind not in kinds or len(element.data) % SIZES[element.kind]:
         raise DamagedElementError("a part is of a wrong kind")
-    return len(part.data) // SIZES[part.kind]
+    return len(element.data) // SIZES[element.kind]
 
 
 def _fields(data: memoryview, at: int, order: str) -> tuple[int, int]:

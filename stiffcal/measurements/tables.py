@@ -60,7 +60,9 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = ()) -> pa.Ta
         columns |= {f"{target}_{axis}_scatter_m": states.position_scatter[:, b, k] for k, axis in enumerate("xyz")}
     columns |= _markers_columns(states)
     columns |= {f"{rod}_length_m": states.lengths[:, k] for k, rod in enumerate(states.setup.rod_names)}
-    columns |= {f"{one.name}_displacement_m": states.displacement[:, k] for k, one in enumerate(states.setup.gauges)}
+    columns |= {
+        f"{gauge.name}_displacement_m": states.displacement[:, k] for k, gauge in enumerate(states.setup.gauges)
+    }
     columns["reference"] = states.reference
     columns |= {f"temperature{k + 1}": states.temperature[:, k] for k in range(states.temperature.shape[1])}
     columns["n_readings"] = states.n_readings
@@ -101,12 +103,12 @@ def states_from_table(table: pa.Table) -> LoadStates:
     targets = setup.target_names
 
     def block(names: list[str]) -> Floats:
-        found = [values_of(table.column(name)) for name in names]
-        return np.stack(found, axis=1).astype(np.float64) if found else np.zeros((table.num_rows, 0))
+        columns = [values_of(table.column(name)) for name in names]
+        return np.stack(columns, axis=1).astype(np.float64) if columns else np.zeros((table.num_rows, 0))
 
     def of_targets(pattern: str, axes: str) -> Floats:
-        found = [block([pattern.format(t, axis) for axis in axes]) for t in targets]
-        return np.stack(found, axis=1) if found else np.zeros((table.num_rows, 0, len(axes)))
+        blocks = [block([pattern.format(t, axis) for axis in axes]) for t in targets]
+        return np.stack(blocks, axis=1) if blocks else np.zeros((table.num_rows, 0, len(axes)))
 
     temperatures = [name for name in table.column_names if name.startswith("temperature")]
     deflection = np.concatenate([of_targets("{}_d{}_m", "xyz"), of_targets("{}_r{}_rad", "xyz")], axis=2)
@@ -137,16 +139,17 @@ def states_from_table(table: pa.Table) -> LoadStates:
 
 def _markers_columns(states: LoadStates) -> dict[str, list[str]]:
     """Return, by target whose poses come from points, the points that were seen: their names with commas between."""
-    found = {}
+    columns = {}
     for b, markers in enumerate(states.setup.markers):
         if markers is not None:
-            seen = states.markers_measured[:, b, : len(markers.names)]
-            patterns, number = np.unique(seen, axis=0, return_inverse=True)
+            mask = states.markers_measured[:, b, : len(markers.names)]
+            patterns, number = np.unique(mask, axis=0, return_inverse=True)
             words = [
-                ",".join(name for name, shown in zip(markers.names, row, strict=True) if shown) for row in patterns
+                ",".join(name for name, measured in zip(markers.names, row, strict=True) if measured)
+                for row in patterns
             ]
-            found[f"{states.setup.target_names[b]}_markers"] = [words[k] for k in number.reshape(-1)]
-    return found
+            columns[f"{states.setup.target_names[b]}_markers"] = [words[k] for k in number.reshape(-1)]
+    return columns
 
 
 def _markers_measured(table: pa.Table, setup: MeasurementSetup) -> NDArray[np.bool_]:
@@ -179,7 +182,7 @@ def _quaternions(rotation: Floats) -> Floats:
     squares = np.stack([trace, r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]], axis=-1)
     squares[..., 0] = 1.0 + trace
     squares[..., 1:] = 1.0 + 2.0 * squares[..., 1:] - trace[..., None]
-    one, two, three = (
+    row_1, two, three = (
         r[..., 2, 1] - r[..., 1, 2],
         r[..., 0, 2] - r[..., 2, 0],
         r[..., 1, 0] - r[..., 0, 1],
@@ -187,8 +190,8 @@ def _quaternions(rotation: Floats) -> Floats:
     xy, xz, yz = (r[..., 0, 1] + r[..., 1, 0], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 2] + r[..., 2, 1])
     products = np.stack(
         [
-            np.stack([squares[..., 0], one, two, three], axis=-1),
-            np.stack([one, squares[..., 1], xy, xz], axis=-1),
+            np.stack([squares[..., 0], row_1, two, three], axis=-1),
+            np.stack([row_1, squares[..., 1], xy, xz], axis=-1),
             np.stack([two, xy, squares[..., 2], yz], axis=-1),
             np.stack([three, xz, yz, squares[..., 3]], axis=-1),
         ],
@@ -241,8 +244,8 @@ def _setup_document(states: LoadStates) -> dict[str, Any]:
             },
             "tared": setup.tared,
             "markers": [
-                None if one is None else {"names": list(one.names), "places_m": one.places.tolist()}
-                for one in setup.markers
+                None if markers is None else {"names": list(markers.names), "places_m": markers.places.tolist()}
+                for markers in setup.markers
             ],
             "rods": [_rods_document(rods, beam) for rods, beam in zip(setup.rods, setup.beams, strict=True)],
             "gauges": [
@@ -282,15 +285,15 @@ def _setup(document: dict[str, Any]) -> MeasurementSetup:
             sigma.get("length_m"), sigma.get("gauge_m"), sigma.get("motor_angle_rad"),
         ),
         tared=str(document["tared"]),
-        rods=tuple(_rods(one) for one in document.get("rods", ())),
-        beams=tuple(_beam(one["beam"]) for one in document.get("rods", ())),
+        rods=tuple(_rods(rods) for rods in document.get("rods", ())),
+        beams=tuple(_beam(rods["beam"]) for rods in document.get("rods", ())),
         gauges=tuple(
-            Gauge(one["name"], int(one["target"]), _attachment(one["axes"]), np.array(one["direction"]))
-            for one in document.get("gauges", ())
+            Gauge(gauge["name"], int(gauge["target"]), _attachment(gauge["axes"]), np.array(gauge["direction"]))
+            for gauge in document.get("gauges", ())
         ),
         markers=tuple(
-            None if one is None else Markers(tuple(one["names"]), np.array(one["places_m"], dtype=np.float64))
-            for one in document.get("markers", ())
+            None if body is None else Markers(tuple(body["names"]), np.array(body["places_m"], dtype=np.float64))
+            for body in document.get("markers", ())
         ),
     )  # fmt: skip
 

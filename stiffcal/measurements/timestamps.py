@@ -17,7 +17,7 @@ _PER_SECOND = {"W": 1 / 604800, "D": 1 / 86400, "h": 1 / 3600, "m": 1 / 60, "s":
 _LARGEST = 9e12  # the year 287 000: no log's, but what becomes of a database's infinity
 
 
-def seconds_of_times(texts: Sequence[str], shown: str, name: str, first_row: int) -> NDArray[np.float64]:
+def seconds_of_times(texts: Sequence[str], display_name: str, name: str, first_row: int) -> NDArray[np.float64]:
     """Return ISO 8601 times as seconds since 1970-01-01 UTC (without a zone: taken as UTC).
 
     Parameters
@@ -38,12 +38,12 @@ def seconds_of_times(texts: Sequence[str], shown: str, name: str, first_row: int
     epoch = datetime(1970, 1, 1, tzinfo=UTC)
     for index, text in enumerate(texts):
         try:
-            whole, nanoseconds = _split_fraction(text.strip())
-            moment = datetime.fromisoformat(whole)
+            seconds_text, nanoseconds = _split_fraction(text.strip())
+            moment = datetime.fromisoformat(seconds_text)
         except ValueError:
             raise InputError.at(
                 FaultCode.NUMBER_INVALID,
-                shown, f"row {first_row + index}, column {name}", f"{text!r} is not an ISO 8601 time",
+                display_name, f"row {first_row + index}, column {name}", f"{text!r} is not an ISO 8601 time",
                 "write times like 2026-11-21T08:15:30.250Z, or give the column's unit as s, ms, us or ns",
             ) from None  # fmt: skip
         elapsed = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)) - epoch
@@ -56,8 +56,8 @@ def _split_fraction(text: str) -> tuple[str, float]:
     if len(text) < 10 or not text[:4].isdigit():
         raise ValueError(text)
     for mark in ".,":
-        head, found, tail = text.partition(mark)
-        if found:
+        head, separator, tail = text.partition(mark)
+        if separator:
             digits = len(tail) - len(tail.lstrip("0123456789"))
             if not digits:
                 raise ValueError(text)

@@ -59,10 +59,10 @@ def _of_section(campaign: Campaign, link: str) -> list[str]:
     if beam.section is None:
         return []
     along_2, along_3 = (f"{100.0 * share:.2g} %" for share in beam.section.shear_share(beam.length))
-    said = (
+    text = (
         f"shear, which the beam leaves out, adds {along_2} (x2) and {along_3} (x3) to what a force at the end of "
         f"{link} does there: rods along the link do not see it, oblique ones take it for bending and twist"
     )
     decay = beam.shape.warping_decay
     fades = "" if decay is None else f"; warping held back at the clamp decays within {1e3 * decay:.3g} mm"
-    return [said + fades]
+    return [text + fades]

@@ -115,13 +115,13 @@ def _advice(
     """Try one more rod at every place; the one that tells most comes first, then the one that steadies most."""
     across = _around(np.asarray(outline) if outline is not None else rods.start[:, 1:])
     tried: list[ExtraRod] = []
-    for i, here in enumerate(across):
+    for i, start_point in enumerate(across):
         # Along the wall, or across one of its sides: never through the hollow.
-        for there in (here, across[(i + 1) % len(across)], across[i - 1]):
+        for end_point in (start_point, across[(i + 1) % len(across)], across[i - 1]):
             for a, first in enumerate(PLACES):
                 for last in PLACES[a + 1 :]:
-                    start = np.array([first * shape.length, *here])
-                    end = np.array([last * shape.length, *there])
+                    start = np.array([first * shape.length, *start_point])
+                    end = np.array([last * shape.length, *end_point])
                     tried.append(_with_one_more(rods, shape, design, start, end))
     tried.sort(key=_worth)
     useful = [rod for rod in tried if rod.determines or rod.gain_after < 0.9 * rod.gain_before]
@@ -140,11 +140,11 @@ def _with_one_more(rods: Rods, shape: BeamProperties, design: RodDesign, start: 
         rods.link, (*rods.names, "new"), np.vstack([rods.start, new.start]), np.vstack([rods.end, new.end]),
         np.vstack([rods.warping, new.warping]), np.append(rods.sigma, np.nan),
     )  # fmt: skip
-    whole = rod_design(more, shape)
-    determines = tuple(name for name in whole.names if name not in design.names)
+    extended = rod_design(more, shape)
+    determines = tuple(name for name in extended.names if name not in design.names)
     # The same unknowns with one rod more compare; one unknown more is worth its price by what it tells.
     same = rod_design(more, shape, design.names)
-    return ExtraRod(start, end, determines, design.gain, same.gain, whole.gain, whole.redundancy)
+    return ExtraRod(start, end, determines, design.gain, same.gain, extended.gain, extended.redundancy)
 
 
 def _around(points: Floats) -> Floats:
@@ -156,14 +156,14 @@ def _around(points: Floats) -> Floats:
 
 def _observable(view: RodObservability) -> tuple[str, ...]:
     size = f"{1e6 * view.sigma:.2g} µm" + ("" if view.stated else " (assumed)")
-    told = [
+    determined = [
         f"{name} ± {_two_digits(1.96e6 * std)} {'µm' if i < 3 else 'µrad'}"
         for i, (name, std) in enumerate(zip(_COMPONENTS, view.std, strict=True))
         if np.isfinite(std)
     ]
     check = f"{view.spare} to spare as a check" if view.spare else "none to spare: only the load can tell a wrong one"
     carried = ", ".join(view.carried) or "nothing"
-    known = ", ".join(told)
+    known = ", ".join(determined)
     return (
         f"{len(view.rods)} rods on {view.link} carry {carried}; {check}; condition number {view.condition:.3g}",
         f"with rods of {size} the end of {view.link} is known to {known} in one state (± 95 %)",

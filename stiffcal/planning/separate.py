@@ -34,8 +34,8 @@ class Separation:
 
 
 def separating_measurement(
-    one: CompliantRobot,
-    other: CompliantRobot,
+    first: CompliantRobot,
+    second: CompliantRobot,
     setup: MeasurementSetup,
     measured_joints: Floats,
     wrench: Floats,
@@ -49,14 +49,14 @@ def separating_measurement(
 
     Parameters
     ----------
-    one, other : valued models of one chain.
+    first, second : valued models of one chain.
     setup : where the instruments sit.
     measured_joints : (n, L) logged angles of the campaign, rad.
     wrench : (n, 6) the campaign's wrenches.
     noise : standard uncertainty of a reading, m.
     seed : of the drawing.
     """
-    chain = one.chain
+    chain = first.chain
     rng = np.random.default_rng(seed)
     low, high = measured_joints.min(axis=0), measured_joints.max(axis=0)
     wider = np.maximum((high - low) / 3.0, np.radians(10.0))
@@ -66,11 +66,13 @@ def separating_measurement(
     loads = _largest_loads(wrench)
     poses, forces = np.repeat(joints, len(loads), axis=0), np.tile(loads, (POSES, 1))
     try:
-        moved = [solve_balance(robot, chain.model_angles(poses), forces, setup).displacement for robot in (one, other)]
+        displacements = [
+            solve_balance(robot, chain.model_angles(poses), forces, setup).displacement for robot in (first, second)
+        ]
     except NoBalanceError:
         return None
     # What differs in proportion to nothing — an offset — is not seen: both count from the unloaded state.
-    difference = np.sqrt(np.sum((moved[0] - moved[1])[:, 0, :3] ** 2, axis=1))
+    difference = np.sqrt(np.sum((displacements[0] - displacements[1])[:, 0, :3] ** 2, axis=1))
     best = int(np.argmax(difference))
     size = float(difference[best])
     return Separation(poses[best], forces[best], size, size / noise if noise > 0.0 else np.inf)
