@@ -34,14 +34,14 @@ def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[F
     ----------
     manifest : as read. links : names that the robot's links go by; None where the robot could not be read.
     """
-    found = chain(
+    faults = chain(
         frame_faults(manifest, links),
         run_faults(manifest),
         _source_faults(manifest),
         _signal_faults(manifest, links),
         exclusion_faults(manifest),
     )
-    return list(islice(found, MOST_FAULTS))
+    return list(islice(faults, MOST_FAULTS))
 
 
 def robot_match_faults(manifest: Manifest, joint_names: tuple[str, ...], robot_file: str) -> list[Fault]:
@@ -115,7 +115,7 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
     """Check every path in the manifest: inside the campaign folder, and there."""
     faults: list[Fault] = []
     absent: dict[str, list[tuple[str, str]]] = {}
-    taken = {file for _, file, _ in _paths(manifest)}
+    named_files = {file for _, file, _ in _paths(manifest)}
     named = {"runs": [{"id": run.id} for run in manifest.runs]}
     for location, file, fetched in _paths(manifest):
         if len(faults) >= MOST_FAULTS:
@@ -123,7 +123,7 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
         place = key_path(location, named)
         if wrong := odd_character(file):
             faults.append(_fault(FaultCode.NAME_INVALID, place, *wrong))
-        elif any(len(os.fsencode(part)) > MOST_NAME for part in PurePosixPath(file).parts):
+        elif any(len(os.fsencode(name)) > MOST_NAME for name in PurePosixPath(file).parts):
             faults.append(
                 _fault(
                     FaultCode.NAME_INVALID, place, f"a file's name of more than {MOST_NAME} bytes", "rename the file"
@@ -137,7 +137,9 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
         elif fetched and must_exist and not (folder / file).exists():
             if (folder / file).parent.is_dir():
                 faults.append(
-                    _fault(FaultCode.FILE_MISSING, place, f"no such file: {file}", _file_advice(folder, file, taken))
+                    _fault(
+                        FaultCode.FILE_MISSING, place, f"no such file: {file}", _file_advice(folder, file, named_files)
+                    )
                 )
             else:
                 absent.setdefault(str(PurePosixPath(file).parent), []).append((place, file))
@@ -165,11 +167,11 @@ def _special(folder: Path, file: str, place: str) -> Iterator[Fault]:
         return
 
 
-def _file_advice(folder: Path, file: str, taken: set[str]) -> str:
+def _file_advice(folder: Path, file: str, named_files: set[str]) -> str:
     """Suggest a file of nearly the same name, unless the manifest names it elsewhere."""
     wanted = folder / file
-    others = {folder / other for other in taken}
-    names = sorted(path.name for path in wanted.parent.iterdir() if path not in others)
+    named_paths = {folder / named_file for named_file in named_files}
+    names = sorted(path.name for path in wanted.parent.iterdir() if path not in named_paths)
     if any(unicodedata.normalize("NFC", name) == unicodedata.normalize("NFC", wanted.name) for name in names):
         return "the file there composes the letters of its name in another way (NFD, as macOS does): rename it"
     near = get_close_matches(wanted.name, names[:MOST_COMPARED], n=1)
@@ -319,17 +321,17 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
 
 def _frames_of(signal: Signal, name: str) -> list[tuple[str, str]]:
     """Return (key, frame) of every frame a signal names."""
-    found: list[tuple[str, str | None]] = []
+    named_frames: list[tuple[str, str | None]] = []
     if isinstance(signal, Wrench):
-        found = [("frame", signal.frame), ("axes", signal.axes), ("point", signal.point)]
+        named_frames = [("frame", signal.frame), ("axes", signal.axes), ("point", signal.point)]
     elif isinstance(signal, Pose):
         body = signal.body or (name.removeprefix("poses.") if name != "pose" else "target")
-        found = [("frame", signal.frame), ("body", body)]
+        named_frames = [("frame", signal.frame), ("body", body)]
     elif isinstance(signal, Deflection | Displacement):
-        found = [("body", signal.body), ("axes", signal.axes)]
+        named_frames = [("body", signal.body), ("axes", signal.axes)]
     elif isinstance(signal, DeadWeight):
-        found = [("point", signal.point)]
-    return [(key, frame) for key, frame in found if frame is not None]
+        named_frames = [("point", signal.point)]
+    return [(key, frame) for key, frame in named_frames if frame is not None]
 
 
 def _wrench_faults(wrench: Wrench, source: Source, place: str) -> Iterator[Fault]:

@@ -80,13 +80,13 @@ def recognise(columns: Iterable[SniffedColumn]) -> Roles:
     keys = {column.header: _key(column.name) for column in columns}
     plain = {column.header: keys[column.header][0] for column in columns}
     quaternion = _quaternion(columns, plain)
-    taken = set(quaternion.columns) if quaternion is not None else set()
-    joints = _joints([column for column in columns if column not in taken], plain)
-    taken |= set(joints.columns) if joints is not None else set()
-    triples = _triples([column for column in columns if column.values and column not in taken], keys)
-    run = _single([column for column in columns if column not in taken], plain, _RUNS)
-    time = _single([column for column in columns if column.values and column not in taken], plain, _TIMES)
-    mass = _single([column for column in columns if column.values and column not in taken], plain, _MASSES)
+    assigned = set(quaternion.columns) if quaternion is not None else set()
+    joints = _joints([column for column in columns if column not in assigned], plain)
+    assigned |= set(joints.columns) if joints is not None else set()
+    triples = _triples([column for column in columns if column.values and column not in assigned], keys)
+    run = _single([column for column in columns if column not in assigned], plain, _RUNS)
+    time = _single([column for column in columns if column.values and column not in assigned], plain, _TIMES)
+    mass = _single([column for column in columns if column.values and column not in assigned], plain, _MASSES)
     roles = [role for role in (joints, quaternion, *triples.values()) if role is not None]
     used = {column for role in roles for column in role.columns} | {c for c in (run, time, mass) if c is not None}
     return Roles(
@@ -129,15 +129,15 @@ def _triples(columns: list[SniffedColumn], keys: dict[str, tuple[str, frozenset[
         word, places = keys[column.header]
         if word and word[-1] in "xyz":
             groups.setdefault((word[:-1], places), {})[word[-1]] = column
-    found: dict[str, Role] = {}
+    roles: dict[str, Role] = {}
     for role, stems in _TRIPLES.items():
         for stem in stems:
             for (word, places), group in groups.items():
                 bare = _TARGETS.fullmatch(word)
                 same = word == stem or (stem == "target" and bare is not None)
-                if same and len(group) == 3 and role not in found:
-                    found[role] = Role((group["x"], group["y"], group["z"]), places)
-    return found
+                if same and len(group) == 3 and role not in roles:
+                    roles[role] = Role((group["x"], group["y"], group["z"]), places)
+    return roles
 
 
 def _quaternion(columns: tuple[SniffedColumn, ...], plain: dict[str, str]) -> Role | None:

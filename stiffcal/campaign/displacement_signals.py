@@ -99,10 +99,10 @@ class Pose(Signal):
         """Return each column and its unit; a quaternion's have none."""
         length, rotation = self.unit_of("position"), self.unit_of("rotation")
         marked = tuple(name for marker in self.markers.values() for name in marker.columns)
-        found = dict.fromkeys(self.position or marked, length)
+        unit_of_column = dict.fromkeys(self.position or marked, length)
         if self.orientation is not None and self.orientation[0] != "quaternion_wxyz":
-            found.update(dict.fromkeys(self.orientation[1], rotation))
-        return found
+            unit_of_column.update(dict.fromkeys(self.orientation[1], rotation))
+        return unit_of_column
 
     @model_validator(mode="after")
     def _one_way(self) -> Pose:
@@ -187,8 +187,8 @@ class Deflection(Signal):
 
     def columns_with_units(self) -> dict[str, Unit]:
         """Return each column and its unit."""
-        found = dict.fromkeys(self.translation, self.unit_of("translation"))
-        return found | dict.fromkeys(self.rotation or (), self.unit_of("rotation"))
+        unit_of_column = dict.fromkeys(self.translation, self.unit_of("translation"))
+        return unit_of_column | dict.fromkeys(self.rotation or (), self.unit_of("rotation"))
 
 
 class Displacement(Signal):

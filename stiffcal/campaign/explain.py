@@ -75,15 +75,15 @@ def key_path(location: Path, document: Mapping[str, Any] | None = None) -> str:
     'runs[2] (pose02).files.ft'
     """
     text = ""
-    here: Any = document
-    for part in location:
-        if isinstance(part, int):
-            here = here[part] if isinstance(here, list) and part < len(here) else None
-            label = (here.get("id") or here.get("name") or here.get("type")) if isinstance(here, dict) else None
-            text += f"[{part + 1}]" + (f" ({label})" if label else "")
+    value: Any = document
+    for step in location:
+        if isinstance(step, int):
+            value = value[step] if isinstance(value, list) and step < len(value) else None
+            label = (value.get("id") or value.get("name") or value.get("type")) if isinstance(value, dict) else None
+            text += f"[{step + 1}]" + (f" ({label})" if label else "")
         else:
-            here = here.get(part) if isinstance(here, dict) else None
-            text += ("." if text else "") + str(part)
+            value = value.get(step) if isinstance(value, dict) else None
+            text += ("." if text else "") + str(step)
     return text
 
 
@@ -101,7 +101,7 @@ _CODES = {"extra_forbidden": FaultCode.KEY_UNKNOWN, "missing": FaultCode.KEY_MIS
 def _words(detail: dict[str, Any], model: type[BaseModel]) -> tuple[str, str]:
     kind = str(detail["type"])
     context = detail.get("ctx", {})
-    found = _shown(detail.get("input"))
+    written = _shown(detail.get("input"))
     if isinstance(context.get("error"), WrongValueError):
         mistake = context["error"]
         return mistake.reason, mistake.mend
@@ -110,15 +110,15 @@ def _words(detail: dict[str, Any], model: type[BaseModel]) -> tuple[str, str]:
     if kind == "missing":
         return f'the key "{detail["loc"][-1]}" is missing', _missing_mend(detail["loc"], model)
     if kind == "literal_error":
-        return f"{found} is not one of the choices", f"write one of {context.get('expected', '')}".replace("'", '"')
+        return f"{written} is not one of the choices", f"write one of {context.get('expected', '')}".replace("'", '"')
     if kind in _BOUNDS:
         key, word = _BOUNDS[kind]
-        return f"{found} is out of range", f"write a number {word} {context.get(key)}"
+        return f"{written} is out of range", f"write a number {word} {context.get(key)}"
     if kind == "string_too_short":
         return "the text is empty", "write a name"
     if kind in ("too_short", "too_long"):
         return f"found {context.get('actual_length', 'the wrong number of')} entries", "give the number that is needed"
-    return f"found {found}", f"write {_EXPECTED.get(kind, 'a value of the right kind')}"
+    return f"found {written}", f"write {_EXPECTED.get(kind, 'a value of the right kind')}"
 
 
 def _shown(value: object) -> str:
@@ -168,20 +168,20 @@ def _keys(table: type[BaseModel] | None) -> list[str]:
 
 def _table_at(location: Path, model: type[BaseModel]) -> type[BaseModel] | None:
     """Follow a key path through the types to the table it names."""
-    here: Any = model
-    for part in location:
-        if isinstance(here, type) and issubclass(here, BaseModel):
-            fields = {field.alias or name: field for name, field in here.model_fields.items()}
-            if part not in fields:
+    table: Any = model
+    for step in location:
+        if isinstance(table, type) and issubclass(table, BaseModel):
+            fields = {field.alias or name: field for name, field in table.model_fields.items()}
+            if step not in fields:
                 return None
-            here = _bare(fields[str(part)].annotation)
-        elif get_origin(here) is dict:
-            here = _bare(get_args(here)[1])
-        elif get_origin(here) in (list, tuple):
-            here = _bare(get_args(here)[0])
+            table = _bare(fields[str(step)].annotation)
+        elif get_origin(table) is dict:
+            table = _bare(get_args(table)[1])
+        elif get_origin(table) in (list, tuple):
+            table = _bare(get_args(table)[0])
         else:
             return None
-    return here if isinstance(here, type) and issubclass(here, BaseModel) else None
+    return table if isinstance(table, type) and issubclass(table, BaseModel) else None
 
 
 def _bare(annotation: Any) -> Any:
@@ -190,7 +190,7 @@ def _bare(annotation: Any) -> Any:
     if origin is typing.Annotated:
         return _bare(get_args(annotation)[0])
     if origin in (Union, types.UnionType):
-        parts = [part for part in get_args(annotation) if part is not type(None)]
+        parts = [member for member in get_args(annotation) if member is not type(None)]
         return _bare(parts[0])
     return annotation
 

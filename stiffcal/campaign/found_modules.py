@@ -31,8 +31,8 @@ def module_names(package: str, *, folders_alone: bool = False) -> tuple[str, ...
 
 @lru_cache(maxsize=64)  # a manifest of thousands of runs asks for each of them
 def _names_in(folders: tuple[str, ...], folders_alone: bool) -> tuple[str, ...]:
-    found = pkgutil.iter_modules(folders)
-    return tuple(sorted(module.name for module in found if module.ispkg or not folders_alone))
+    modules = pkgutil.iter_modules(folders)
+    return tuple(sorted(module.name for module in modules if module.ispkg or not folders_alone))
 
 
 @cache

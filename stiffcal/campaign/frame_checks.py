@@ -44,8 +44,8 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
             )
         mistake = frame.rotation_mistake()
         if mistake is not None:
-            key, what = mistake
-            yield Fault(FaultCode.VALUE_INVALID, _MANIFEST, f"{place}.{key}", what.reason, what.mend)
+            key, correction = mistake
+            yield Fault(FaultCode.VALUE_INVALID, _MANIFEST, f"{place}.{key}", correction.reason, correction.mend)
         yield from _too_far(manifest, name)
         fault = frame_fault(manifest, links, frame.parent, f"{place}.parent")
         if fault is not None:
@@ -57,8 +57,8 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
 def _too_far(manifest: Manifest, name: str) -> Iterator[Fault]:
     """Give a fault where a frame on the robot lies far from it; where a tracker stands on the ground is measured."""
     frame = manifest.frames[name]
-    for part in frame.xyz_m if frame.parent not in ("base", *manifest.frames) else ():
-        mistake = implausible_length(part)
+    for length in frame.xyz_m if frame.parent not in ("base", *manifest.frames) else ():
+        mistake = implausible_length(length)
         if mistake is not None:
             yield Fault(FaultCode.VALUE_INVALID, _MANIFEST, f"frames.{name}.xyz_m", mistake.reason, mistake.mend)
 
@@ -67,17 +67,17 @@ def _circles(manifest: Manifest) -> Iterator[Fault]:
     done: set[str] = set()
     for name in manifest.frames:
         path: dict[str, None] = {}
-        here = name
-        while here in manifest.frames and here not in done and here not in path:
-            path[here] = None
-            here = manifest.frames[here].parent
-        if here in path:
+        current = name
+        while current in manifest.frames and current not in done and current not in path:
+            path[current] = None
+            current = manifest.frames[current].parent
+        if current in path:
             names = list(path)
-            circle = " → ".join([*names[names.index(here) :], here])
+            circle = " → ".join([*names[names.index(current) :], current])
             yield Fault(
                 FaultCode.FRAME_UNSUITABLE,
                 _MANIFEST,
-                f"frames.{here}.parent",
+                f"frames.{current}.parent",
                 f"the parents go round in a circle: {circle}",
                 "break it",
             )
@@ -86,10 +86,10 @@ def _circles(manifest: Manifest) -> Iterator[Fault]:
 
 def rides_on(manifest: Manifest, frame: str) -> str:
     """Return what a frame finally hangs on: "base", "flange" or a link; the frame itself in a circle."""
-    here, steps = frame, 0
-    while here in manifest.frames and steps <= len(manifest.frames):
-        here, steps = manifest.frames[here].parent, steps + 1
-    return here
+    current, steps = frame, 0
+    while current in manifest.frames and steps <= len(manifest.frames):
+        current, steps = manifest.frames[current].parent, steps + 1
+    return current
 
 
 def _moving_axes(manifest: Manifest) -> Iterator[Fault]:

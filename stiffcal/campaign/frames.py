@@ -47,36 +47,36 @@ def resolve_frames(
     InputError
         A parent is unknown, or parents go round.
     """
-    found: dict[str, Attachment] = {}
+    attachments: dict[str, Attachment] = {}
     for name in ("base", "flange", *chain.link_names, *chain.beams):
         body = body_number(name, chain.link_names)
         if body is not None:
-            found[name] = Attachment(body, np.eye(4))
+            attachments[name] = Attachment(body, np.eye(4))
     for name in manifest.frames:
-        found[name] = _attach(name, manifest, found, estimated or {})
-    return found
+        attachments[name] = _attach(name, manifest, attachments, estimated or {})
+    return attachments
 
 
 def _attach(
-    name: str, manifest: Manifest, found: Mapping[str, Attachment], estimated: Mapping[str, Floats]
+    name: str, manifest: Manifest, attachments: Mapping[str, Attachment], estimated: Mapping[str, Floats]
 ) -> Attachment:
     transform = np.eye(4)
-    here = name
+    current = name
     for _ in range(len(manifest.frames)):
-        frame = manifest.frames[here]
-        transform = estimated.get(here, placement_matrix(frame)) @ transform
-        here = frame.parent
-        if here not in manifest.frames:
+        frame = manifest.frames[current]
+        transform = estimated.get(current, placement_matrix(frame)) @ transform
+        current = frame.parent
+        if current not in manifest.frames:
             break
-    if here not in found:
+    if current not in attachments:
         raise InputError.at(
             FaultCode.FRAME_UNKNOWN,
             "campaign.toml",
             f"frames.{name}",
-            f'no body "{here}"',
+            f'no body "{current}"',
             "correct the frame's parent",
         )
-    return Attachment(found[here].body, found[here].transform @ transform)
+    return Attachment(attachments[current].body, attachments[current].transform @ transform)
 
 
 @dataclass(frozen=True)
@@ -174,15 +174,15 @@ def _targets(manifest: Manifest) -> tuple[tuple[str, ...], str]:
     """Return the measured frames in order and the one frame that the readings are in."""
     names: list[str] = []
     trackers: dict[str, str] = {}
-    for source, held in manifest.sources.items():
-        for body, pose in held.body_poses().items():
+    for source, settings in manifest.sources.items():
+        for body, pose in settings.body_poses().items():
             names.append(body)
             trackers.setdefault(pose.frame, f"sources.{source}.pose.frame")
-        if held.deflection is not None:
-            names.append(held.deflection.body)
-            trackers.setdefault(held.deflection.axes, f"sources.{source}.deflection.axes")
-        if held.displacement is not None:
-            names.append(held.displacement.body)
+        if settings.deflection is not None:
+            names.append(settings.deflection.body)
+            trackers.setdefault(settings.deflection.axes, f"sources.{source}.deflection.axes")
+        if settings.displacement is not None:
+            names.append(settings.displacement.body)
     if len(trackers) > 1:
         (first, _), (second, place) = list(trackers.items())[:2]
         reason = f'displacements are measured in "{second}" and in "{first}"'

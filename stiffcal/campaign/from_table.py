@@ -121,17 +121,17 @@ def _check_together(tables: Sequence[SniffedTable]) -> None:
     first = tables[0]
     headers: dict[str, str] = {}
     for table in tables:
-        shown = table.path.name
+        display_name = table.path.name
         if table.n_rows != first.n_rows:
             reason = f"{table.n_rows} rows against {first.n_rows} in {first.path.name}"
             raise InputError.at(
-                FaultCode.SHAPE_MISMATCH, shown, "", reason, "tables that belong together have equally many rows"
+                FaultCode.SHAPE_MISMATCH, display_name, "", reason, "tables that belong together have equally many rows"
             )
         if table.options != first.options:
             reason = f"it is written in another way than {first.path.name}"
             raise InputError.at(
                 FaultCode.SHAPE_MISMATCH,
-                shown,
+                display_name,
                 "",
                 reason,
                 "save both with the same delimiter, decimal mark and header lines",
@@ -139,15 +139,17 @@ def _check_together(tables: Sequence[SniffedTable]) -> None:
         for column in table.columns:
             if column.header in headers:
                 reason = f'column "{column.header}" stands in {headers[column.header]} too'
-                raise InputError.at(FaultCode.COLUMN_DUPLICATE, shown, "", reason, "give each column a name of its own")
-            headers[column.header] = shown
+                raise InputError.at(
+                    FaultCode.COLUMN_DUPLICATE, display_name, "", reason, "give each column a name of its own"
+                )
+            headers[column.header] = display_name
 
 
-def _check_roles(roles: Roles, shown: str) -> None:
+def _check_roles(roles: Roles, display_name: str) -> None:
     if roles.joints is None:
         raise InputError.at(
             FaultCode.COLUMN_MISSING,
-            shown,
+            display_name,
             "header",
             "no joint columns are seen",
             "name them A1 … A6, J1 …, q1 … or theta1 …",
@@ -155,7 +157,7 @@ def _check_roles(roles: Roles, shown: str) -> None:
     if roles.force is None and roles.mass is None:
         raise InputError.at(
             FaultCode.COLUMN_MISSING,
-            shown,
+            display_name,
             "header",
             "no force columns are seen",
             "name them Fx, Fy, Fz, or kg for dead weights",
@@ -163,7 +165,7 @@ def _check_roles(roles: Roles, shown: str) -> None:
     if roles.deflection is None and roles.position is None:
         mend = "name them dx, dy, dz (loaded minus unloaded) or X, Y, Z"
         raise InputError.at(
-            FaultCode.COLUMN_MISSING, shown, "header", "no displacement or position columns are seen", mend
+            FaultCode.COLUMN_MISSING, display_name, "header", "no displacement or position columns are seen", mend
         )
 
 
@@ -174,8 +176,8 @@ def _source_lines(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
     else:
         lines.append("files = { " + ", ".join(_file_of_signals(tables, roles)) + " }")
     if tables[0].options:
-        told = ", ".join(f"{key} = {_quoted(value)}" for key, value in tables[0].options.items())
-        lines.append(f"csv = {{ {told} }}")
+        options = ", ".join(f"{key} = {_quoted(value)}" for key, value in tables[0].options.items())
+        lines.append(f"csv = {{ {options} }}")
     lines.append(_run_line(roles))
     if roles.time is not None:
         written, guessed = _unit(Role((roles.time,)), "time", "s")
@@ -202,8 +204,8 @@ def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
         "pose": [roles.position, roles.quaternion] if roles.deflection is None else [None],
     }
     sentences = []
-    for signal, held in signals.items():
-        columns = {column for role in held if role is not None for column in role.columns}
+    for signal, signal_roles in signals.items():
+        columns = {column for role in signal_roles if role is not None for column in role.columns}
         files = [table.path.name for table in tables if columns & set(table.columns)]
         if len(files) > 1:
             raise InputError.at(
@@ -290,10 +292,15 @@ def _moved_line(roles: Roles) -> str:
 
 
 def _frame_lines(roles: Roles) -> list[str]:
-    told = (
+    reason = (
         "where it is measured" if roles.moment is not None else "where the load acts and the displacement is measured"
     )
-    lines = ["", "[frames.tool]", 'parent = "flange"', f"xyz_m = [0.0, 0.0, 0.0]  {GUESS} {told}, in the flange frame"]
+    lines = [
+        "",
+        "[frames.tool]",
+        'parent = "flange"',
+        f"xyz_m = [0.0, 0.0, 0.0]  {GUESS} {reason}, in the flange frame",
+    ]
     if roles.moment is not None:
         lines += [
             "",
@@ -372,9 +379,9 @@ def _unit(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
         except UnknownUnitError as error:
             raise InputError.at(FaultCode.UNIT_UNKNOWN, "", place, error.reason, error.mend) from None
     if len(names) > 1:
-        told = ", ".join(sorted(names))
+        units = ", ".join(sorted(names))
         raise InputError.at(
-            FaultCode.UNIT_CONFLICT, "", f'column "{role.columns[0].header}"', f"units differ: {told}", "use one unit"
+            FaultCode.UNIT_CONFLICT, "", f'column "{role.columns[0].header}"', f"units differ: {units}", "use one unit"
         )
     return names.pop(), False
 

@@ -32,15 +32,15 @@ def rods_of(manifest: Manifest, chain: Chain) -> tuple[tuple[Rods, BeamPropertie
     columns = [
         name for _, _, signal in manifest.signals() if isinstance(signal, Lengths) for name in signal.column_names()
     ]
-    found: dict[str, list[str]] = {}
+    rods: dict[str, list[str]] = {}
     for name in dict.fromkeys(column for column in columns if column in manifest.ids):
-        found.setdefault(_link_of(name, manifest, chain), []).append(name)
+        rods.setdefault(_link_of(name, manifest, chain), []).append(name)
     return tuple(
         (
             _rods_on(link, tuple(names), manifest, chain, np.nan if sigma is None else sigma),
             chain.beams[link].shape,
         )
-        for link, names in found.items()
+        for link, names in rods.items()
     )
 
 
@@ -53,9 +53,9 @@ def _rods_on(link: str, names: tuple[str, ...], manifest: Manifest, chain: Chain
     if section is not None:
         warping = np.column_stack([section.warping_at(start[:, 1:]), section.warping_at(end[:, 1:])])
     for row, name in enumerate(names):
-        given = manifest.ids[name].warping_m2
-        if given is not None:
-            warping[row] = given
+        stated = manifest.ids[name].warping_m2
+        if stated is not None:
+            warping[row] = stated
     rods = replace(rods_between(link, start, end, sigma, names), warping=warping)
     return replace(rods, growth=rods.length * _expansion_next_to(link, names, manifest, chain))
 
@@ -69,7 +69,7 @@ def _expansion_next_to(link: str, names: tuple[str, ...], manifest: Manifest, ch
         mend = f"add [links.{link}] expansion_per_K to robot.toml, or leave it out here"
         raise InputError.at(FaultCode.KEY_MISSING, "campaign.toml", f"ids.{written[0]}.expansion_per_K", reason, mend)
     rods = (manifest.ids[name].expansion_per_K for name in names)
-    return np.array([np.nan if one is None or own is None else own - one for one in rods])
+    return np.array([np.nan if rod_expansion is None or own is None else own - rod_expansion for rod_expansion in rods])
 
 
 def _link_of(name: str, manifest: Manifest, chain: Chain) -> str:
@@ -90,14 +90,14 @@ def _link_of(name: str, manifest: Manifest, chain: Chain) -> str:
 
 def gauges_of(manifest: Manifest, frames: Mapping[str, Attachment], targets: tuple[str, ...]) -> tuple[Gauge, ...]:
     """Return the gauges in the manifest's order: one for each source with a `displacement` signal."""
-    found = []
-    for source, held in manifest.sources.items():
-        gauge = held.displacement
+    gauges = []
+    for source, settings in manifest.sources.items():
+        gauge = settings.displacement
         if gauge is not None:
             direction = np.array(gauge.direction)
             direction = direction / np.linalg.norm(direction)
-            found.append(Gauge(source, targets.index(gauge.body), frames[gauge.axes], direction))
-    return tuple(found)
+            gauges.append(Gauge(source, targets.index(gauge.body), frames[gauge.axes], direction))
+    return tuple(gauges)
 
 
 def stated_sigma(manifest: Manifest, kind: type[Displacement] | type[Lengths]) -> float | None:

@@ -169,7 +169,7 @@ def _lumped(urdf: UrdfRobot, joint: UrdfJoint) -> tuple[float, Floats]:
 
     What branches off the chain counts at its zero position. Mass is NaN where no link of it has an inertial.
     """
-    on_path = {other.name for other in urdf.turning}
+    on_path = {joint.name for joint in urdf.turning}
     total, moment, known = 0.0, np.zeros(3), False
     waiting = [(joint.child, rotation_taking_z_to(joint.axis).T)]
     while waiting:

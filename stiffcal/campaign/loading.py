@@ -130,11 +130,11 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
     experiments = {run.experiment for run in manifest.runs} if manifest is not None else set()
     model = _collect(faults, lambda: load_model(folder, count, experiments))
     if manifest is not None:
-        found = manifest_faults(manifest, outline.link_names if outline is not None else None)
-        found += file_faults(manifest, folder, must_exist=check_files)
+        certain = manifest_faults(manifest, outline.link_names if outline is not None else None)
+        certain += file_faults(manifest, folder, must_exist=check_files)
         if outline is not None:
-            found += robot_match_faults(manifest, outline.joint_names, robot_file)
-        faults += apart_from(doubtful, found)
+            certain += robot_match_faults(manifest, outline.joint_names, robot_file)
+        faults += apart_from(doubtful, certain)
     if model is not None and outline is not None:
         faults += model_match_faults(model, outline.joint_names, outline.link_names)
     raise_faults(faults)

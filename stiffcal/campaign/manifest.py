@@ -169,20 +169,20 @@ class Source(SourceFiles):
 
     def signals(self) -> dict[str, Signal]:
         """Return the signals that the source holds, by name; those under `poses` as ``poses.NAME``, of body NAME."""
-        found: dict[str, Signal] = {}
+        signals: dict[str, Signal] = {}
         for name in SIGNAL_NAMES:
             signal = getattr(self, name)
             if signal is not None:
-                found[name] = signal
+                signals[name] = signal
             if name == "pose":
                 for body, pose in self.poses.items():
-                    found[f"poses.{body}"] = pose if pose.body else pose.model_copy(update={"body": body})
-        return found
+                    signals[f"poses.{body}"] = pose if pose.body else pose.model_copy(update={"body": body})
+        return signals
 
     def body_poses(self) -> dict[str, Pose]:
         """Return the measured poses by the frame or link that is measured."""
-        found = {self.pose.body or "target": self.pose} if self.pose is not None else {}
-        return found | {pose.body or name: pose for name, pose in self.poses.items()}
+        poses = {self.pose.body or "target": self.pose} if self.pose is not None else {}
+        return poses | {pose.body or name: pose for name, pose in self.poses.items()}
 
     @property
     def is_states(self) -> bool:
@@ -348,7 +348,9 @@ class Manifest(TomlTable):
     def signals(self) -> list[tuple[str, str, Signal]]:
         """Return every signal as (source, signal name, signal), in the order of the file."""
         return [
-            (source, name, signal) for source, held in self.sources.items() for name, signal in held.signals().items()
+            (source, name, signal)
+            for source, settings in self.sources.items()
+            for name, signal in settings.signals().items()
         ]
 
     def files_of(self, source: str, run: Run | None = None) -> dict[str, str]:
@@ -360,7 +362,7 @@ class Manifest(TomlTable):
         >>> Manifest.model_validate(document).files_of("ft")
         {'': 'a.csv'}
         """
-        held = self.sources[source]
+        settings = self.sources[source]
         if run is not None and source in run.files:
             return {"": run.files[source]}
-        return dict(held.files) if held.files else ({"": held.file} if held.file else {})
+        return dict(settings.files) if settings.files else ({"": settings.file} if settings.file else {})

@@ -72,18 +72,18 @@ def _keys_of(tables: Iterable[object]) -> set[str]:
 
 
 def _options(names: Iterable[str], options_of: Callable[[str], type[TomlTable] | None]) -> _Options:
-    found = ((name, options_of(name)) for name in names)
-    return tuple((name, table) for name, table in found if table is not None)
+    tables = ((name, options_of(name)) for name in names)
+    return tuple((name, table) for name, table in tables if table is not None)
 
 
 def _format_options(name: str) -> type[TomlTable] | None:
-    found = log_format(name)
-    return found.options if found is not None else None
+    named_format = log_format(name)
+    return named_format.options if named_format is not None else None
 
 
 def _kind_options(name: str) -> type[TomlTable] | None:
-    found = experiment_kind(name)
-    return found.options if found is not None else None
+    kind = experiment_kind(name)
+    return kind.options if kind is not None else None
 
 
 def _fields(options: _Options) -> dict[str, Any]:

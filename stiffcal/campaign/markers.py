@@ -24,11 +24,11 @@ def markers_of(manifest: Manifest, targets: Sequence[str]) -> tuple[Markers | No
     poses: dict[str, Pose] = {}
     for source in manifest.sources.values():
         poses |= source.body_poses()
-    found = tuple(
+    markers = tuple(
         _markers(target, poses[target], manifest) if target in poses and poses[target].markers else None
         for target in targets
     )
-    return found if any(found) else ()
+    return markers if any(markers) else ()
 
 
 def _markers(body: str, pose: Pose, manifest: Manifest) -> Markers:

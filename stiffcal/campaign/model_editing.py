@@ -181,8 +181,8 @@ def _experiments(folder: Path) -> set[str]:
 
 
 def _places(joints: Sequence[int], links: Sequence[str], pairs: Sequence[tuple[int, int]]) -> Places:
-    found: Places = {"joints": list(joints), "links": list(links), "pairs": [list(pair) for pair in pairs]}
-    return {key: values for key, values in found.items() if values}
+    places: Places = {"joints": list(joints), "links": list(links), "pairs": [list(pair) for pair in pairs]}
+    return {key: values for key, values in places.items() if values}
 
 
 def _only(places: Places, names: Sequence[str]) -> Places:
@@ -262,7 +262,7 @@ def _thin(entry: Any, going: set[str], n_joints: int) -> None:
                 value = value.split("-")
             if _name(key, value) in going:
                 del values[index]
-                for name in [one for one in settings if one.split(".")[1] == _name(key, value)]:
+                for name in [setting for setting in settings if setting.split(".")[1] == _name(key, value)]:
                     del settings[name]
         if len(values) == 0:
             del entry[key]

@@ -38,10 +38,10 @@ def odd_character(name: str, allowed: frozenset[str] | set[str] = frozenset()) -
     >>> print(odd_character("pose\u202e1")[0])
     the name "pose\u202e1" holds U+202E, which changes the direction of writing
     """
-    found = next((match[0] for match in refused().finditer(name) if match[0] not in allowed), None)
-    if found is None:
+    character = next((match[0] for match in refused().finditer(name) if match[0] not in allowed), None)
+    if character is None:
         return None
-    code = ord(found)
+    code = ord(character)
     kind, mend = "a control character", "write the name without it, in the logs too"
     if 0x80 <= code < 0xA0:
         mend = CP1252

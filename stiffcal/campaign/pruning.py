@@ -81,12 +81,12 @@ def _cut(document: dict[str, Any], location: tuple[int | str, ...]) -> tuple[int
     """Cut a key out and return what was cut; a list's entry takes the list with it, lest numbers shift."""
     while isinstance(location[-1], int):
         location = location[:-1]
-    here: Any = document
-    for part in location[:-1]:
+    table: Any = document
+    for key in location[:-1]:
         try:
-            here = here[part]
+            table = table[key]
         except (KeyError, IndexError, TypeError):
             return location  # cut with an outer table already
-    if isinstance(here, dict):
-        here.pop(location[-1], None)
+    if isinstance(table, dict):
+        table.pop(location[-1], None)
     return location

@@ -11,7 +11,7 @@ def queries_of(manifest: Manifest) -> list[tuple[str, str]]:
 
     Bare names of tables are not among them.
     """
-    found: dict[str, str] = {}
+    place_of: dict[str, str] = {}
     for name, source in manifest.sources.items():
         if source.in_files:
             continue
@@ -20,5 +20,5 @@ def queries_of(manifest: Manifest) -> list[tuple[str, str]]:
         named += [(f"runs[{number}].files.{name}", run.files.get(name)) for number, run in enumerate(manifest.runs, 1)]
         for place, text in named:
             if text is not None and needs_trust(text):
-                found.setdefault(query_text(text), place)
-    return [(place, text) for text, place in found.items()]
+                place_of.setdefault(query_text(text), place)
+    return [(place, text) for text, place in place_of.items()]

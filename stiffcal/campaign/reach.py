@@ -27,8 +27,8 @@ def escapes(file: str) -> bool:
     if PureWindowsPath(file).drive or PureWindowsPath(file).root or PurePosixPath(file).is_absolute():
         return True
     depth = 0
-    for part in PurePosixPath(file.replace("\\", "/")).parts:
-        depth += -1 if part == ".." else 1
+    for name in PurePosixPath(file.replace("\\", "/")).parts:
+        depth += -1 if name == ".." else 1
         if depth < 0:
             return True
     return False
@@ -97,11 +97,11 @@ def links_outside(folder: Path, file: str) -> list[tuple[str, Path]]:
         return [(file, goal)]
     if "\0" in file:  # no file's name; whoever opens it says so
         return []
-    found = []
+    symlinks = []
     for place, folders, files in os.walk(folder / file):
         inside = (Path(place, name) for name in (*folders, *files))
-        found += [path.relative_to(folder).as_posix() for path in inside if path.is_symlink()]
-    return [(name, goal) for name in sorted(found) if (goal := leads_outside(folder, name)) is not None]
+        symlinks += [path.relative_to(folder).as_posix() for path in inside if path.is_symlink()]
+    return [(name, goal) for name in sorted(symlinks) if (goal := leads_outside(folder, name)) is not None]
 
 
 def link_fault(named_in: str, place: str, file: str, goal: Path) -> Fault:

@@ -48,8 +48,8 @@ def parse_rows(text: str) -> tuple[RowCondition, ...]:
     RowCondition(column='state', operator='==', value='ok')
     """
     conditions = []
-    for part in re.split(r"(?<!\s)\s++and\s+", text):
-        match = _CONDITION.match(part)
+    for condition in re.split(r"(?<!\s)\s++and\s+", text):
+        match = _CONDITION.match(condition)
         if match is None:
             raise WrongValueError(
                 f'"{text}" is not a condition on rows', 'write one like "test_nr < 100 and phase == 2"'
@@ -109,8 +109,8 @@ def _ranges(value: object) -> list[range]:
         raise WrongValueError(f"found {value!r}", mend)
     ranges = []
     for item in value:
-        found = _RANGE.fullmatch(item) if isinstance(item, str) else None
-        low, high = (int(found[1]), int(found[2])) if found else (item, item)
+        bounds = _RANGE.fullmatch(item) if isinstance(item, str) else None
+        low, high = (int(bounds[1]), int(bounds[2])) if bounds else (item, item)
         if not isinstance(low, int) or not isinstance(high, int) or isinstance(item, bool) or not 1 <= low <= high:
             raise WrongValueError(f"found {item!r}", mend)
         ranges.append(range(low, high + 1))

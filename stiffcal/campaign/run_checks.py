@@ -61,9 +61,9 @@ class _Logs:
             if run.id in self._split:  # rows keep it apart from every other run
                 continue
             earlier = self._earlier[(name, file, run.states)]
-            other = next((identifier for identifier in earlier if identifier != run.id), None)
-            if other is not None:
-                reason = f"{file} is named by run {other} too"
+            other_run = next((identifier for identifier in earlier if identifier != run.id), None)
+            if other_run is not None:
+                reason = f"{file} is named by run {other_run} too"
                 yield _fault(FaultCode.KEY_CONFLICT, f"{place}.files.{name}", reason, "name this run's own log")
             if len(earlier) < 2 and run.id not in earlier:  # the first, and one of another name than the first
                 earlier.append(run.id)

@@ -48,7 +48,7 @@ def schema_document(model: type[BaseModel]) -> dict[str, Any]:
 def _describe(table: dict[str, Any]) -> None:
     """Move what a docstring says of its attributes to the properties; leave out what TOML does not have (null)."""
     properties: dict[str, Any] = table.get("properties", {})
-    summary, _, told = str(table.get("description", "")).partition("Attributes\n----------\n")
+    summary, _, attributes = str(table.get("description", "")).partition("Attributes\n----------\n")
     if summary.strip():
         table["description"] = summary.strip()
     for name, value in properties.items():
@@ -61,10 +61,10 @@ def _describe(table: dict[str, Any]) -> None:
             properties[name] = {**choices[0], **value}
         elif choices:
             value["anyOf"] = choices
-    places = [match for match in _ATTRIBUTE.finditer(told) if set(match[1].split(", ")) <= set(properties)]
-    ends = [match.start() for match in places[1:]] + [len(told)]
+    places = [match for match in _ATTRIBUTE.finditer(attributes) if set(match[1].split(", ")) <= set(properties)]
+    ends = [match.start() for match in places[1:]] + [len(attributes)]
     for match, end in zip(places, ends, strict=False):
-        text = " ".join(told[match.end() : end].split())
+        text = " ".join(attributes[match.end() : end].split())
         for name in match[1].split(", "):
             properties[name]["description"] = text
 

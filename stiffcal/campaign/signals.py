@@ -111,8 +111,8 @@ class Joints(Signal):
             raise WrongValueError("no columns are named", 'write position = ["A1", "A2", …] or position = "A1..A6"')
         counts = {key: len(names) for key, names in groups.items()}
         if len(set(counts.values())) > 1:
-            told = ", ".join(f"{count} {key}" for key, count in counts.items())
-            raise WrongValueError(f"unequal numbers of columns: {told}", "name one column per joint for each")
+            counted = ", ".join(f"{count} {key}" for key, count in counts.items())
+            raise WrongValueError(f"unequal numbers of columns: {counted}", "name one column per joint for each")
         return self
 
 

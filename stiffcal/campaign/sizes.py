@@ -112,8 +112,8 @@ def _checked(value: float, mistake: WrongValueError | None) -> float:
 
 
 def _place(value: tuple[float, float, float]) -> tuple[float, float, float]:
-    for part in value:
-        _checked(part, implausible_length(part))
+    for length in value:
+        _checked(length, implausible_length(length))
     return value
 
 

@@ -72,15 +72,15 @@ def sniff_table(path: Path) -> SniffedTable:
     InputError
         Not there, empty, no text, no table, or no header.
     """
-    shown = path.name
-    text, encoding = _decoded(path, shown)
+    display_name = path.name
+    text, encoding = _decoded(path, display_name)
     lines = re.split("\r\n|[\n\r]", text)[: ROWS_LOOKED_AT + 100]  # not what else Unicode takes for an end of a line
     try:
-        delimiter = _delimiter(lines, shown)
+        delimiter = _delimiter(lines, display_name)
         rows = [[cell.strip() for cell in row] for line in lines for row in csv.reader([line], delimiter=delimiter)]
     except csv.Error as error:
         mend = "give a table with one row per load state"
-        raise InputError.at(FaultCode.SYNTAX_INVALID, shown, "", f"this is no table: {error}", mend) from error
+        raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"this is no table: {error}", mend) from error
     width = _width(rows)
     decimal = "," if delimiter != "," and _decimal_commas(rows) else "."
     scope = _scope_header(rows)
@@ -91,13 +91,17 @@ def sniff_table(path: Path) -> SniffedTable:
     )
     if first is None:
         raise InputError.at(
-            FaultCode.FILE_EMPTY, shown, "", "there is no line of numbers", "give a table with one row per load state"
+            FaultCode.FILE_EMPTY,
+            display_name,
+            "",
+            "there is no line of numbers",
+            "give a table with one row per load state",
         )
-    header, names, units = scope[:3] if scope is not None else _header(rows, first, width, shown)
+    header, names, units = scope[:3] if scope is not None else _header(rows, first, width, display_name)
     data = [row for row in rows[first:] if len(row) == width]
     names = [csv_cell.original(name) for name in names]
     columns = tuple(_column(names[k], units[k], [row[k] for row in data], decimal) for k in range(width))
-    _check_names(columns, shown, header + 1)
+    _check_names(columns, display_name, header + 1)
     options: dict[str, str | int | bool] = {}
     if delimiter != ",":
         options["delimiter"] = "tab" if delimiter == "\t" else delimiter
@@ -110,13 +114,13 @@ def sniff_table(path: Path) -> SniffedTable:
     return SniffedTable(path, columns, len(data), options)
 
 
-def _header(rows: list[list[str]], first: int, width: int, shown: str) -> tuple[int, list[str], list[str]]:
+def _header(rows: list[list[str]], first: int, width: int, display_name: str) -> tuple[int, list[str], list[str]]:
     """Return the row of names above the first row of data, the names, and the units below them."""
     above = [k for k in range(first) if len(rows[k]) == width]
     if not above:
         raise InputError.at(
             FaultCode.HEADER_MISSING,
-            shown,
+            display_name,
             f"line {first + 1}",
             "the table has no header line",
             "write the columns' names above",
@@ -142,7 +146,7 @@ def _scope_header(rows: list[list[str]]) -> tuple[int, list[str], list[str], int
     return None
 
 
-def _decoded(path: Path, shown: str) -> tuple[str, str]:
+def _decoded(path: Path, display_name: str) -> tuple[str, str]:
     try:
         with path.open("rb") as file:
             content = file.read(BYTES_LOOKED_AT)
@@ -157,16 +161,20 @@ def _decoded(path: Path, shown: str) -> tuple[str, str]:
             FaultCode.FILE_UNREADABLE, str(path), "", f"cannot be read: {error.strerror}", "name a table"
         ) from None
     if not content.strip():
-        raise InputError.at(FaultCode.FILE_EMPTY, shown, "", "the file is empty", "give a table with a header and rows")
+        raise InputError.at(
+            FaultCode.FILE_EMPTY, display_name, "", "the file is empty", "give a table with a header and rows"
+        )
     if b"\0" in content[:4096]:
-        raise InputError.at(FaultCode.FORMAT_UNKNOWN, shown, "", "this is not a text file", "save the table as CSV")
+        raise InputError.at(
+            FaultCode.FORMAT_UNKNOWN, display_name, "", "this is not a text file", "save the table as CSV"
+        )
     try:
         return content.decode("utf-8-sig"), "utf-8"
     except UnicodeDecodeError:
         return content.decode("latin-1"), "latin-1"
 
 
-def _delimiter(lines: list[str], shown: str) -> str:
+def _delimiter(lines: list[str], display_name: str) -> str:
     """Choose the delimiter that cuts most lines into the same number of cells, three or more."""
     best, score = "", 0
     for delimiter in _DELIMITERS:
@@ -177,7 +185,7 @@ def _delimiter(lines: list[str], shown: str) -> str:
     if not best:
         raise InputError.at(
             FaultCode.FORMAT_UNKNOWN,
-            shown,
+            display_name,
             "",
             "no columns can be told apart",
             "separate them by commas, semicolons or tabs",
@@ -250,10 +258,10 @@ def _moments(cells: list[str]) -> tuple[float, ...]:
         return ()
 
 
-def _check_names(columns: tuple[SniffedColumn, ...], shown: str, line: int) -> None:
+def _check_names(columns: tuple[SniffedColumn, ...], display_name: str, line: int) -> None:
     twice = [name for name, count in Counter(column.header for column in columns).items() if count > 1 and name]
     if twice:
         reason = f'two columns have the name "{twice[0]}"'
         raise InputError.at(
-            FaultCode.COLUMN_DUPLICATE, shown, f"line {line}", reason, "give each column a name of its own"
+            FaultCode.COLUMN_DUPLICATE, display_name, f"line {line}", reason, "give each column a name of its own"
         )

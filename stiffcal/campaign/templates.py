@@ -34,13 +34,13 @@ def template_kinds() -> tuple[str, ...]:
 def _templates() -> dict[str, Path]:
     """Return the folder of each kind's template: those of load campaigns, and those that experiments bring."""
     folders = [*(_HERE / "template_files").iterdir()]
-    found = {folder.name: folder for folder in folders if folder.is_dir()}
+    folder_of = {folder.name: folder for folder in folders if folder.is_dir()}
     for package in package_folders(EXPERIMENTS):
-        found |= {
+        folder_of |= {
             manifest.parent.parent.name: manifest.parent
             for manifest in Path(package).glob(f"*/{TEMPLATE}/{MANIFEST_FILE}")
         }
-    return found
+    return folder_of
 
 
 def robot_template() -> str:

@@ -107,7 +107,7 @@ class ThresholdsFile(TomlTable):
 
     def baselines(self) -> tuple[Path, ...]:
         """Return every baseline that the file names."""
-        named = [self.limits, *(held.limits for held in self.campaigns.values())]
+        named = [self.limits, *(settings.limits for settings in self.campaigns.values())]
         return tuple(Path(limits.baseline) for limits in named if limits.baseline is not None)
 
 
@@ -121,16 +121,16 @@ def tighter(first: Thresholds, second: Thresholds) -> Thresholds:
     >>> tighter(Thresholds(max_rms_m=2e-4), Thresholds(max_rms_m=1e-3, min_stiffness={"all": 1e5})).written()
     {'max_rms_m': 0.0002, 'min_stiffness': {'all': 100000.0}}
     """
-    found: dict[str, object] = {}
+    merged: dict[str, object] = {}
     for name in ("max_rms_m", "max_rms_rad", "max_relative", "max_over_noise"):
         limits = [value for value in (getattr(first, name), getattr(second, name)) if value is not None]
-        found[name] = min(limits, default=None)
-    found["min_stiffness"] = _by_joint_tighter(first.min_stiffness, second.min_stiffness, max)
-    found["baseline"] = first.baseline or second.baseline
+        merged[name] = min(limits, default=None)
+    merged["min_stiffness"] = _by_joint_tighter(first.min_stiffness, second.min_stiffness, max)
+    merged["baseline"] = first.baseline or second.baseline
     strict = {ALL_JOINTS: 0.0} if first.baseline is not None else {}
     drift = _by_joint_tighter({**strict, **first.max_drift}, second.max_drift, min)
-    found["max_drift"] = {name: value for name, value in drift.items() if value > 0.0}
-    return Thresholds.model_validate({name: value for name, value in found.items() if value not in (None, {})})
+    merged["max_drift"] = {name: value for name, value in drift.items() if value > 0.0}
+    return Thresholds.model_validate({name: value for name, value in merged.items() if value not in (None, {})})
 
 
 def _by_joint_tighter(
@@ -161,8 +161,8 @@ def load_thresholds(path: Path) -> ThresholdsFile:
     """
     file = validate(read_toml(path, str(path), from_user=True), str(path), ThresholdsFile)
     campaigns = {
-        name: held.model_copy(update={"limits": _from(path.parent, held.limits)})
-        for name, held in file.campaigns.items()
+        name: settings.model_copy(update={"limits": _from(path.parent, settings.limits)})
+        for name, settings in file.campaigns.items()
     }
     return file.model_copy(update={"limits": _from(path.parent, file.limits), "campaigns": campaigns})
 

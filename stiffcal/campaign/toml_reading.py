@@ -116,9 +116,9 @@ def _check_sizes(document: dict[str, Any], file: str) -> None:
             limit = RUNS if place and place[-1] in _MANY else ENTRIES
             limit.check(len(value), file, key_path(place, document))
         if isinstance(value, dict):
-            waiting += [((*place, key), held) for key, held in value.items()]
+            waiting += [((*place, key), item) for key, item in value.items()]
         elif isinstance(value, list):
-            waiting += [((*place, index), held) for index, held in enumerate(value)]
+            waiting += [((*place, index), item) for index, item in enumerate(value)]
         elif isinstance(value, int) and value not in WHOLE_NUMBERS:
             reason = f"a whole number of {len(str(abs(value)))} digits"
             raise InputError.at(

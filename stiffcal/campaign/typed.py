@@ -254,7 +254,7 @@ class Placement(TomlTable):
                 f"the rotation is written twice, as {' and '.join(written)}", "keep one of them"
             )
         if self.quaternion_wxyz is not None:
-            length = sum(part * part for part in self.quaternion_wxyz) ** 0.5
+            length = sum(component * component for component in self.quaternion_wxyz) ** 0.5
             if abs(length - 1.0) > ROTATION_TOLERANCE:
                 return "quaternion_wxyz", WrongValueError(
                     f"the quaternion's length is {length:.6g}, not 1", "write a unit quaternion, scalar w first"

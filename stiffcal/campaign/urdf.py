@@ -107,9 +107,9 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
     base = _end(base_link, sorted(set(links) - set(above)), links, file, "base_link")
     tip = _end(tip_link, _leaves(base, children), links, file, "tip_link")
     chain: list[UrdfJoint] = []
-    here = tip
-    while here != base:
-        if here not in above or len(chain) > len(joints):
+    link = tip
+    while link != base:
+        if link not in above or len(chain) > len(joints):
             raise InputError.at(
                 FaultCode.URDF_INVALID,
                 file,
@@ -117,8 +117,8 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
                 f"no chain of joints leads there from {base}",
                 "name other links",
             )
-        chain.insert(0, above[here])
-        here = above[here].parent
+        chain.insert(0, above[link])
+        link = above[link].parent
     robot = UrdfRobot(root.get("name", "robot"), tuple(chain), links, children, base, tip)
     _check_path(robot, file)
     return robot
@@ -196,12 +196,12 @@ def _triple(text: str | None, default: Triple, file: str, place: str) -> Triple:
     if text is None:
         return default
     try:
-        x, y, z = (float(part) for part in text.split())
+        x, y, z = (float(number) for number in text.split())
     except ValueError:
         raise InputError.at(
             FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not three numbers', "write x y z"
         ) from None
-    if not all(math.isfinite(part) for part in (x, y, z)):
+    if not all(math.isfinite(number) for number in (x, y, z)):
         raise InputError.at(
             FaultCode.NUMBER_INVALID, file, place, f'"{text}" is not three finite numbers', "write x y z"
         )
@@ -210,22 +210,22 @@ def _triple(text: str | None, default: Triple, file: str, place: str) -> Triple:
 
 def _lengths(text: str | None, file: str, place: str) -> Triple:
     """Return a place in m."""
-    found = _triple(text, _ZERO, file, place)
-    for part in found:
-        _refuse(implausible_length(part), file, place)
-    return found
+    lengths = _triple(text, _ZERO, file, place)
+    for length in lengths:
+        _refuse(implausible_length(length), file, place)
+    return lengths
 
 
 def _angles(text: str | None, file: str, place: str) -> Triple:
     """Return three angles in rad."""
-    found = _triple(text, _ZERO, file, place)
-    for part in found:
-        if abs(part) > MOST_RAD:
-            mend = f"write the angles in rad: if {part:.6g} is in degrees, {math.radians(part):.6g}"
+    angles = _triple(text, _ZERO, file, place)
+    for angle in angles:
+        if abs(angle) > MOST_RAD:
+            mend = f"write the angles in rad: if {angle:.6g} is in degrees, {math.radians(angle):.6g}"
             raise InputError.at(
-                FaultCode.VALUE_INVALID, file, place, f"rpy: {part:.6g} rad is more than a hundred turns", mend
+                FaultCode.VALUE_INVALID, file, place, f"rpy: {angle:.6g} rad is more than a hundred turns", mend
             )
-    return found
+    return angles
 
 
 def _refuse(mistake: WrongValueError | None, file: str, place: str) -> None:
@@ -296,38 +296,38 @@ def _link(element: ElementTree.Element, file: str) -> UrdfLink:
 def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:
     """Return the leaves behind the most turning joints."""
     leaves: dict[str, int] = {}
-    seen: set[str] = set()
+    visited: set[str] = set()
     waiting = [(base, 0)]
     while waiting:
-        here, turning = waiting.pop()
-        if here in seen:
+        link, turning = waiting.pop()
+        if link in visited:
             continue
-        seen.add(here)
-        below = children.get(here, ())
+        visited.add(link)
+        below = children.get(link, ())
         waiting.extend((joint.child, turning + (joint.kind != "fixed")) for joint in below)
         if not below:
-            leaves[here] = turning
+            leaves[link] = turning
     most = max(leaves.values(), default=0)
     return sorted(name for name, turning in leaves.items() if turning == most)
 
 
-def _end(wanted: str | None, found: list[str], links: dict[str, UrdfLink], file: str, key: str) -> str:
+def _end(wanted: str | None, ends: list[str], links: dict[str, UrdfLink], file: str, key: str) -> str:
     if wanted is not None:
         if wanted not in links:
             raise InputError.at(
                 FaultCode.LINK_UNKNOWN, file, key, f'there is no link "{wanted}"', "name one of " + ", ".join(links)
             )
         return wanted
-    if len(found) != 1:
-        told = ", ".join(found) or "none"
+    if len(ends) != 1:
+        names = ", ".join(ends) or "none"
         raise InputError.at(
             FaultCode.URDF_INVALID,
             file,
             "",
-            f"{len(found)} links could be the {key}: {told}",
+            f"{len(ends)} links could be the {key}: {names}",
             f"write {key} in the robot file",
         )
-    return found[0]
+    return ends[0]
 
 
 def _check_path(robot: UrdfRobot, file: str) -> None:

@@ -89,8 +89,8 @@ def _provenance_of(snapshot: Snapshot) -> Provenance:
     if snapshot.origin_of(PROVENANCE) != OWN:
         from stiffcal.store.document_shape import StoredProvenance, result_from
 
-        check_version(document.get("schema"), "stiffcal/provenance/1", snapshot.shown, PROVENANCE)
-        result_from(StoredProvenance, document, snapshot.shown, PROVENANCE)
+        check_version(document.get("schema"), "stiffcal/provenance/1", snapshot.display_name, PROVENANCE)
+        result_from(StoredProvenance, document, snapshot.display_name, PROVENANCE)
     return Provenance.from_document(document)
 
 
@@ -122,7 +122,7 @@ def without_damaged(store: Store, notify: Callable[[str], None]) -> str:
     if needed:
         return _damage_of(needed)
     if broken:
-        notify(f"{store.shown}: {', '.join(broken)}: {next(iter(broken.values()))}: computed again")
+        notify(f"{store.display_name}: {', '.join(broken)}: {next(iter(broken.values()))}: computed again")
         with store.begin("mend") as writing:
             writing.needed = is_needed
             writing.keep_rest()

@@ -53,9 +53,9 @@ def scope_columns(names: Sequence[str]) -> tuple[str, ...]:
 
 def scope_units(names: Sequence[str], columns: Sequence[str], units: Sequence[str]) -> dict[str, str]:
     """Return column to unit, from the cells of the row ``Unit``: ``deg``, ``V (Voltage)``, ``(None)``."""
-    found = {column: TIME_UNIT for name, column in zip(names, columns, strict=True) if name == NAME}
+    unit_of = {column: TIME_UNIT for name, column in zip(names, columns, strict=True) if name == NAME}
     for name, column, unit in zip(names, columns, units, strict=False):
         bare = unit.split("(")[0].strip()
         if name != NAME and bare:
-            found[column] = bare
-    return found
+            unit_of[column] = bare
+    return unit_of

@@ -125,7 +125,7 @@ class FuzzInput:
 
 
 class Reader(ABC):
-    """A log format. `shown` is the file as the user named it, for messages; default: the path itself.
+    """A log format. `display_name` is the file as the user named it, for messages; default: the path itself.
 
     Attributes
     ----------
@@ -149,11 +149,15 @@ class Reader(ABC):
         """Return True where the file's ending or first bytes are of this format."""
 
     @abstractmethod
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
+    def read_header(
+        self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None
+    ) -> Header:
         """Return the columns; with `wanted`, check that these are there."""
 
     @abstractmethod
-    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
+    def read_batches(
+        self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
+    ) -> Iterator[Batch]:
         """Yield the rows in order, streamed. Raises `InputError` at the first fault, with its place."""
 
     @abstractmethod
@@ -171,7 +175,7 @@ class DatabaseReader(Reader):
         """Return the number of rows and a text that changes with what is read."""
 
 
-def find_reader(path: Path, log_format_name: str | None = None, shown: str = "") -> Reader:
+def find_reader(path: Path, log_format_name: str | None = None, display_name: str = "") -> Reader:
     """Return the reader for a file: by the format's name, else by the file's ending, else by its first bytes.
 
     Raises
@@ -184,11 +188,15 @@ def find_reader(path: Path, log_format_name: str | None = None, shown: str = "")
         if named is None:
             reason, known = f"no reader for format {log_format_name!r}", format_names()
             raise InputError.at(
-                FaultCode.FORMAT_UNKNOWN, shown or str(path), "format", reason, _suggest_format(log_format_name, known)
+                FaultCode.FORMAT_UNKNOWN,
+                display_name or str(path),
+                "format",
+                reason,
+                _suggest_format(log_format_name, known),
             )
         return cast(Reader, named)
     with suppress(OSError):  # what is not there at all has no format
-        check_regular(path, shown)
+        check_regular(path, display_name)
     # The module named like the ending first, so that a .csv does not import h5py.
     for known_format in log_formats(tuple(suffix.lstrip(".").lower() for suffix in reversed(path.suffixes))):
         reader = cast(Reader, known_format)
@@ -196,7 +204,7 @@ def find_reader(path: Path, log_format_name: str | None = None, shown: str = "")
             return reader
     raise InputError.at(
         FaultCode.FORMAT_UNKNOWN,
-        shown or str(path),
+        display_name or str(path),
         "",
         "the format cannot be told from the file",
         f"say format = one of {', '.join(format_names())} in its source",
@@ -211,24 +219,32 @@ def _suggest_format(name: str, known: Sequence[str]) -> str:
 # ---- what every reader has to say -----------------------------------------------------------------------------------
 
 
-def check_columns(wanted: WantedColumns, columns: Sequence[str], shown: str, place: str, hint: str = "") -> None:
+def check_columns(wanted: WantedColumns, columns: Sequence[str], display_name: str, place: str, hint: str = "") -> None:
     """Raise `InputError` naming every wanted column that is missing or not unique, with the nearest name there is."""
     faults, missing = [], []
     for name in wanted.names:
-        found = sum(column == name for column in columns)
-        if found > 1:
-            reason = f"the column name {name!r} stands {found} times"
+        count = sum(column == name for column in columns)
+        if count > 1:
+            reason = f"the column name {name!r} stands {count} times"
             faults.append(
-                Fault(FaultCode.COLUMN_DUPLICATE, shown, place, reason, "give every column a name of its own")
+                Fault(FaultCode.COLUMN_DUPLICATE, display_name, place, reason, "give every column a name of its own")
             )
-        elif found == 0:
+        elif count == 0:
             missing.append(name)
     if hint and len(missing) > 1:  # one cause, one line
-        others = f"{len(missing) - 1} other" + ("s" if len(missing) > 2 else "")
-        faults.append(Fault(FaultCode.COLUMN_MISSING, shown, place, f"no column {missing[0]!r} nor {others}", hint))
+        further = f"{len(missing) - 1} other" + ("s" if len(missing) > 2 else "")
+        faults.append(
+            Fault(FaultCode.COLUMN_MISSING, display_name, place, f"no column {missing[0]!r} nor {further}", hint)
+        )
     else:
         faults += [
-            Fault(FaultCode.COLUMN_MISSING, shown, place, f"no column {name!r}", hint or nearest_name(name, columns))
+            Fault(
+                FaultCode.COLUMN_MISSING,
+                display_name,
+                place,
+                f"no column {name!r}",
+                hint or nearest_name(name, columns),
+            )
             for name in missing
         ]
     if faults:
@@ -257,15 +273,15 @@ def nearest_name(name: str, columns: Sequence[str]) -> str:
         return f"did you mean {near!r}?" + (f" if so, {_CP1252}" if _C1.search(near) else "")
     if any(_C1.search(column) for column in columns):
         return _CP1252
-    there = ", ".join(repr(column) for column in columns[:12]) + (", …" if len(columns) > 12 else "")
-    return f"the file has {there}" if columns else "the file has no columns"
+    listed = ", ".join(repr(column) for column in columns[:12]) + (", …" if len(columns) > 12 else "")
+    return f"the file has {listed}" if columns else "the file has no columns"
 
 
 _KINDS = {str: "text", int: "a whole number", float: "a number", bool: "true or false", list: "a list"}
 
 
 def check_options(
-    options: Options, table: type[TomlTable], name: str, shown: str, further: Mapping[str, type] | None = None
+    options: Options, table: type[TomlTable], name: str, display_name: str, further: Mapping[str, type] | None = None
 ) -> None:
     """Raise `InputError` for an option that `table` and `further` (not of the manifest) lack, or of the wrong type."""
     known = {key: plain_type(option.annotation) for key, option in table.model_fields.items()} | dict(further or {})
@@ -274,12 +290,14 @@ def check_options(
         place = f"{name}.{key}"
         if key not in known:
             faults.append(
-                Fault(FaultCode.KEY_UNKNOWN, shown, place, "no such option", nearest_option(key, list(known), name))
+                Fault(
+                    FaultCode.KEY_UNKNOWN, display_name, place, "no such option", nearest_option(key, list(known), name)
+                )
             )
         elif value is not None and (not isinstance(value, known[key]) or type(value) is bool is not known[key]):
             kind = _KINDS.get(known[key], "of the right kind")
             faults.append(
-                Fault(FaultCode.VALUE_INVALID, shown, place, f"{value!r} is not {kind}", "correct the manifest")
+                Fault(FaultCode.VALUE_INVALID, display_name, place, f"{value!r} is not {kind}", "correct the manifest")
             )
     if faults:
         raise InputError(*faults)
@@ -315,37 +333,37 @@ def first_not_finite(
 # ---- what readers of whole columns share ----------------------------------------------------------------------------
 
 
-def missing_library(log_format_name: str, shown: str, extra: str = "") -> InputError:
+def missing_library(log_format_name: str, display_name: str, extra: str = "") -> InputError:
     """Return what to install where the library behind a format is missing; `extra`: where not named like the format."""
     reason = f"the library that reads {log_format_name} files is not installed"
     return InputError.at(
-        FaultCode.LIBRARY_MISSING, shown, "", reason, f'pip install "stiffcal[{extra or log_format_name}]"'
+        FaultCode.LIBRARY_MISSING, display_name, "", reason, f'pip install "stiffcal[{extra or log_format_name}]"'
     )
 
 
-def check_there(path: Path, shown: str) -> None:
+def check_there(path: Path, display_name: str) -> None:
     """Raise `InputError` where there is no such file, or no regular one."""
     try:
-        check_regular(path, shown)
+        check_regular(path, display_name)
     except OSError as error:
         if not isinstance(error, FileNotFoundError | NotADirectoryError):
             reason = f"cannot be read: {error.strerror}"
             raise InputError.at(
-                FaultCode.FILE_UNREADABLE, shown, "", reason, "correct the file's name or its rights"
+                FaultCode.FILE_UNREADABLE, display_name, "", reason, "correct the file's name or its rights"
             ) from None
     if not path.is_file():
-        raise InputError.at(FaultCode.FILE_MISSING, shown, "", "no such file", "correct the file's name")
+        raise InputError.at(FaultCode.FILE_MISSING, display_name, "", "no such file", "correct the file's name")
 
 
 @contextmanager
 def damaged_file_errors(
-    what: str, shown: str, mend: str = "copy it again from its origin, or log again"
+    kind: str, display_name: str, mend: str = "copy it again from its origin, or log again"
 ) -> Iterator[None]:
     """Turn whatever a library says of a damaged file, in errors of every kind, into one line.
 
     Parameters
     ----------
-    what : what the file should be, e.g. "TDMS file". mend : what to do.
+    kind : what the file should be, e.g. "TDMS file". mend : what to do.
     """
     try:
         yield
@@ -353,10 +371,10 @@ def damaged_file_errors(
         raise
     except Exception as error:
         message = (str(error).strip("'").splitlines() or [type(error).__name__])[0]
-        raise InputError.at(FaultCode.FILE_DAMAGED, shown, "", f"no whole {what} ({message})", mend) from None
+        raise InputError.at(FaultCode.FILE_DAMAGED, display_name, "", f"no whole {kind} ({message})", mend) from None
 
 
-def common_length(lengths: Mapping[str, int], wanted: WantedColumns, shown: str) -> int:
+def common_length(lengths: Mapping[str, int], wanted: WantedColumns, display_name: str) -> int:
     """Return the number of rows of the wanted columns; raises `InputError` where they differ or there are none."""
     chosen = {name: lengths[name] for name in wanted.names}
     if len(set(chosen.values())) > 1:
@@ -364,7 +382,7 @@ def common_length(lengths: Mapping[str, int], wanted: WantedColumns, shown: str)
         reason = f"{chosen[short]} rows, column {long} has {chosen[long]}: writing was interrupted"
         raise InputError.at(
             FaultCode.FILE_INCOMPLETE,
-            shown,
+            display_name,
             f"column {short}",
             reason,
             "log again, or cut all columns to one length in a copy",
@@ -372,13 +390,13 @@ def common_length(lengths: Mapping[str, int], wanted: WantedColumns, shown: str)
     n_rows = next(iter(chosen.values()), 0)
     if n_rows == 0:
         raise InputError.at(
-            FaultCode.FILE_EMPTY, shown, "", "the columns have no rows", "log again, or leave the file out"
+            FaultCode.FILE_EMPTY, display_name, "", "the columns have no rows", "log again, or leave the file out"
         )
     return n_rows
 
 
 def batch_of_columns(
-    read: Callable[[str, int, int], NDArray[Any]], wanted: WantedColumns, start: int, end: int, shown: str
+    read: Callable[[str, int, int], NDArray[Any]], wanted: WantedColumns, start: int, end: int, display_name: str
 ) -> Batch:
     """Return rows `start` to before `end` (from 0); ``read(name, start, end)`` gives numbers, words or times.
 
@@ -396,7 +414,9 @@ def batch_of_columns(
         if name in wanted.numbers:
             if kind not in "iuf":
                 reason = f"it holds {values.dtype}, not numbers"
-                raise InputError.at(FaultCode.COLUMN_TYPE, shown, f"column {name}", reason, "name a column of numbers")
+                raise InputError.at(
+                    FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "name a column of numbers"
+                )
             numbers[name] = values.astype(np.float64, copy=False)
             continue
         if kind == "M" and name in wanted.times:
@@ -404,22 +424,22 @@ def batch_of_columns(
             continue
         if kind not in "SUOiu":
             reason = f"it holds {values.dtype}, not words"
-            raise InputError.at(FaultCode.COLUMN_TYPE, shown, f"column {name}", reason, "name a column of words")
+            raise InputError.at(FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "name a column of words")
         words = [text_of(value).strip("\0 ") for value in values.tolist()]
         if "" in words:
             place = f"row {first_row + words.index('')}, column {name}"
             raise InputError.at(
-                FaultCode.CELL_EMPTY, shown, place, "the cell is empty", "fill it in in a copy of the file"
+                FaultCode.CELL_EMPTY, display_name, place, "the cell is empty", "fill it in in a copy of the file"
             )
         if name in wanted.times:
-            numbers[name] = seconds_of_times(words, shown, name, first_row)
+            numbers[name] = seconds_of_times(words, display_name, name, first_row)
         else:
             texts[name] = words
     bad = first_not_finite(numbers, wanted, first_row)
     if bad is not None:
         mend = "give the reading, or delete the row in a copy of the file"
         place = f"row {bad[0]}, column {bad[1]}"
-        raise InputError.at(FaultCode.NUMBER_INVALID, shown, place, f"{bad[2]} is not a finite number", mend)
+        raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, f"{bad[2]} is not a finite number", mend)
     return Batch(first_row, numbers, texts)
 
 

@@ -104,16 +104,20 @@ class Hdf5Reader(Reader):
         """Return True for a file that begins like HDF5, or is named so."""
         return path.suffix.lower() in (*self.endings, ".he5") or bool(path.is_file() and h5py.is_hdf5(path))
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
+    def read_header(
+        self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None
+    ) -> Header:
         """Return the columns of the group."""
-        shown = shown or str(path)
-        with _open(path, options, shown) as (columns, place):
+        display_name = display_name or str(path)
+        with _open(path, options, display_name) as (columns, place):
             if wanted is not None:
-                _check_columns(wanted, columns, shown, place)
+                _check_columns(wanted, columns, display_name, place)
             lengths = set(columns.lengths.values())
             return Header(columns.names, columns.units, lengths.pop() if len(lengths) == 1 else None)
 
-    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
+    def read_batches(
+        self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
+    ) -> Iterator[Batch]:
         """Yield the rows in batches.
 
         Raises
@@ -122,13 +126,13 @@ class Hdf5Reader(Reader):
             For a damaged or cut off file, a missing column, columns of unequal length or partly unwritten, a cell
             that is no finite number.
         """
-        shown = shown or str(path)
-        with _open(path, options, shown) as (columns, place):
-            _check_columns(wanted, columns, shown, place)
-            n_rows = _checked_length(columns, wanted, shown)
+        display_name = display_name or str(path)
+        with _open(path, options, display_name) as (columns, place):
+            _check_columns(wanted, columns, display_name, place)
+            n_rows = _checked_length(columns, wanted, display_name)
             for start in range(0, n_rows, BATCH_ROWS):
                 end = min(start + BATCH_ROWS, n_rows)
-                yield batch_of_columns(columns.read, wanted, start, end, shown)
+                yield batch_of_columns(columns.read, wanted, start, end, display_name)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``row n``."""
@@ -139,60 +143,64 @@ READER = Hdf5Reader()
 
 
 @contextmanager
-def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Columns, str]]:
-    check_options(options, Hdf5Options, "hdf5", shown)
-    check_there(path, shown)
+def _open(path: Path, options: Options, display_name: str) -> Iterator[tuple[Columns, str]]:
+    check_options(options, Hdf5Options, "hdf5", display_name)
+    check_there(path, display_name)
     group_name = str(options.get("group") or "/")
     mend = "close the program that writes it, copy it again, or log again"
-    with damaged_file_errors("HDF5 file", shown, mend), h5py.File(path, "r") as file:
+    with damaged_file_errors("HDF5 file", display_name, mend), h5py.File(path, "r") as file:
         try:
-            group = _inside(file, group_name, shown)
+            group = _inside(file, group_name, display_name)
         except KeyError:
             near = nearest_name(group_name, groups_inside(file))
             raise InputError.at(
-                FaultCode.LOG_PART_MISSING, shown, "hdf5.group", f"no group {group_name!r}", near
+                FaultCode.LOG_PART_MISSING, display_name, "hdf5.group", f"no group {group_name!r}", near
             ) from None
         dataset = options.get("dataset")
         if isinstance(group, h5py.Dataset):
-            yield _columns_of_dataset(group, shown), group_name
+            yield _columns_of_dataset(group, display_name), group_name
         elif dataset is not None:
             item = None
             with suppress(KeyError):
-                item = _inside(group, str(dataset), shown)
+                item = _inside(group, str(dataset), display_name)
             if not isinstance(item, h5py.Dataset):
                 near = nearest_name(str(dataset), list(group))
                 raise InputError.at(
-                    FaultCode.LOG_PART_MISSING, shown, "hdf5.dataset", f"no dataset {dataset!r} in {group_name!r}", near
+                    FaultCode.LOG_PART_MISSING,
+                    display_name,
+                    "hdf5.dataset",
+                    f"no dataset {dataset!r} in {group_name!r}",
+                    near,
                 )
-            yield _columns_of_dataset(item, shown), f"dataset {dataset}"
+            yield _columns_of_dataset(item, display_name), f"dataset {dataset}"
         else:
-            yield _columns_of_group(group, shown), f"group {group_name}"
+            yield _columns_of_group(group, display_name), f"group {group_name}"
 
 
-def _inside(group: h5py.Group, name: str, shown: str) -> Any:
+def _inside(group: h5py.Group, name: str, display_name: str) -> Any:
     try:
         return item_inside(group, name)
     except LeadsOutsideError:
-        raise _lies_elsewhere(name, shown) from None
+        raise _lies_elsewhere(name, display_name) from None
 
 
-def _check_columns(wanted: WantedColumns, columns: Columns, shown: str, place: str) -> None:
+def _check_columns(wanted: WantedColumns, columns: Columns, display_name: str, place: str) -> None:
     for name in wanted.names:
         if name in columns.elsewhere:
-            raise _lies_elsewhere(name, shown)
+            raise _lies_elsewhere(name, display_name)
     hint = ""
     if not columns.names and columns.groups:
         hint = f"name the group that holds it: hdf5.group = one of {', '.join(map(repr, columns.groups[:12]))}"
-    check_columns(wanted, columns.names, shown, place, hint)
+    check_columns(wanted, columns.names, display_name, place, hint)
 
 
-def _lies_elsewhere(name: str, shown: str) -> InputError:
+def _lies_elsewhere(name: str, display_name: str) -> InputError:
     reason = f"{name!r} lies in another file, to which this one only links"
-    return InputError.at(FaultCode.FILE_OUTSIDE, shown, name, reason, "copy it into this file, e.g. with h5copy")
+    return InputError.at(FaultCode.FILE_OUTSIDE, display_name, name, reason, "copy it into this file, e.g. with h5copy")
 
 
-def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
-    COLUMNS.check(len(group), shown, f"group {group.name}")
+def _columns_of_group(group: h5py.Group, display_name: str) -> Columns:
+    COLUMNS.check(len(group), display_name, f"group {group.name}")
     members, elsewhere = members_inside(group)
     datasets = {name: item for name, item in members.items() if isinstance(item, h5py.Dataset)}
     flat = {
@@ -202,7 +210,7 @@ def _columns_of_group(group: h5py.Group, shown: str) -> Columns:
     }
     tables = [item for name, item in datasets.items() if name not in flat and item.ndim > 0]
     if not flat and not elsewhere and len(tables) == 1:
-        return _columns_of_dataset(tables[0], shown)
+        return _columns_of_dataset(tables[0], display_name)
 
     readers = {name: by_chunk(partial(_rows_of, item), item, 0, item.shape[0]) for name, item in flat.items()}
 
@@ -224,7 +232,7 @@ def _rows(dataset: Any, which: Any) -> NDArray[Any]:
         return np.asarray(dataset[which])
 
 
-def _columns_of_dataset(dataset: Any, shown: str) -> Columns:
+def _columns_of_dataset(dataset: Any, display_name: str) -> Columns:
     place = f"dataset {dataset.name}"
     if dataset.dtype.names is not None and dataset.ndim == 1:
         names = tuple(dataset.dtype.names)
@@ -232,7 +240,7 @@ def _columns_of_dataset(dataset: Any, shown: str) -> Columns:
         def some(name: str) -> Read:
             return lambda start, end: _rows(dataset, (name, slice(start, end)))
     elif dataset.ndim == 2:
-        names = _named_columns(dataset, shown, place)
+        names = _named_columns(dataset, display_name, place)
 
         def some(name: str) -> Read:
             column = names.index(name)
@@ -240,9 +248,13 @@ def _columns_of_dataset(dataset: Any, shown: str) -> Columns:
     else:
         reason = f"its shape {dataset.shape} is no table"
         raise InputError.at(
-            FaultCode.CONTENT_UNSUPPORTED, shown, place, reason, "name a group with one dataset per column, or a table"
+            FaultCode.CONTENT_UNSUPPORTED,
+            display_name,
+            place,
+            reason,
+            "name a group with one dataset per column, or a table",
         )
-    COLUMNS.check(len(names), shown, place)
+    COLUMNS.check(len(names), display_name, place)
     readers = {name: by_chunk(some(name), dataset, 0, dataset.shape[0]) for name in names}
     units = _text_list(dataset, UNIT_ATTRIBUTES)
     return Columns(
@@ -254,12 +266,12 @@ def _columns_of_dataset(dataset: Any, shown: str) -> Columns:
     )
 
 
-def _named_columns(dataset: Any, shown: str, place: str) -> tuple[str, ...]:
+def _named_columns(dataset: Any, display_name: str, place: str) -> tuple[str, ...]:
     names = tuple(_text_list(dataset, NAME_ATTRIBUTES))
     if len(names) != dataset.shape[1]:
-        found = f"{len(names)} names for {dataset.shape[1]} columns" if names else "its columns have no names"
+        reason = f"{len(names)} names for {dataset.shape[1]} columns" if names else "its columns have no names"
         mend = f"write an attribute {NAME_ATTRIBUTES[0]!r} with one name per column"
-        raise InputError.at(FaultCode.SHAPE_MISMATCH, shown, place, found, mend)
+        raise InputError.at(FaultCode.SHAPE_MISMATCH, display_name, place, reason, mend)
     return names
 
 
@@ -268,19 +280,19 @@ def _text_list(dataset: Any, attributes: tuple[str, ...]) -> list[str]:
         value = attribute_of(dataset, attribute)
         if value is not None:
             if isinstance(value, bytes | str):
-                return [part.strip() for part in text_of(value).split(",")]
-            return [text_of(part).strip() for part in np.asarray(value).ravel()]
+                return [text.strip() for text in text_of(value).split(",")]
+            return [text_of(element).strip() for element in np.asarray(value).ravel()]
     return []
 
 
 def _unit(dataset: Any) -> str:
-    found = _text_list(dataset, UNIT_ATTRIBUTES)
-    return found[0] if len(found) == 1 else ""
+    units = _text_list(dataset, UNIT_ATTRIBUTES)
+    return units[0] if len(units) == 1 else ""
 
 
-def _checked_length(columns: Columns, wanted: WantedColumns, shown: str) -> int:
-    n_rows = common_length(columns.lengths, wanted, shown)
-    check_sizes({name: columns.datasets[name] for name in wanted.names}, n_rows, shown)
+def _checked_length(columns: Columns, wanted: WantedColumns, display_name: str) -> int:
+    n_rows = common_length(columns.lengths, wanted, display_name)
+    check_sizes({name: columns.datasets[name] for name in wanted.names}, n_rows, display_name)
     for name in wanted.names:
         dataset = columns.datasets[name]
         check_words(dataset)
@@ -289,7 +301,7 @@ def _checked_length(columns: Columns, wanted: WantedColumns, shown: str) -> int:
             reason = f"its attribute {scaled[0]!r} says that the numbers are scaled"
             raise InputError.at(
                 FaultCode.CONTENT_UNSUPPORTED,
-                shown,
+                display_name,
                 f"column {name}",
                 reason,
                 "write the physical values, without that attribute",
@@ -297,7 +309,11 @@ def _checked_length(columns: Columns, wanted: WantedColumns, shown: str) -> int:
         if _unwritten(dataset):
             reason = "parts of it were never written: writing was interrupted"
             raise InputError.at(
-                FaultCode.FILE_INCOMPLETE, shown, f"column {name}", reason, "log again, or cut the rows off in a copy"
+                FaultCode.FILE_INCOMPLETE,
+                display_name,
+                f"column {name}",
+                reason,
+                "log again, or cut the rows off in a copy",
             )
     return n_rows
 

@@ -125,16 +125,20 @@ class MatReader(Reader):
         except OSError:
             return False
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
+    def read_header(
+        self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None
+    ) -> Header:
         """Return the columns of the variable; MAT files state no units."""
-        shown = shown or str(path)
-        with _open(path, options, shown) as (columns, place):
+        display_name = display_name or str(path)
+        with _open(path, options, display_name) as (columns, place):
             if wanted is not None:
-                check_columns(wanted, tuple(columns), shown, place)
+                check_columns(wanted, tuple(columns), display_name, place)
             lengths = {column.n_rows for column in columns.values()}
             return Header(tuple(columns), {}, lengths.pop() if len(lengths) == 1 else None)
 
-    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
+    def read_batches(
+        self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
+    ) -> Iterator[Batch]:
         """Yield the rows in batches.
 
         Raises
@@ -143,20 +147,20 @@ class MatReader(Reader):
             For a damaged or cut off file, a missing variable, columns of unequal length, a column of another kind, a
             number that is not finite.
         """
-        shown = shown or str(path)
-        with _open(path, options, shown) as (columns, place):
-            check_columns(wanted, tuple(columns), shown, place)
-            n_rows = common_length({name: columns[name].n_rows for name in wanted.names}, wanted, shown)
-            ROWS.check(n_rows, shown)
+        display_name = display_name or str(path)
+        with _open(path, options, display_name) as (columns, place):
+            check_columns(wanted, tuple(columns), display_name, place)
+            n_rows = common_length({name: columns[name].n_rows for name in wanted.names}, wanted, display_name)
+            ROWS.check(n_rows, display_name)
             datasets = {name: columns[name].dataset for name in wanted.names if columns[name].dataset is not None}
             if datasets:
-                check_sizes(datasets, n_rows, shown)
+                check_sizes(datasets, n_rows, display_name)
 
             def read(name: str, start: int, end: int) -> NDArray[Any]:
                 return columns[name].read(start, end)
 
             for start in range(0, n_rows, BATCH_ROWS):
-                yield batch_of_columns(read, wanted, start, min(start + BATCH_ROWS, n_rows), shown)
+                yield batch_of_columns(read, wanted, start, min(start + BATCH_ROWS, n_rows), display_name)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``row n``."""
@@ -167,91 +171,95 @@ READER = MatReader()
 
 
 @contextmanager
-def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[dict[str, Vector], str]]:
-    check_options(options, MatOptions, "mat", shown)
-    check_there(path, shown)
+def _open(path: Path, options: Options, display_name: str) -> Iterator[tuple[dict[str, Vector], str]]:
+    check_options(options, MatOptions, "mat", display_name)
+    check_there(path, display_name)
     variable = str(options.get("variable") or "")
     place = f"variable {variable}" if variable else ""
-    with damaged_file_errors("MAT file", shown, "copy it again from its origin, or save it again"):
+    with damaged_file_errors("MAT file", display_name, "copy it again from its origin, or save it again"):
         if h5py.is_hdf5(path):
             with h5py.File(path, "r") as file:
-                yield _columns(_Tree73(file, shown), options, shown), place
+                yield _columns(_Tree73(file, display_name), options, display_name), place
         else:
-            yield _columns(_Tree5(path, shown), options, shown), place
+            yield _columns(_Tree5(path, display_name), options, display_name), place
 
 
-def _columns(tree: _Tree73 | _Tree5, options: Options, shown: str) -> dict[str, Vector]:
+def _columns(tree: _Tree73 | _Tree5, options: Options, display_name: str) -> dict[str, Vector]:
     """Return the columns that the options point at."""
     variable, names = str(options.get("variable") or ""), options.get("columns")
-    item, there = tree.top, ""
-    for part in variable.split(".") if variable else []:
-        members = tree.members(item)
-        if members is None or part not in members:
-            inside = f" in {there!r}" if there else ""
-            mend = nearest_name(part, list(members or ()))
+    item, path = tree.top, ""
+    for step in variable.split(".") if variable else []:
+        inside_item = tree.members(item)
+        if inside_item is None or step not in inside_item:
+            inside = f" in {path!r}" if path else ""
+            mend = nearest_name(step, list(inside_item or ()))
             raise InputError.at(
-                FaultCode.LOG_PART_MISSING, shown, "mat.variable", f"no variable {part!r}{inside}", mend
+                FaultCode.LOG_PART_MISSING, display_name, "mat.variable", f"no variable {step!r}{inside}", mend
             )
-        item, there = members[part], f"{there}.{part}".strip(".")
-    found = tree.members(item)
-    if found is not None and not variable and len(found) == 1 and not names:
-        (only,) = found
-        inner = tree.members(found[only])
-        found, there = (inner, only) if inner is not None else (found, there)
-    if found is None:
-        return _matrix_columns(tree, item, names, there, shown)
+        item, path = inside_item[step], f"{path}.{step}".strip(".")
+    members = tree.members(item)
+    if members is not None and not variable and len(members) == 1 and not names:
+        (only,) = members
+        inner = tree.members(members[only])
+        members, path = (inner, only) if inner is not None else (members, path)
+    if members is None:
+        return _matrix_columns(tree, item, names, path, display_name)
     if names:
         raise InputError.at(
             FaultCode.OPTION_CONFLICT,
-            shown,
+            display_name,
             "mat.columns",
             "names are for a matrix's columns",
             "name the matrix: mat.variable",
         )
     columns = {}
-    for name, member in found.items():
+    for name, member in members.items():
         for column, vector in tree.vectors(member).items():
             columns[name if not column else f"{name}[{column}]"] = vector
     if not columns:
-        opaque = [name for name, member in found.items() if tree.kind(member) not in PLAIN_CLASSES]
+        opaque = [name for name, member in members.items() if tree.kind(member) not in PLAIN_CLASSES]
         if opaque:
-            reason = f"{opaque[0]!r} is a MATLAB {tree.kind(found[opaque[0]])}, which only MATLAB can read"
-            raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, shown, f"variable {opaque[0]}", reason, IN_MATLAB)
-        told = ", ".join(repr(name) for name in list(found)[:12]) or "nothing"
+            reason = f"{opaque[0]!r} is a MATLAB {tree.kind(members[opaque[0]])}, which only MATLAB can read"
+            raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, f"variable {opaque[0]}", reason, IN_MATLAB)
+        listed = ", ".join(repr(name) for name in list(members)[:12]) or "nothing"
         raise InputError.at(
             FaultCode.FILE_EMPTY,
-            shown,
+            display_name,
             "",
             "no vectors here",
-            f"name a struct or matrix: mat.variable; the file has {told}",
+            f"name a struct or matrix: mat.variable; the file has {listed}",
         )
     return columns
 
 
-def _matrix_columns(tree: _Tree73 | _Tree5, item: Any, names: object, there: str, shown: str) -> dict[str, Vector]:
+def _matrix_columns(
+    tree: _Tree73 | _Tree5, item: Any, names: object, path: str, display_name: str
+) -> dict[str, Vector]:
     if tree.kind(item) not in PLAIN_CLASSES:
         reason = f"it is a MATLAB {tree.kind(item)}, which only MATLAB can read"
-        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, shown, f"variable {there}", reason, IN_MATLAB)
+        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, f"variable {path}", reason, IN_MATLAB)
     vectors = tree.vectors(item)
     if not isinstance(names, list) or len(names) != len(vectors):
-        said = f"{len(names)} names for " if isinstance(names, list) else "its columns have no names: "
+        counts = f"{len(names)} names for " if isinstance(names, list) else "its columns have no names: "
         mend = 'write mat.columns = ["Fx", "Fy", …], one name per column'
-        raise InputError.at(FaultCode.SHAPE_MISMATCH, shown, f"variable {there}", f"{said}{len(vectors)} columns", mend)
+        raise InputError.at(
+            FaultCode.SHAPE_MISMATCH, display_name, f"variable {path}", f"{counts}{len(vectors)} columns", mend
+        )
     return {str(name): vector for name, vector in zip(names, vectors.values(), strict=True)}
 
 
 class _Tree73:
     """A file of version 7.3: groups are structs, every array lies transposed."""
 
-    def __init__(self, file: h5py.File, shown: str) -> None:
+    def __init__(self, file: h5py.File, display_name: str) -> None:
         self.top: Any = file
         self._file = file
-        self._shown = shown
+        self._display_name = display_name
 
     def members(self, item: Any) -> dict[str, Any] | None:
         if not isinstance(item, h5py.Group):
             return None
-        COLUMNS.check(len(item), self._shown, str(item.name))
+        COLUMNS.check(len(item), self._display_name, str(item.name))
         members, _ = members_inside(item)  # what lies in another file is no variable of this one
         return {name: member for name, member in members.items() if not name.startswith("#")}
 
@@ -272,10 +280,10 @@ class _Tree73:
         if n_rows == 1:
             rows = by_chunk(lambda a, b: np.asarray(item[a:b, 0]), item, 0, n_columns)
             return {"": Vector(n_columns, self._reader(item, kind, rows), item)}
-        COLUMNS.check(n_columns, self._shown, str(item.name))
+        COLUMNS.check(n_columns, self._display_name, str(item.name))
         rows_of = [by_chunk(partial(_transposed, item, column), item, 1, n_rows) for column in range(n_columns)]
-        found = [Vector(n_rows, self._reader(item, kind, rows), item) for rows in rows_of]
-        return {"" if n_columns == 1 else str(k + 1): vector for k, vector in enumerate(found)}
+        vectors = [Vector(n_rows, self._reader(item, kind, rows), item) for rows in rows_of]
+        return {"" if n_columns == 1 else str(k + 1): vector for k, vector in enumerate(vectors)}
 
     def _reader(self, item: Any, kind: str, read: Read) -> Read:
         if kind != "cell":
@@ -283,13 +291,13 @@ class _Tree73:
         return lambda a, b: np.array([self._word(reference) for reference in read(a, b)], dtype=object)
 
     def _word(self, reference: Any) -> str:
-        held = self._file[reference]
-        check_item(held, "a cell")
-        if not isinstance(held, h5py.Dataset) or held.size > MOST_LETTERS:
+        cell = self._file[reference]
+        check_item(cell, "a cell")
+        if not isinstance(cell, h5py.Dataset) or cell.size > MOST_LETTERS:
             return ""
-        if self.kind(held) != "char" or "MATLAB_empty" in held.attrs:
+        if self.kind(cell) != "char" or "MATLAB_empty" in cell.attrs:
             return ""
-        return "".join(chr(code) for code in np.asarray(held).ravel())
+        return "".join(chr(code) for code in np.asarray(cell).ravel())
 
 
 def _transposed(item: Any, column: int, start: int, end: int) -> NDArray[Any]:
@@ -299,10 +307,10 @@ def _transposed(item: Any, column: int, start: int, end: int) -> NDArray[Any]:
 class _Tree5:
     """A file of version 5 to 7, its variables read one by one when they are asked for."""
 
-    def __init__(self, path: Path, shown: str) -> None:
+    def __init__(self, path: Path, display_name: str) -> None:
         from scipy.io import loadmat, whosmat
 
-        check_elements(path, shown)
+        check_elements(path, display_name)
         outline = whosmat(str(path), appendmat=False)
         self._outline = {name: (shape, kind) for name, shape, kind in outline}
         self.top: Any = None
@@ -347,8 +355,8 @@ class _Tree5:
         def reader(column: int | None) -> Read:
             def read(start: int, end: int) -> NDArray[Any]:
                 value = self._value(item)
-                part = value.ravel()[start:end] if column is None else value[start:end, column]
-                return np.array([_cell_word(cell) for cell in part], dtype=object) if kind == "cell" else part
+                cells = value.ravel()[start:end] if column is None else value[start:end, column]
+                return np.array([_cell_word(cell) for cell in cells], dtype=object) if kind == "cell" else cells
 
             return read
 

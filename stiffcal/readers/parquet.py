@@ -66,13 +66,15 @@ class ParquetReader(Reader):
         except OSError:
             return False
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
+    def read_header(
+        self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None
+    ) -> Header:
         """Return the columns; units where a column's metadata holds ``unit`` or ``units``."""
-        shown = shown or str(path)
-        with _open(path, options, shown) as file:
+        display_name = display_name or str(path)
+        with _open(path, options, display_name) as file:
             columns = _leaves(file)
             if wanted is not None:
-                check_columns(wanted, columns, shown, "schema")
+                check_columns(wanted, columns, display_name, "schema")
             units = {}
             for column in file.schema_arrow:
                 for key in (b"unit", b"units"):
@@ -80,7 +82,9 @@ class ParquetReader(Reader):
                         units[column.name] = column.metadata[key].decode("utf-8", "replace")
             return Header(columns, units, file.metadata.num_rows)
 
-    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
+    def read_batches(
+        self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
+    ) -> Iterator[Batch]:
         """Yield the rows in batches.
 
         Raises
@@ -88,24 +92,24 @@ class ParquetReader(Reader):
         InputError
             For a damaged or cut off file, a missing column, a column that holds no numbers, an empty cell.
         """
-        shown = shown or str(path)
-        with _open(path, options, shown, (*wanted.texts, *wanted.times)) as file:
-            check_columns(wanted, _leaves(file), shown, "schema")
+        display_name = display_name or str(path)
+        with _open(path, options, display_name, (*wanted.texts, *wanted.times)) as file:
+            check_columns(wanted, _leaves(file), display_name, "schema")
             if file.metadata.num_rows == 0:
                 raise InputError.at(
-                    FaultCode.FILE_EMPTY, shown, "", "the table has no rows", "log again, or leave the file out"
+                    FaultCode.FILE_EMPTY, display_name, "", "the table has no rows", "log again, or leave the file out"
                 )
             row = 1
-            _check_sizes(file, wanted, path.stat().st_size, shown)
+            _check_sizes(file, wanted, path.stat().st_size, display_name)
             for records in file.iter_batches(BATCH_ROWS, columns=list(wanted.names), use_threads=False):
-                batch = _batch(records, wanted, row, shown)
+                batch = _batch(records, wanted, row, display_name)
                 row += len(batch)
-                ROWS.check(row - 1, shown)
+                ROWS.check(row - 1, display_name)
                 yield batch
             if row - 1 != file.metadata.num_rows:
                 reason = f"no whole Parquet file ({row - 1} rows where its footer says {file.metadata.num_rows})"
                 raise InputError.at(
-                    FaultCode.FILE_DAMAGED, shown, "", reason, "copy it again from its origin, or log again"
+                    FaultCode.FILE_DAMAGED, display_name, "", reason, "copy it again from its origin, or log again"
                 )
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
@@ -117,42 +121,44 @@ READER = ParquetReader()
 
 
 @contextmanager
-def _open(path: Path, options: Options, shown: str, words: Sequence[str] = ()) -> Iterator[parquet.ParquetFile]:
+def _open(path: Path, options: Options, display_name: str, words: Sequence[str] = ()) -> Iterator[parquet.ParquetFile]:
     # Words are read as the numbers of entries in a dictionary: one word of 100 MB can stand in each of a billion rows.
-    check_options(options, ParquetOptions, "parquet", shown)
+    check_options(options, ParquetOptions, "parquet", display_name)
     try:
-        check_there(path, shown)
-        with open_regular(path, shown) as opened:  # as a path pyarrow takes no name that is not UTF-8
+        check_there(path, display_name)
+        with open_regular(path, display_name) as opened:  # as a path pyarrow takes no name that is not UTF-8
             metadata = parquet.read_metadata(opened)
-            COLUMNS.check(metadata.num_columns, shown)
-            there = [name for name in words if name in _leaves(metadata)]
+            COLUMNS.check(metadata.num_columns, display_name)
+            dictionary_columns = [name for name in words if name in _leaves(metadata)]
             opened.seek(0)
             with parquet.ParquetFile(
-                opened, metadata=metadata, page_checksum_verification=True, read_dictionary=there
+                opened, metadata=metadata, page_checksum_verification=True, read_dictionary=dictionary_columns
             ) as file:
                 yield file
     except FileNotFoundError:
-        raise InputError.at(FaultCode.FILE_MISSING, shown, "", "no such file", "correct the file's name") from None
+        raise InputError.at(
+            FaultCode.FILE_MISSING, display_name, "", "no such file", "correct the file's name"
+        ) from None
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = f"no whole Parquet file ({str(error).splitlines()[0]})"
         raise InputError.at(
-            FaultCode.FILE_DAMAGED, shown, "", reason, "copy it again from its origin, or log again"
+            FaultCode.FILE_DAMAGED, display_name, "", reason, "copy it again from its origin, or log again"
         ) from None
 
 
-def _check_sizes(file: parquet.ParquetFile, wanted: WantedColumns, size: int, shown: str) -> None:
+def _check_sizes(file: parquet.ParquetFile, wanted: WantedColumns, size: int, display_name: str) -> None:
     """Refuse a table whose columns take far more memory than the file has bytes: runs of one value are stored once.
 
     By the rows alone: in a damaged footer pyarrow ends the whole program where it is asked for a row group.
     """
     chosen = [index for index, name in enumerate(_leaves(file)) if name in wanted.names]
     for index in chosen:
-        _check_kind(file, index, wanted, shown)
-    ROWS.check(file.metadata.num_rows, shown)
-    check_unpacked(8 * file.metadata.num_rows * len(chosen), size, shown)
+        _check_kind(file, index, wanted, display_name)
+    ROWS.check(file.metadata.num_rows, display_name)
+    check_unpacked(8 * file.metadata.num_rows * len(chosen), size, display_name)
 
 
-def _check_kind(file: parquet.ParquetFile, index: int, wanted: WantedColumns, shown: str) -> None:
+def _check_kind(file: parquet.ParquetFile, index: int, wanted: WantedColumns, display_name: str) -> None:
     """Refuse lists, and words where numbers are wanted, before the library takes memory for all of them."""
     column = file.schema.column(index)
     words = column.physical_type == "BYTE_ARRAY" and column.logical_type.type != "DECIMAL"
@@ -160,7 +166,7 @@ def _check_kind(file: parquet.ParquetFile, index: int, wanted: WantedColumns, sh
         top = file.schema_arrow.field(file.schema_arrow.names.index(column.path.split(".")[0])).type
         reason = f"it holds {top}, not {'words' if column.path in wanted.texts else 'numbers'}"
         raise InputError.at(
-            FaultCode.COLUMN_TYPE, shown, f"column {column.path}", reason, "name a column of single values"
+            FaultCode.COLUMN_TYPE, display_name, f"column {column.path}", reason, "name a column of single values"
         )
 
 
@@ -168,7 +174,7 @@ def _leaves(file: parquet.ParquetFile | parquet.FileMetaData) -> tuple[str, ...]
     return tuple(file.schema.column(index).path for index in range(len(file.schema)))
 
 
-def _batch(records: pa.RecordBatch, wanted: WantedColumns, first_row: int, shown: str) -> Batch:
+def _batch(records: pa.RecordBatch, wanted: WantedColumns, first_row: int, display_name: str) -> Batch:
     numbers: dict[str, Floats] = {}
     texts: dict[str, list[str]] = {}
     for name in wanted.names:
@@ -176,18 +182,24 @@ def _batch(records: pa.RecordBatch, wanted: WantedColumns, first_row: int, shown
         if column.null_count and name not in wanted.gaps:
             row = first_row + next(index for index, value in enumerate(column) if not value.is_valid)
             mend = "give the value, or delete the row in a copy of the file"
-            raise InputError.at(FaultCode.CELL_EMPTY, shown, f"row {row}, column {name}", "the cell is empty", mend)
+            raise InputError.at(
+                FaultCode.CELL_EMPTY, display_name, f"row {row}, column {name}", "the cell is empty", mend
+            )
         if name in wanted.numbers:
-            numbers[name] = _numbers(column, name, shown)
+            numbers[name] = _numbers(column, name, display_name)
         elif name in wanted.times:
-            numbers[name] = _seconds(column, name, shown, first_row)
+            numbers[name] = _seconds(column, name, display_name, first_row)
         else:
-            texts[name] = _words(column, name, shown)
+            texts[name] = _words(column, name, display_name)
     bad = first_not_finite(numbers, wanted, first_row)
     if bad is not None:
         mend = "give the reading, or delete the row in a copy of the file"
         raise InputError.at(
-            FaultCode.NUMBER_INVALID, shown, f"row {bad[0]}, column {bad[1]}", f"{bad[2]} is not a finite number", mend
+            FaultCode.NUMBER_INVALID,
+            display_name,
+            f"row {bad[0]}, column {bad[1]}",
+            f"{bad[2]} is not a finite number",
+            mend,
         )
     return Batch(first_row, numbers, texts)
 
@@ -197,41 +209,45 @@ def _column(records: pa.RecordBatch, name: str) -> pa.Array:
         return records.column(records.schema.names.index(name))
     group, *inner = name.split(".")
     column = records.column(group)
-    for part in inner:
+    for field in inner:
         # `flatten` hands the group's own empty rows down to its members.
-        column = column.flatten()[column.type.get_field_index(part)]
+        column = column.flatten()[column.type.get_field_index(field)]
     return column
 
 
-def _numbers(column: pa.Array, name: str, shown: str) -> Floats:
+def _numbers(column: pa.Array, name: str, display_name: str) -> Floats:
     kind = column.type
     if pa.types.is_dictionary(kind):
         column = column.dictionary_decode()
         kind = column.type
     if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
         raise InputError.at(
-            FaultCode.COLUMN_TYPE, shown, f"column {name}", f"it holds {kind}, not numbers", "name a column of numbers"
+            FaultCode.COLUMN_TYPE,
+            display_name,
+            f"column {name}",
+            f"it holds {kind}, not numbers",
+            "name a column of numbers",
         )
     return values_of(column.cast(pa.float64(), safe=False))
 
 
-def _seconds(column: pa.Array, name: str, shown: str, first_row: int) -> Floats:
+def _seconds(column: pa.Array, name: str, display_name: str, first_row: int) -> Floats:
     if pa.types.is_timestamp(column.type):
         counts = values_of(column.cast(pa.int64()))
         return (counts / (1_000_000_000 / NANOSECONDS[column.type.unit])).astype("float64")
-    return seconds_of_times(_words(column, name, shown), shown, name, first_row)
+    return seconds_of_times(_words(column, name, display_name), display_name, name, first_row)
 
 
-def _words(column: pa.Array, name: str, shown: str) -> list[str]:
+def _words(column: pa.Array, name: str, display_name: str) -> list[str]:
     if pa.types.is_dictionary(column.type):
-        entries = _words(column.dictionary, name, shown)  # each once, however often it stands in the table
+        entries = _words(column.dictionary, name, display_name)  # each once, however often it stands in the table
         return [entries[index] for index in column.indices.to_pylist()]
     if not (pa.types.is_string(column.type) or pa.types.is_large_string(column.type)):
         # Run numbers are words as well.
         if not pa.types.is_integer(column.type):
             raise InputError.at(
                 FaultCode.COLUMN_TYPE,
-                shown,
+                display_name,
                 f"column {name}",
                 f"it holds {column.type}, not words",
                 "name a column of words",

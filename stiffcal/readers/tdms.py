@@ -82,17 +82,21 @@ class TdmsReader(Reader):
         except OSError:
             return False
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
+    def read_header(
+        self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None
+    ) -> Header:
         """Return the channels of the group."""
-        shown = shown or str(path)
-        with _open(path, options, shown) as (channels, place):
+        display_name = display_name or str(path)
+        with _open(path, options, display_name) as (channels, place):
             if wanted is not None:
-                check_columns(wanted, tuple(channels), shown, place)
+                check_columns(wanted, tuple(channels), display_name, place)
             lengths = {_length(channel) for channel in channels.values()}
             units = {name: unit for name, channel in channels.items() if (unit := _unit(name, channel))}
             return Header(tuple(channels), units, lengths.pop() if len(lengths) == 1 else None)
 
-    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
+    def read_batches(
+        self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
+    ) -> Iterator[Batch]:
         """Yield the rows in batches.
 
         Raises
@@ -101,21 +105,21 @@ class TdmsReader(Reader):
             For a damaged file or one whose writer was interrupted, a missing channel, channels of unequal length, a
             channel that holds no numbers, a number that is not finite.
         """
-        shown = shown or str(path)
-        with _open(path, options, shown) as (channels, place):
-            check_columns(wanted, tuple(channels), shown, place)
-            n_rows = common_length({name: _length(channel) for name, channel in channels.items()}, wanted, shown)
-            ROWS.check(n_rows, shown)
+        display_name = display_name or str(path)
+        with _open(path, options, display_name) as (channels, place):
+            check_columns(wanted, tuple(channels), display_name, place)
+            n_rows = common_length({name: _length(channel) for name, channel in channels.items()}, wanted, display_name)
+            ROWS.check(n_rows, display_name)
 
             def read(name: str, start: int, end: int) -> NDArray[Any]:
                 channel = channels[name]
                 if isinstance(channel, _Waveform):
                     return channel.times(start, end)
-                with damaged_file_errors("TDMS file", shown):
+                with damaged_file_errors("TDMS file", display_name):
                     return np.asarray(channel.read_data(start, end - start))
 
             for start in range(0, n_rows, BATCH_ROWS):
-                yield batch_of_columns(read, wanted, start, min(start + BATCH_ROWS, n_rows), shown)
+                yield batch_of_columns(read, wanted, start, min(start + BATCH_ROWS, n_rows), display_name)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``row n``."""
@@ -139,26 +143,26 @@ class _Waveform:
 
 
 @contextmanager
-def _open(path: Path, options: Options, shown: str) -> Iterator[tuple[Mapping[str, Any], str]]:
-    check_options(options, TdmsOptions, "tdms", shown)
-    check_there(path, shown)
+def _open(path: Path, options: Options, display_name: str) -> Iterator[tuple[Mapping[str, Any], str]]:
+    check_options(options, TdmsOptions, "tdms", display_name)
+    check_there(path, display_name)
     try:
         from nptdms import TdmsFile
         from nptdms.log import log_manager
     except ImportError:
-        raise missing_library("tdms", shown) from None
+        raise missing_library("tdms", display_name) from None
     # Opened here, as the library lets go of no file that it cannot read.
-    with open_regular(path, shown) as raw:
-        with damaged_file_errors("TDMS file", shown):
+    with open_regular(path, display_name) as raw:
+        with damaged_file_errors("TDMS file", display_name):
             # What it logs of a damaged file is said below, as a fault.
             log_manager.set_level(logging.CRITICAL)
             file = TdmsFile.open(raw)
         with file:
-            _check_finished(file, shown)
-            with damaged_file_errors("TDMS file", shown):
-                group = _group(file, options, shown)
-                _check_scalings((file, group, *group.channels()), shown)
-                COLUMNS.check(len(group.channels()), shown, f"group {group.name}")
+            _check_finished(file, display_name)
+            with damaged_file_errors("TDMS file", display_name):
+                group = _group(file, options, display_name)
+                _check_scalings((file, group, *group.channels()), display_name)
+                COLUMNS.check(len(group.channels()), display_name, f"group {group.name}")
                 channels = _channels(group)
             yield channels, f"group {group.name}"
 
@@ -171,7 +175,7 @@ def _channels(group: Any) -> dict[str, Any]:
     return channels
 
 
-def _check_scalings(items: Iterable[Any], shown: str) -> None:
+def _check_scalings(items: Iterable[Any], display_name: str) -> None:
     """Refuse a number of scalings, or of values in one, that no property follows: the library counts up to it."""
     for item in items:
         most = max(FEW_SCALINGS, len(item.properties))
@@ -180,11 +184,15 @@ def _check_scalings(items: Iterable[Any], shown: str) -> None:
             if counts and not (isinstance(value, int | np.integer) and 0 <= value <= most):
                 reason = f"the property {name} is {value!r}, and no such scalings are there"
                 raise InputError.at(
-                    FaultCode.FILE_DAMAGED, shown, str(getattr(item, "path", "/")), reason, "write the scaled values"
+                    FaultCode.FILE_DAMAGED,
+                    display_name,
+                    str(getattr(item, "path", "/")),
+                    reason,
+                    "write the scaled values",
                 )
 
 
-def _check_finished(file: Any, shown: str) -> None:
+def _check_finished(file: Any, display_name: str) -> None:
     status = file.file_status
     if not status.incomplete_final_segment and not status.channel_statuses:
         return
@@ -194,32 +202,36 @@ def _check_finished(file: Any, shown: str) -> None:
             reason += f" (channel {path}: {channel.read_length} of {channel.expected_length} values of it)"
             break
     mend = "copy it again from its origin, or open and save it in DIAdem or LabVIEW and see what is left"
-    raise InputError.at(FaultCode.FILE_INCOMPLETE, shown, "last segment", reason, mend)
+    raise InputError.at(FaultCode.FILE_INCOMPLETE, display_name, "last segment", reason, mend)
 
 
-def _group(file: Any, options: Options, shown: str) -> Any:
+def _group(file: Any, options: Options, display_name: str) -> Any:
     groups = {group.name: group for group in file.groups()}
     asked = options.get("group")
     if asked is not None:
         if asked not in groups:
             raise InputError.at(
                 FaultCode.LOG_PART_MISSING,
-                shown,
+                display_name,
                 "tdms.group",
                 f"no group {asked!r}",
                 nearest_name(str(asked), list(groups)),
             )
         return groups[str(asked)]
-    held = [name for name, group in groups.items() if group.channels()]
-    if len(held) == 1:
-        return groups[held[0]]
-    if not held:
+    names = [name for name, group in groups.items() if group.channels()]
+    if len(names) == 1:
+        return groups[names[0]]
+    if not names:
         raise InputError.at(
-            FaultCode.FILE_EMPTY, shown, "", "the file holds no channels", "log again, or leave the file out"
+            FaultCode.FILE_EMPTY, display_name, "", "the file holds no channels", "log again, or leave the file out"
         )
-    told = ", ".join(repr(name) for name in held[:12])
+    listed = ", ".join(repr(name) for name in names[:12])
     raise InputError.at(
-        FaultCode.LOG_PART_AMBIGUOUS, shown, "tdms.group", f"{len(held)} groups hold channels", f"say which: {told}"
+        FaultCode.LOG_PART_AMBIGUOUS,
+        display_name,
+        "tdms.group",
+        f"{len(names)} groups hold channels",
+        f"say which: {listed}",
     )
 
 
@@ -230,5 +242,5 @@ def _length(channel: Any) -> int:
 def _unit(name: str, channel: Any) -> str:
     if isinstance(channel, _Waveform):
         return "s"
-    found: Callable[[str], Any] = channel.properties.get
-    return next((str(found(key)).strip() for key in UNIT_PROPERTIES if found(key)), "")
+    property_of: Callable[[str], Any] = channel.properties.get
+    return next((str(property_of(key)).strip() for key in UNIT_PROPERTIES if property_of(key)), "")

@@ -43,12 +43,14 @@ def has_shape(kind: Any, document: Mapping[str, Any]) -> bool:
     return True
 
 
-def result_from(kind: type[Result], document: Mapping[str, Any], shown: str, name: str) -> Result:
+def result_from(kind: type[Result], document: Mapping[str, Any], display_name: str, name: str) -> Result:
     """Return what a document of a store holds.
 
     Parameters
     ----------
-    kind : of the result. document : as it was read. shown, name : of the store and of the document, for the error.
+    kind : type of the result.
+    document : as it was read.
+    display_name, name : of the store and of the document, for the error.
 
     Raises
     ------
@@ -60,5 +62,5 @@ def result_from(kind: type[Result], document: Mapping[str, Any], shown: str, nam
         return result_of(kind, json.dumps(document))
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise damaged(shown, name, f"{place[:80]}: {first['msg'][:120]}") from None
+        place = ".".join(str(step) for step in first["loc"])
+        raise damaged(display_name, name, f"{place[:80]}: {first['msg'][:120]}") from None

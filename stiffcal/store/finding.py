@@ -17,7 +17,9 @@ from stiffcal.trust.notices import notice
 ATTEMPTS = 100
 
 
-def find_generation(store: Path, shown: str, named: Callable[[Path], Path | None] = current_folder) -> Path | None:
+def find_generation(
+    store: Path, display_name: str, named: Callable[[Path], Path | None] = current_folder
+) -> Path | None:
     """Return the folder of the generation that is to be read, or None where there is none.
 
     Where none is named, or the named one is not there, the newest whole one; one line says so.
@@ -33,9 +35,9 @@ def find_generation(store: Path, shown: str, named: Callable[[Path], Path | None
             return folder
         candidates = [folder for folder in all_generations(store) if is_there(folder / INDEX)]
     except OSError as error:
-        raise error_of_reading(error, shown, CURRENT) from None
+        raise error_of_reading(error, display_name, CURRENT) from None
     for folder in candidates:
-        if is_whole(store, folder, shown):
+        if is_whole(store, folder, display_name):
             notice(f"{store}: current names no generation that is there: the newest whole one is used, {folder.name}")
             return folder
     return None
@@ -53,7 +55,7 @@ def _named_generation(store: Path, named: Callable[[Path], Path | None]) -> Path
     return None
 
 
-def is_whole(store: Path, folder: Path, shown: str) -> bool:
+def is_whole(store: Path, folder: Path, display_name: str) -> bool:
     """Return whether all files of a generation are there and are what was written.
 
     Raises
@@ -63,21 +65,21 @@ def is_whole(store: Path, folder: Path, shown: str) -> bool:
     """
     place = place_of(store, folder)
     try:
-        index = read_index(store, place, shown)
+        index = read_index(store, place, display_name)
         for kind, ending in (("tables", ".parquet"), ("documents", ".json")):
             for name, entry in index.of(kind).items():
                 inside = file_of(name, ending)
                 with open_inside(store, f"{place}/{inside}") as file:
-                    verify(file, folder / inside, entry, shown, name)
+                    verify(file, folder / inside, entry, display_name, name)
     except DamagedStoreError:
         return False
     except OSError as error:
         if is_refused(error):
-            raise error_of_reading(error, shown, place) from None
+            raise error_of_reading(error, display_name, place) from None
         return False
     return True
 
 
-def nothing_stored(shown: str) -> InputError:
+def nothing_stored(display_name: str) -> InputError:
     """Return the error of a store without anything in it."""
-    return InputError.at(FaultCode.STORE_MISSING, shown, "", "nothing is stored here yet", "run ingest first")
+    return InputError.at(FaultCode.STORE_MISSING, display_name, "", "nothing is stored here yet", "run ingest first")

@@ -55,8 +55,8 @@ def current_folder(store: Path) -> Path | None:
     if named is not None:
         return store / GENERATIONS / named
     # A copy of a store that turned the link into what it pointed to.
-    whole = is_plain_folder(store / CURRENT) and is_there(store / CURRENT / INDEX)
-    return store / CURRENT if whole else None
+    exists = is_plain_folder(store / CURRENT) and is_there(store / CURRENT / INDEX)
+    return store / CURRENT if exists else None
 
 
 def _named_by_file(store: Path) -> str | None:
@@ -94,11 +94,11 @@ def all_generations(store: Path) -> list[Path]:
     generations = store / GENERATIONS
     if not is_plain_folder(generations):
         return []
-    found = [path for path in generations.iterdir() if is_generation_name(path.name) and is_plain_folder(path)]
-    return sorted(found, key=lambda path: path.name, reverse=True)
+    folders = [path for path in generations.iterdir() if is_generation_name(path.name) and is_plain_folder(path)]
+    return sorted(folders, key=lambda path: path.name, reverse=True)
 
 
-def check_plain(store: Path, shown: str) -> None:
+def check_plain(store: Path, display_name: str) -> None:
     """Look at what a writer is about to write through: nothing of it may be a link that leads elsewhere.
 
     Raises
@@ -107,13 +107,13 @@ def check_plain(store: Path, shown: str) -> None:
         ``generations`` is no folder.
     """
     try:
-        found = (store / GENERATIONS).lstat()
+        status = (store / GENERATIONS).lstat()
     except FileNotFoundError:
         return
     if not is_plain_folder(store / GENERATIONS):
         mend = f"remove it; stiffcal makes a folder {GENERATIONS} there"
         raise InputError.at(
-            FaultCode.STORE_DAMAGED, shown, GENERATIONS, f"this is {kind_of(found)}, not a plain folder", mend
+            FaultCode.STORE_DAMAGED, display_name, GENERATIONS, f"this is {kind_of(status)}, not a plain folder", mend
         )
 
 
@@ -167,18 +167,18 @@ def _replace_text(path: Path, text: str) -> None:
 
 
 @contextmanager
-def pinned(store: Path, folder: Path, shown: str = "store") -> Iterator[bool]:
+def pinned(store: Path, folder: Path, display_name: str = "store") -> Iterator[bool]:
     """Hold a generation against removal while it is read; yields False where it was removed already.
 
     Raises
     ------
-    UnreadableError : the system does not let its index be read; `shown` is the store's name in the message.
+    UnreadableError : the system does not let its index be read; `display_name` is the store's name in the message.
     """
     try:
         file = open_inside(store, f"{place_of(store, folder)}/{INDEX}")
     except OSError as error:
         if is_refused(error):
-            raise error_of_reading(error, shown, INDEX) from None
+            raise error_of_reading(error, display_name, INDEX) from None
         yield False
         return
     with file:

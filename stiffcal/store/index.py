@@ -53,13 +53,13 @@ class NewerError(InputError):
     """A part of a store was written by a newer stiffcal."""
 
 
-def error_of_reading(error: OSError, shown: str, place: str) -> InputError:
+def error_of_reading(error: OSError, display_name: str, place: str) -> InputError:
     """Return why a part of a store cannot be used, after the system's own error.
 
     Parameters
     ----------
     error : from looking at it or opening it.
-    shown : the store's name in messages.
+    display_name : the store's name in messages.
     place : the part.
 
     Returns
@@ -79,11 +79,11 @@ the history is kept as far as it can be read [store-damaged]
     """
     words = error.strerror or str(error)
     if not is_refused(error):
-        return DamagedStoreError.at(FaultCode.STORE_DAMAGED, shown, place, f"damaged ({words})", REBUILD)
+        return DamagedStoreError.at(FaultCode.STORE_DAMAGED, display_name, place, f"damaged ({words})", REBUILD)
     no_right = error.errno in (errno.EACCES, errno.EPERM)
     mend = "get the right to read it" if no_right else MENDS.get(error.errno or 0, "look whether the disk is in order")
     return UnreadableError.at(
-        FaultCode.STORE_INACCESSIBLE, shown, place, f"cannot be read ({words})", f"{mend}, then do this again"
+        FaultCode.STORE_INACCESSIBLE, display_name, place, f"cannot be read ({words})", f"{mend}, then do this again"
     )
 
 
@@ -142,18 +142,18 @@ def file_of(name: str, ending: str) -> str:
     >>> file_of("recordings/pose 1?/ft", ".parquet")
     'recordings/pose 1%3F/ft.parquet'
     """
-    parts = [file_name.stored(part) for part in name.split("/")]
+    parts = [file_name.stored(piece) for piece in name.split("/")]
     if not all(parts):
         raise ValueError(f"no name for a table or document: {name!r}")
     return "/".join(parts) + ending
 
 
-def read_index(store: Path, place: str, shown: str) -> Index:
+def read_index(store: Path, place: str, display_name: str) -> Index:
     """Return what a generation holds.
 
     Parameters
     ----------
-    store : the store's folder. place : of the generation inside it. shown : the store's name in messages.
+    store : the store's folder. place : of the generation inside it. display_name : the store's name in messages.
 
     Raises
     ------
@@ -168,15 +168,15 @@ def read_index(store: Path, place: str, shown: str) -> Index:
         with open_inside(store, f"{place}/{INDEX}") as file:
             content = file.read(MOST_BYTES + 1)
     except OSError as error:
-        raise error_of_reading(error, shown, INDEX) from None
+        raise error_of_reading(error, display_name, INDEX) from None
     if len(content) > MOST_BYTES:
         raise DamagedStoreError.at(
-            FaultCode.STORE_DAMAGED, shown, INDEX, f"damaged (more than {MOST_BYTES} bytes)", REBUILD
+            FaultCode.STORE_DAMAGED, display_name, INDEX, f"damaged (more than {MOST_BYTES} bytes)", REBUILD
         )
-    return parse_index(content, shown)
+    return parse_index(content, display_name)
 
 
-def parse_index(content: bytes, shown: str) -> Index:
+def parse_index(content: bytes, display_name: str) -> Index:
     """Return what an index says.
 
     Raises
@@ -189,37 +189,39 @@ def parse_index(content: bytes, shown: str) -> Index:
     try:
         document = parse_json(content)
         schema = document.get("schema")
-        check_version(schema, SCHEMA, shown, INDEX)
+        check_version(schema, SCHEMA, display_name, INDEX)
         if schema not in (FIRST_SCHEMA, SCHEMA):
             raise ValueError(f"schema {str(schema)[:80]!r}")
         tables, documents = (_entries(document[kind], kind, hashed=schema == SCHEMA) for kind in _KINDS)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise DamagedStoreError.at(FaultCode.STORE_DAMAGED, shown, INDEX, f"damaged ({error})", REBUILD) from None
+        raise DamagedStoreError.at(
+            FaultCode.STORE_DAMAGED, display_name, INDEX, f"damaged ({error})", REBUILD
+        ) from None
     return Index(tables, documents, hashlib.sha256(content).hexdigest())
 
 
 def _entries(listed: dict[str, Any], kind: str, *, hashed: bool) -> dict[str, Entry]:
-    found = {}
-    for name, told in listed.items():
+    entries = {}
+    for name, entry in listed.items():
         if not 0 < len(name) <= _MOST_NAME or "\0" in name:
             raise ValueError(f"no name of a table or document: {name[:80]!r}")
         name.encode()  # half a surrogate pair is no name of a file
         file_of(name, ENDINGS[kind])
-        rows, size, digest = told.get("rows", -1), told["bytes"], told["sha256"] if hashed else ""
-        origin = told.get("origin", OWN)
+        rows, size, digest = entry.get("rows", -1), entry["bytes"], entry["sha256"] if hashed else ""
+        origin = entry.get("origin", OWN)
         if not (_is_count(size) and (rows == -1 or _is_count(rows)) and origin in ORIGINS):
             raise ValueError(f"the entry of {name[:80]!r}")
         if hashed and not (isinstance(digest, str) and _SHA256.fullmatch(digest)):
             raise ValueError(f"the hash of {name[:80]!r}")
-        found[name] = Entry(size, rows, digest, origin)
-    return found
+        entries[name] = Entry(size, rows, digest, origin)
+    return entries
 
 
 def _is_count(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 62
 
 
-def check_version(schema: object, known: str, shown: str, place: str) -> None:
+def check_version(schema: object, known: str, display_name: str, place: str) -> None:
     """Raise a `NewerError` where a document's schema is a later one of the same kind.
 
     Examples
@@ -230,10 +232,12 @@ def check_version(schema: object, known: str, shown: str, place: str) -> None:
     stiffcal.store.index.NewerError: store: generation.json: written by a newer stiffcal (stiffcal/store/9); \
 update stiffcal [store-newer]
     """
-    found = _NUMBERED.fullmatch(schema) if isinstance(schema, str) else None
+    version = _NUMBERED.fullmatch(schema) if isinstance(schema, str) else None
     ours = _NUMBERED.fullmatch(known)
-    if found is not None and ours is not None and found[1] == ours[1] and int(found[2]) > int(ours[2]):
-        raise NewerError.at(FaultCode.STORE_NEWER, shown, place, f"written by a newer stiffcal ({schema})", UPDATE)
+    if version is not None and ours is not None and version[1] == ours[1] and int(version[2]) > int(ours[2]):
+        raise NewerError.at(
+            FaultCode.STORE_NEWER, display_name, place, f"written by a newer stiffcal ({schema})", UPDATE
+        )
 
 
 def parse_json(content: bytes) -> dict[str, Any]:

@@ -91,9 +91,9 @@ def open_inside(root: Path, inside: str) -> IO[bytes]:
 def _descriptor(root: Path, parts: list[str], inside: str) -> int:
     place = os.open(root, _FOLDER & ~getattr(os, "O_NOFOLLOW", 0))
     try:
-        for part in parts[:-1]:
-            _check(os.stat(part, dir_fd=place, follow_symlinks=False), inside, folder=True)
-            inner = os.open(part, _FOLDER, dir_fd=place)
+        for name in parts[:-1]:
+            _check(os.stat(name, dir_fd=place, follow_symlinks=False), inside, folder=True)
+            inner = os.open(name, _FOLDER, dir_fd=place)
             os.close(place)
             place = inner
         # The kind first: opening some devices has an effect.
@@ -105,25 +105,25 @@ def _descriptor(root: Path, parts: list[str], inside: str) -> int:
 
 def _checked_by_path(root: Path, parts: list[str], inside: str) -> int:
     place = root
-    for part in parts[:-1]:
-        place /= part
+    for name in parts[:-1]:
+        place /= name
         _check(place.lstat(), inside, folder=True)
     _check((place / parts[-1]).lstat(), inside, folder=False)
     return os.open(place / parts[-1], _FILE)
 
 
-def _check(found: os.stat_result, inside: str, *, folder: bool) -> None:
-    right = stat.S_ISDIR(found.st_mode) if folder else stat.S_ISREG(found.st_mode)
-    if not right or is_junction(found):
-        raise StrangeFileError(errno.EINVAL, f"this is {kind_of(found)}, not a plain {'folder' if folder else 'file'}")
+def _check(status: os.stat_result, inside: str, *, folder: bool) -> None:
+    right = stat.S_ISDIR(status.st_mode) if folder else stat.S_ISREG(status.st_mode)
+    if not right or is_junction(status):
+        raise StrangeFileError(errno.EINVAL, f"this is {kind_of(status)}, not a plain {'folder' if folder else 'file'}")
 
 
-def is_junction(found: os.stat_result) -> bool:
+def is_junction(status: os.stat_result) -> bool:
     """Return whether a status is that of a link of Windows, which looks like a folder."""
-    return bool(getattr(found, "st_reparse_tag", 0))
+    return bool(getattr(status, "st_reparse_tag", 0))
 
 
-def kind_of(found: os.stat_result) -> str:
+def kind_of(status: os.stat_result) -> str:
     """Return what a file is, in words.
 
     Examples
@@ -135,15 +135,15 @@ def kind_of(found: os.stat_result) -> str:
         (stat.S_ISLNK, "a link"), (stat.S_ISDIR, "a folder"), (stat.S_ISREG, "a file"), (stat.S_ISFIFO, "a pipe"),
         (stat.S_ISSOCK, "a socket"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"),
     )  # fmt: skip
-    if is_junction(found):
+    if is_junction(status):
         return "a link"
-    return next((words for matches, words in kinds if matches(found.st_mode)), "something else")
+    return next((words for matches, words in kinds if matches(status.st_mode)), "something else")
 
 
 def is_plain_folder(path: Path) -> bool:
     """Return whether a path is a folder, and no link to one."""
     try:
-        found = path.lstat()
+        status = path.lstat()
     except (OSError, ValueError):
         return False
-    return stat.S_ISDIR(found.st_mode) and not is_junction(found)
+    return stat.S_ISDIR(status.st_mode) and not is_junction(status)

@@ -20,7 +20,7 @@ _MOST_BYTES = 4096
 
 
 @contextmanager
-def writer_lock(path: Path, command: str, wait_s: float, shown: str) -> Iterator[None]:
+def writer_lock(path: Path, command: str, wait_s: float, display_name: str) -> Iterator[None]:
     """Hold the lock file `path` while writing.
 
     Raises
@@ -28,14 +28,14 @@ def writer_lock(path: Path, command: str, wait_s: float, shown: str) -> Iterator
     InputError
         If another process still holds it after `wait_s` seconds; it is named.
     """
-    descriptor = _opened(path, shown)
+    descriptor = _opened(path, display_name)
     try:
         end = time.monotonic() + wait_s
         while not try_lock(descriptor):
             if time.monotonic() >= end:
                 reason = f"{_holder(path)} is writing to it"
                 raise InputError.at(
-                    FaultCode.STORE_LOCKED, shown, "", reason, "wait until it has ended, then do this again"
+                    FaultCode.STORE_LOCKED, display_name, "", reason, "wait until it has ended, then do this again"
                 )
             time.sleep(POLL_S)
         who = json.dumps({"pid": os.getpid(), "command": command}).encode()
@@ -46,7 +46,7 @@ def writer_lock(path: Path, command: str, wait_s: float, shown: str) -> Iterator
         os.close(descriptor)
 
 
-def _opened(path: Path, shown: str) -> int:
+def _opened(path: Path, display_name: str) -> int:
     """Open the lock file, made where it is not there.
 
     Raises
@@ -55,10 +55,14 @@ def _opened(path: Path, shown: str) -> int:
         It is a link, a pipe or anything else that is no plain file: what is written into it would go elsewhere.
     """
     with suppress(FileNotFoundError):
-        found = path.lstat()
-        if not stat.S_ISREG(found.st_mode):
+        status = path.lstat()
+        if not stat.S_ISREG(status.st_mode):
             raise InputError.at(
-                FaultCode.STORE_DAMAGED, shown, path.name, f"this is {kind_of(found)}, not a plain file", "remove it"
+                FaultCode.STORE_DAMAGED,
+                display_name,
+                path.name,
+                f"this is {kind_of(status)}, not a plain file",
+                "remove it",
             )
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
     return os.open(path, os.O_RDWR | os.O_CREAT | flags, 0o666)

@@ -94,33 +94,33 @@ def with_origins(name: str, document: dict[str, Any], entry: Entry, generation: 
     for row in listed:
         if not isinstance(row, dict):
             continue
-        told = row.get("origin", OWN)
+        listed_origin = row.get("origin", OWN)
         origin = worst_of(
             origin_of_entry(recorded if recorded in ORIGINS else FOREIGN, generation, place)
-            for recorded in (told, entry.origin)
+            for recorded in (listed_origin, entry.origin)
         )
         plain = {column: value for column, value in row.items() if column != "origin"}
         marked.append(plain if origin == OWN else {**plain, "origin": origin})
     return {**document, key: marked}
 
 
-def verify(file: IO[bytes], path: Path, entry: Entry, shown: str, name: str) -> None:
+def verify(file: IO[bytes], path: Path, entry: Entry, display_name: str, name: str) -> None:
     """Compare an open file with its entry in the index, once in a process; leaves it at its beginning.
 
     Raises
     ------
     DamagedError : it is not what was written.
     """
-    found = os.fstat(file.fileno())
-    if found.st_size != entry.bytes:
-        raise damaged(shown, name, f"{found.st_size} bytes, not {entry.bytes}")
-    key = (str(path), entry.sha256, found.st_ino, found.st_size, found.st_ctime_ns)
+    status = os.fstat(file.fileno())
+    if status.st_size != entry.bytes:
+        raise damaged(display_name, name, f"{status.st_size} bytes, not {entry.bytes}")
+    key = (str(path), entry.sha256, status.st_ino, status.st_size, status.st_ctime_ns)
     if not entry.sha256 or key in _verified:
         return
     found_hash = hash_of(file)
     file.seek(0)
     if found_hash != entry.sha256:
-        raise damaged(shown, name, "its content is not what was written")
+        raise damaged(display_name, name, "its content is not what was written")
     if len(_verified) >= _MOST_VERIFIED:
         _verified.clear()
     _verified.add(key)
@@ -134,6 +134,6 @@ def hash_of(file: IO[bytes]) -> str:
     return digest.hexdigest()
 
 
-def damaged(shown: str, name: str, why: str) -> InputError:
+def damaged(display_name: str, name: str, why: str) -> InputError:
     """Return the error of a file that is not what was written."""
-    return DamagedStoreError.at(FaultCode.STORE_DAMAGED, shown, name, f"damaged ({why})", REBUILD)
+    return DamagedStoreError.at(FaultCode.STORE_DAMAGED, display_name, name, f"damaged ({why})", REBUILD)

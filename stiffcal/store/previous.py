@@ -120,7 +120,7 @@ class PreviousGeneration:
                 return os.fstat(file.fileno()).st_size == entry.bytes
         except OSError as error:
             if is_refused(error):
-                raise error_of_reading(error, self.snapshot.shown, name) from None
+                raise error_of_reading(error, self.snapshot.display_name, name) from None
             return False
 
     def _hash_of(self, kind: str, name: str) -> str:
@@ -139,7 +139,7 @@ class PreviousGeneration:
                 document = parse_json(file.read(_MOST_BYTES))
         except (OSError, ValueError) as error:
             if isinstance(error, OSError) and is_refused(error):
-                raise error_of_reading(error, self.snapshot.shown, name) from None
+                raise error_of_reading(error, self.snapshot.display_name, name) from None
             self._lost = name
             self._make_place_aside()
             return None
@@ -169,14 +169,14 @@ class PreviousGeneration:
 
     def _make_place_aside(self) -> Path:
         """Return the folder for damaged generations, made where it is not there; a link would lead out of the store."""
-        place, shown = self.snapshot.store / SET_ASIDE, self.snapshot.shown
+        place, display_name = self.snapshot.store / SET_ASIDE, self.snapshot.display_name
         with suppress(FileExistsError):
             place.mkdir()
-        found = place.lstat()
+        status = place.lstat()
         if not is_plain_folder(place):
             mend = "remove it; stiffcal makes a folder of this name for a history that cannot be read"
             raise InputError.at(
-                FaultCode.STORE_DAMAGED, shown, SET_ASIDE, f"this is {kind_of(found)}, not a plain folder", mend
+                FaultCode.STORE_DAMAGED, display_name, SET_ASIDE, f"this is {kind_of(status)}, not a plain folder", mend
             )
         return place
 
@@ -194,15 +194,15 @@ def previous_generation(store: Store, folder: Path | None) -> PreviousGeneration
     NewerError : it was written by a newer stiffcal.
     UnreadableError : the system does not let its index be read.
     """
-    found = folder or store.folder / GENERATIONS
+    generations = folder or store.folder / GENERATIONS
     index = Index()
     if folder is not None:
         try:
-            index = read_index(store.folder, place_of(store.folder, folder), store.shown)
+            index = read_index(store.folder, place_of(store.folder, folder), store.display_name)
         except DamagedStoreError:
             documents = {name: Entry(0, origin=FOREIGN) for name in ENTRY_LISTS if _is_there(folder, name)}
             index = Index(documents=documents)
-    snapshot = Snapshot(store.folder, found, index, store.shown, store.address, store.remote)
+    snapshot = Snapshot(store.folder, generations, index, store.display_name, store.address, store.remote)
     return PreviousGeneration(snapshot, folder is not None)
 
 

@@ -126,11 +126,11 @@ def versions() -> dict[str, str]:
 def _package_versions() -> tuple[tuple[str, str], ...]:
     from stiffcal import __version__
 
-    found = {"python": sys.version.split()[0], "stiffcal": __version__}
+    versions = {"python": sys.version.split()[0], "stiffcal": __version__}
     for package in PACKAGES:
         with suppress(importlib.metadata.PackageNotFoundError):
-            found[package] = importlib.metadata.version(package)
-    return tuple(found.items())
+            versions[package] = importlib.metadata.version(package)
+    return tuple(versions.items())
 
 
 class SourceHashes:
@@ -216,12 +216,12 @@ def sources_state(folder: Path, files: Sequence[str]) -> str:
     try:
         for file in files:
             for path in _parts(folder / file):
-                found = path.stat()
-                if max(found.st_mtime_ns, found.st_ctime_ns) + RACY_NS > time.time_ns():
+                status = path.stat()
+                if max(status.st_mtime_ns, status.st_ctime_ns) + RACY_NS > time.time_ns():
                     return ""
                 name = path.relative_to(folder).as_posix()
-                times = (found.st_mtime_ns, found.st_ctime_ns)
-                rows.append((name, found.st_dev, found.st_ino, found.st_size, *times))
+                times = (status.st_mtime_ns, status.st_ctime_ns)
+                rows.append((name, status.st_dev, status.st_ino, status.st_size, *times))
     except OSError:
         return ""
     return hashlib.sha256(repr(rows).encode("utf-8", "surrogateescape")).hexdigest()
@@ -311,7 +311,7 @@ def _state(folder: Path, file: str) -> tuple[int, int]:
 
 def _parts(path: Path) -> list[Path]:
     """Return the files of a log that is a folder, or the file."""
-    return sorted(part for part in path.rglob("*") if part.is_file()) if path.is_dir() else [path]
+    return sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
 
 
 def _unreadable(file: str, error: OSError) -> InputError:

@@ -36,13 +36,13 @@ class Store:
     ----------
     location : its folder (or a ``file:`` address), or its place in an object store, ``s3://bucket/prefix``; it need
         not exist.
-    shown : its name in messages; default: the location.
+    display_name : its name in messages; default: the location.
     """
 
-    def __init__(self, location: str | Path, shown: str = "") -> None:
-        self.shown = shown or str(location)
-        self.remote = _remote_of(location, self.shown)
-        self.folder = self.remote.mirror if self.remote is not None else _folder_of(location, self.shown)
+    def __init__(self, location: str | Path, display_name: str = "") -> None:
+        self.display_name = display_name or str(location)
+        self.remote = _remote_of(location, self.display_name)
+        self.folder = self.remote.mirror if self.remote is not None else _folder_of(location, self.display_name)
 
     @property
     def address(self) -> str:
@@ -53,7 +53,7 @@ class Store:
         if self.remote is not None:
             self.remote.pull()
         # The name of the function is looked up here: it is replaced in tests.
-        return find_generation(self.folder, self.shown, current_folder)
+        return find_generation(self.folder, self.display_name, current_folder)
 
     @property
     def exists(self) -> bool:
@@ -78,14 +78,14 @@ class Store:
         for _ in range(ATTEMPTS):
             folder = self._current()
             if folder is None:
-                raise nothing_stored(self.shown)
-            with pinned(self.folder, folder, self.shown) as still_there:
+                raise nothing_stored(self.display_name)
+            with pinned(self.folder, folder, self.display_name) as still_there:
                 if still_there:
-                    index = read_index(self.folder, place_of(self.folder, folder), self.shown)
-                    yield Snapshot(self.folder, folder, index, self.shown, self.address, self.remote)
+                    index = read_index(self.folder, place_of(self.folder, folder), self.display_name)
+                    yield Snapshot(self.folder, folder, index, self.display_name, self.address, self.remote)
                     return
         raise DamagedStoreError.at(
-            FaultCode.STORE_DAMAGED, self.shown, "current", "the generation it names cannot be read", REBUILD
+            FaultCode.STORE_DAMAGED, self.display_name, "current", "the generation it names cannot be read", REBUILD
         )
 
     @property
@@ -129,7 +129,7 @@ class Store:
         with suppress(OSError, InputError):
             if not has_others(self.folder, current_folder(self.folder)):
                 return
-            with writer_lock(self.folder / LOCK, "remove leftovers", 0.0, self.shown):
+            with writer_lock(self.folder / LOCK, "remove leftovers", 0.0, self.display_name):
                 # Nobody else switches now; it may have been done since.
                 current = current_folder(self.folder)
                 if current is not None and is_there(current / INDEX):
@@ -190,19 +190,21 @@ class Store:
             writing.commit()
 
 
-def _folder_of(location: str | Path, shown: str) -> Path:
+def _folder_of(location: str | Path, display_name: str) -> Path:
     if isinstance(location, Path) or "://" not in location:
         return Path(location)
     address = urlsplit(location)
     if address.scheme == "file" and address.netloc in ("", "localhost"):
         return Path(unquote(address.path))
     reason = f"{address.scheme}: addresses are not known"
-    raise InputError.at(FaultCode.STORE_ADDRESS, shown, "--store", reason, "give a folder, or s3://BUCKET/PREFIX")
+    raise InputError.at(
+        FaultCode.STORE_ADDRESS, display_name, "--store", reason, "give a folder, or s3://BUCKET/PREFIX"
+    )
 
 
-def _remote_of(location: str | Path, shown: str) -> Remote | None:
+def _remote_of(location: str | Path, display_name: str) -> Remote | None:
     if isinstance(location, Path) or not location.startswith("s3://"):
         return None
     from stiffcal.store.remote import Remote
 
-    return Remote(location, shown)
+    return Remote(location, display_name)

@@ -57,19 +57,23 @@ class Remote:
 
     Attributes
     ----------
-    address : without encoding, as places are allowed. shown : how it is called in messages.
+    address : without encoding, as places are allowed. display_name : how it is called in messages.
     mirror : the folder of this process that stands for it.
     """
 
-    def __init__(self, address: str, shown: str) -> None:
+    def __init__(self, address: str, display_name: str) -> None:
         parts = urlsplit(address)
-        self.shown = shown
+        self.display_name = display_name
         self._root = f"{parts.netloc}/{unquote(parts.path).strip('/')}".rstrip("/")
         # As it is used, so that two dots behind a percent sign lead out of no place that the user allows.
         self.address = f"s3://{self._root}"
         if not parts.netloc:
             raise InputError.at(
-                FaultCode.STORE_ADDRESS, shown, "--store", "the address names no bucket", "write s3://BUCKET/PREFIX"
+                FaultCode.STORE_ADDRESS,
+                display_name,
+                "--store",
+                "the address names no bucket",
+                "write s3://BUCKET/PREFIX",
             )
         self._files = _file_system()
         self.mirror = _mirror(address)
@@ -94,8 +98,8 @@ class Remote:
 
     def _pointers(self) -> list[tuple[str, str, str]]:
         """Return number, ticket and generation of all that were switched to and are still there; the last one holds."""
-        found = (_POINTER.fullmatch(name) for name in self.names(CURRENT))
-        return sorted((match[1], match[2], match[3]) for match in found if match and is_generation_name(match[3]))
+        pointers = (_POINTER.fullmatch(name) for name in self.names(CURRENT))
+        return sorted((match[1], match[2], match[3]) for match in pointers if match and is_generation_name(match[3]))
 
     def fetch(self, path: Path, most_bytes: int) -> None:
         """Bring a file of the mirror from the object store, where it is not here yet.
@@ -117,7 +121,7 @@ class Remote:
                     if left < 0:
                         raise DamagedStoreError.at(
                             FaultCode.STORE_DAMAGED,
-                            self.shown,
+                            self.display_name,
                             name,
                             f"damaged (more than {most_bytes} bytes)",
                             REBUILD,
@@ -129,7 +133,7 @@ class Remote:
         except FileNotFoundError:
             fresh.unlink(missing_ok=True)
             reason, mend = "it was replaced while it was read, or is damaged", "do this again"
-            raise InputError.at(FaultCode.STORE_DAMAGED, self.shown, name, reason, mend) from None
+            raise InputError.at(FaultCode.STORE_DAMAGED, self.display_name, name, reason, mend) from None
         fresh.replace(path)
 
     def publish(self, folder: Path, kept: dict[str, str], began_from: str | None, ticket: Ticket) -> None:
@@ -147,7 +151,7 @@ class Remote:
             except FileNotFoundError:
                 reason = "damaged (the object is gone)"
                 mend = "delete the store and run ingest again (its history goes too)"
-                raise InputError.at(FaultCode.STORE_DAMAGED, self.shown, file, reason, mend) from None
+                raise InputError.at(FaultCode.STORE_DAMAGED, self.display_name, file, reason, mend) from None
         sent = sorted((path for path in folder.rglob("*") if path.is_file()), key=lambda path: path.name == INDEX)
         for path in sent:
             self._send(path, f"{place}/{path.relative_to(folder).as_posix()}")
@@ -168,7 +172,7 @@ class Remote:
     def _give_up(self, place: str) -> NoReturn:
         self._remove(place)
         reason = "another stiffcal took this one for dead and wrote meanwhile; nothing of this one is stored"
-        raise InputError.at(FaultCode.STORE_LOCKED, self.shown, "", reason, "do this again")
+        raise InputError.at(FaultCode.STORE_LOCKED, self.display_name, "", reason, "do this again")
 
     def withdraw(self, folder: Path) -> None:
         """Remove what was sent of a generation that was given up."""
@@ -187,8 +191,8 @@ class Remote:
         """Return the objects (and folders) in a folder, each with the time of its last change, ns."""
         from pyarrow.fs import FileSelector
 
-        found = self._files.get_file_info(FileSelector(self._at(folder), allow_not_found=True))
-        return {info.base_name: info.mtime_ns or 0 for info in found}
+        infos = self._files.get_file_info(FileSelector(self._at(folder), allow_not_found=True))
+        return {info.base_name: info.mtime_ns or 0 for info in infos}
 
     def put(self, name: str, content: dict[str, Any]) -> None:
         """Write a small object of JSON."""
@@ -212,9 +216,9 @@ class Remote:
         try:
             yield
         except OSError as error:
-            told = mask(" ".join(str(error).split()))[:300]
+            message = mask(" ".join(str(error).split()))[:300]
             raise InputError.at(
-                FaultCode.STORE_INACCESSIBLE, self.shown, "", f"cannot be used: {told}", CHECK
+                FaultCode.STORE_INACCESSIBLE, self.display_name, "", f"cannot be used: {message}", CHECK
             ) from None
 
     def _at(self, name: str) -> str:
@@ -300,26 +304,26 @@ def remote_lock(remote: Remote, command: str, wait_s: float) -> Iterator[Ticket]
 
 def _wait(remote: Remote, ticket: Ticket, wait_s: float) -> None:
     end = time.monotonic() + wait_s
-    seen: dict[str, tuple[int, float]] = {}
+    last_change: dict[str, tuple[int, float]] = {}
     while True:
         names = remote.names("lock")
         before = [name for name in names if name.startswith(ENTERING)]
         before += [name for name in names if name.startswith(TICKET) and name < ticket.name]
         now = time.monotonic()
         for name in before:
-            changed, since = seen.get(name, (names[name], now))
-            seen[name] = (names[name], since if changed == names[name] else now)
-            if now - seen[name][1] > LEASE_S:
+            changed, since = last_change.get(name, (names[name], now))
+            last_change[name] = (names[name], since if changed == names[name] else now)
+            if now - last_change[name][1] > LEASE_S:
                 remote.delete(f"lock/{name}")
         if not before:
             return
         if now >= end:
             holder = remote.get(f"lock/{sorted(before, key=lambda name: name.startswith(ENTERING))[0]}")
             words = [one_line(str(holder.get(key, "")), 60) for key in ("command", "pid", "host")]
-            told = f" ({words[0]}, process {words[1]} on {words[2]})" if holder else ""
+            writer = f" ({words[0]}, process {words[1]} on {words[2]})" if holder else ""
             mend = f"wait until it has ended, then do this again; if it was killed, its lock ends {LEASE_S:g} s later"
             raise InputError.at(
-                FaultCode.STORE_LOCKED, remote.shown, "", f"another stiffcal{told} is writing to it", mend
+                FaultCode.STORE_LOCKED, remote.display_name, "", f"another stiffcal{writer} is writing to it", mend
             )
         time.sleep(POLL_S)
 

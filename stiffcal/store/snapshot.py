@@ -45,7 +45,7 @@ class Snapshot:
     ----------
     store : the store's folder. folder : where the generation's files lie.
     index : what it holds.
-    shown : the store's name in messages.
+    display_name : the store's name in messages.
     address : the store's place, as the user allows places: a path, or an address in an object store.
     remote : the object store from which files are fetched when they are first read, or None.
     """
@@ -53,7 +53,7 @@ class Snapshot:
     store: Path
     folder: Path
     index: Index
-    shown: str
+    display_name: str
     address: str
     remote: Remote | None = None
 
@@ -92,7 +92,7 @@ class Snapshot:
         with self._opened(name) as file:
             if self.origin != OWN:
                 # What packs to a few bytes may be more than a memory holds.
-                PIECE.check(8 * file.metadata.num_rows * file.metadata.num_columns, self.shown, name)
+                PIECE.check(8 * file.metadata.num_rows * file.metadata.num_columns, self.display_name, name)
             return file.read(columns=None if columns is None else list(columns), use_threads=False)
 
     def read_batches(
@@ -110,17 +110,21 @@ class Snapshot:
         """
         if name not in self.documents:
             raise InputError.at(
-                FaultCode.STORE_MISSING, self.shown, name, "no such document", "run the command that makes it first"
+                FaultCode.STORE_MISSING,
+                self.display_name,
+                name,
+                "no such document",
+                "run the command that makes it first",
             )
         entry = self.index.documents[name]
-        DOCUMENT.check(entry.bytes, self.shown, name)
+        DOCUMENT.check(entry.bytes, self.display_name, name)
         try:
             with self._verified(name, ".json", entry) as file:
                 content = file.read()
             # What this user's own runs have written needs no second look.
             document = json.loads(content) if self.origin == OWN else parse_json(content)
         except ValueError as error:
-            raise damaged(self.shown, name, str(error)) from None
+            raise damaged(self.display_name, name, str(error)) from None
         return with_origins(name, document, entry, self.origin, self.address)
 
     def damaged(self, names: Iterable[str] | None = None, thorough: bool = False) -> dict[str, str]:
@@ -132,7 +136,7 @@ class Snapshot:
         thorough : False: recordings, of which there may be many gigabytes, only have to be there in their size; they
             are compared with their hash when they are read.
         """
-        found = {}
+        reasons = {}
         for entries, ending in ((self.index.tables, ".parquet"), (self.index.documents, ".json")):
             for name in entries if names is None else [name for name in names if name in entries]:
                 entry = entries[name]
@@ -144,8 +148,8 @@ class Snapshot:
                     with self._verified(name, ending, entry):
                         pass
                 except DamagedStoreError as error:
-                    found[name] = error.faults[0].reason
-        return found
+                    reasons[name] = error.faults[0].reason
+        return reasons
 
     def path_of_table(self, name: str) -> Path:
         """Return the Parquet file of a table, compared with its hash."""
@@ -161,17 +165,17 @@ class Snapshot:
         try:
             file = open_inside(self.store, f"{place_of(self.store, self.folder)}/{file_of(name, ending)}")
         except OSError as error:
-            raise error_of_reading(error, self.shown, name) from None
+            raise error_of_reading(error, self.display_name, name) from None
         with file:
             try:
-                verify(file, path, entry, self.shown, name)
+                verify(file, path, entry, self.display_name, name)
             except DamagedStoreError as error:
                 if not name.startswith(RECORDINGS):
                     raise
                 # No command compares recordings but the one that reads them: without the file, ingest makes it anew.
                 mend = f"remove {path} and run stiffcal ingest again"
                 raise DamagedStoreError.at(
-                    FaultCode.STORE_DAMAGED, self.shown, name, error.faults[0].reason, mend
+                    FaultCode.STORE_DAMAGED, self.display_name, name, error.faults[0].reason, mend
                 ) from None
             yield file
 
@@ -179,7 +183,7 @@ class Snapshot:
     def _opened(self, name: str) -> Iterator[parquet.ParquetFile]:
         if name not in self.tables:
             raise InputError.at(
-                FaultCode.STORE_MISSING, self.shown, name, "no such table", "run the command that makes it first"
+                FaultCode.STORE_MISSING, self.display_name, name, "no such table", "run the command that makes it first"
             )
         entry = self.index.tables[name]
         try:
@@ -191,8 +195,8 @@ class Snapshot:
                 yield table
         except (OSError, pa.ArrowException) as error:
             if isinstance(error, OSError) and is_refused(error):
-                raise error_of_reading(error, self.shown, name) from None
-            raise damaged(self.shown, name, (str(error).splitlines() or [type(error).__name__])[0]) from None
+                raise error_of_reading(error, self.display_name, name) from None
+            raise damaged(self.display_name, name, (str(error).splitlines() or [type(error).__name__])[0]) from None
 
 
 @contextmanager

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def store_faults(shown: str) -> Iterator[None]:
+def store_faults(display_name: str) -> Iterator[None]:
     """Turn what the file system refuses into one line for the user; the old generation is untouched by then."""
     try:
         yield
@@ -63,7 +63,7 @@ def store_faults(shown: str) -> Iterator[None]:
         reason = f"cannot be written: {error.strerror or str(error).splitlines()[0]}"
         mend = mends.get(error.errno or 0, "put the store elsewhere with --store")
         raise InputError.at(
-            FaultCode.STORE_INACCESSIBLE, shown, "", reason, mend + "; what was stored before is unchanged"
+            FaultCode.STORE_INACCESSIBLE, display_name, "", reason, mend + "; what was stored before is unchanged"
         ) from error
 
 
@@ -86,13 +86,13 @@ def _encoding_of(schema: pa.Schema) -> dict[str, Any]:
 class TableStream:
     """A table that is written piece by piece, in bounded memory. Made by `Writing.stream`."""
 
-    def __init__(self, path: Path, schema: pa.Schema, shown: str) -> None:
+    def __init__(self, path: Path, schema: pa.Schema, display_name: str) -> None:
         self.schema = schema
         self.n_rows = 0
-        self._shown = shown
+        self._display_name = display_name
         self._pending: list[pa.RecordBatch] = []
         self._n_pending = 0
-        with store_faults(shown):
+        with store_faults(display_name):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = HashedFile(path)
             self._writer = parquet.ParquetWriter(self._file, schema, **_encoding_of(schema))
@@ -110,7 +110,7 @@ class TableStream:
     def _write_pending(self) -> None:
         if self._n_pending:
             table = pa.Table.from_batches(self._pending, schema=self.schema)
-            with store_faults(self._shown):
+            with store_faults(self._display_name):
                 self._writer.write_table(table, row_group_size=max(self._n_pending, 1))
         self.n_rows += self._n_pending
         self._pending, self._n_pending = [], 0
@@ -120,7 +120,7 @@ class TableStream:
         if self._file.closed:
             return
         self._write_pending()
-        with store_faults(self._shown):
+        with store_faults(self._display_name):
             self._writer.close()
             self._file.flush()
             os.fsync(self._file.fileno())
@@ -160,7 +160,7 @@ class Writing:
         self._remote, self._ticket = store.remote, ticket
         self._kept: dict[str, str] = {}
         self._store = store.folder
-        self._shown = store.shown
+        self._display_name = store.display_name
         self._command = command
         self._streams: dict[str, TableStream] = {}
         self._index: dict[str, dict[str, Entry]] = {kind: {} for kind in ENDINGS}
@@ -184,7 +184,7 @@ class Writing:
         if not isinstance(schema, pa.Schema):
             schema = pa.schema([(column, pa.float64()) for column in schema])
         path = self.folder / file_of(name, ENDINGS["tables"])
-        self._streams[name] = stream = TableStream(path, schema, self._shown)
+        self._streams[name] = stream = TableStream(path, schema, self._display_name)
         self._index["tables"][name] = replace(stream.entry, origin=self.origin)
         return stream
 
@@ -192,7 +192,7 @@ class Writing:
         """Write a document of JSON values (finite numbers, None for what is not known)."""
         self._check_new("documents", name)
         text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1, default=_plain)
-        with store_faults(self._shown):
+        with store_faults(self._display_name):
             path = self.folder / file_of(name, ENDINGS["documents"])
             path.parent.mkdir(parents=True, exist_ok=True)
             content = _write_flushed(path, text)
@@ -248,7 +248,7 @@ class Writing:
                 if name not in self._index[kind]:
                     self._carry_over(kind, name)
                     if name not in self._index[kind] and self.needed(name):
-                        raise damaged(self._shown, name, "it has changed since this command began")
+                        raise damaged(self._display_name, name, "it has changed since this command began")
 
     def _carry_over(self, kind: str, name: str) -> None:
         self._check_new(kind, name)
@@ -264,7 +264,7 @@ class Writing:
             self._kept[file] = self._old.folder.name
         else:
             source, target = self._old.folder / file, self.folder / file
-            with store_faults(self._shown):
+            with store_faults(self._display_name):
                 target.parent.mkdir(parents=True, exist_ok=True)
                 try:
                     os.link(source, target)
@@ -295,7 +295,7 @@ class Writing:
             stream.close()
             self._index["tables"][name] = replace(stream.entry, origin=self.origin)
         content = self._index_text().encode()
-        with store_faults(self._shown):
+        with store_faults(self._display_name):
             _write_flushed(self.folder / INDEX, content.decode())
             for folder in [self.folder, *(path for path in self.folder.rglob("*") if path.is_dir())]:
                 flush_folder(folder)
@@ -307,7 +307,7 @@ class Writing:
             with self._remote.faults():
                 began_from = self._old.folder.name if self._old.there else None
                 self._remote.publish(self.folder, self._kept, began_from, self._ticket)
-        with store_faults(self._shown):
+        with store_faults(self._display_name):
             switch(self._store, self._id)
         self.committed = True
 
@@ -338,18 +338,18 @@ class Writing:
 def begin_writing(store: Store, command: str, wait_s: float) -> Iterator[Writing]:
     """Hold the writer's lock and a new generation; without a commit nothing of it remains."""
     with ExitStack() as stack:
-        with store_faults(store.shown):
+        with store_faults(store.display_name):
             store.folder.mkdir(parents=True, exist_ok=True)
-            stack.enter_context(writer_lock(store.folder / LOCK, command, wait_s, store.shown))
-            check_plain(store.folder, store.shown)
+            stack.enter_context(writer_lock(store.folder / LOCK, command, wait_s, store.display_name))
+            check_plain(store.folder, store.display_name)
         ticket = None
         if store.remote is not None:
             from stiffcal.store.remote import remote_lock
 
             ticket = stack.enter_context(remote_lock(store.remote, command, wait_s))
             store.remote.pull()
-        old = previous_generation(store, find_generation(store.folder, store.shown))
-        with store_faults(store.shown):
+        old = previous_generation(store, find_generation(store.folder, store.display_name))
+        with store_faults(store.display_name):
             old.set_others_aside()
             remove_others(store.folder, old.folder if old.there else None)
             writing = Writing(store, command, old, ticket)

@@ -48,7 +48,7 @@ def read_history(folder: Path, context: RunContext | None = None) -> HistoryResu
 
 def _stored_fits(store: Store) -> list[StoredFit]:
     stored = stored_document(store, HISTORY) or NO_HISTORY
-    return [result_from(StoredFit, fit, store.shown, HISTORY) for fit in stored["fits"]]
+    return [result_from(StoredFit, fit, store.display_name, HISTORY) for fit in stored["fits"]]
 
 
 def _entry(fit: StoredFit) -> HistoryEntry:

@@ -43,7 +43,9 @@ def ingest_campaign(
 
     folder = Path(folder)
     campaign = load_campaign(folder)
-    target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
+    target = Store(
+        store if store is not None else folder / "store", display_name=str(store) if store is not None else "store"
+    )
     fresh = freshness_of(campaign, target)
     stored = None if fresh.reason else stored_document(target, INGEST)
     if stored is not None:
@@ -60,7 +62,9 @@ def is_stale(folder: str | Path, store: str | Path | None = None) -> str:
     from stiffcal.store import Store
 
     folder = Path(folder)
-    target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
+    target = Store(
+        store if store is not None else folder / "store", display_name=str(store) if store is not None else "store"
+    )
     fresh = freshness_of(load_campaign(folder, check_files=False), target)
     return fresh.reason or (f"missing: {', '.join(fresh.missing)}" if fresh.missing else "")
 
@@ -94,5 +98,7 @@ def stored_states(
                 "run ingest first",
             )
         ingest_campaign(folder, store, progress)
-    target = Store(store if store is not None else folder / "store", shown=str(store) if store is not None else "store")
+    target = Store(
+        store if store is not None else folder / "store", display_name=str(store) if store is not None else "store"
+    )
     return stored_table(target)[1]

@@ -132,7 +132,7 @@ def open_store(folder: Path, context: RunContext) -> Store:
     """Return the campaign's store; it need not exist yet."""
     from stiffcal.store import Store
 
-    return Store(context.store or Path(folder) / "store", shown=context.store or "store")
+    return Store(context.store or Path(folder) / "store", display_name=context.store or "store")
 
 
 def stored_document(store: Store, name: str) -> Document | None:
@@ -185,7 +185,7 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
     if origin != FOREIGN:  # where results of others are only shown, nothing is changed
         store.remove_leftovers()
     if origin != OWN:  # in a place that several people write, too
-        use_foreign_results(store.shown)
+        use_foreign_results(store.display_name)
     states = without_commands(states, campaign.chain)
     if context.trial is not None:
         from stiffcal.store.trial import TrialStore
@@ -214,7 +214,7 @@ def stored_table(store: Store) -> tuple[pa.Table, LoadStates]:
         return table, states_from_table(table)
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError, RecursionError) as error:
         # Anybody may have written what stands beside the columns.
-        raise damaged(store.shown, STATES, (str(error).splitlines() or [""])[0]) from error
+        raise damaged(store.display_name, STATES, (str(error).splitlines() or [""])[0]) from error
 
 
 def announce(step: str, reason: str, folder: Path, context: RunContext) -> None:

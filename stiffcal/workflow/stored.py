@@ -43,9 +43,9 @@ def checked(snapshot: Snapshot, name: str) -> Document:
         return _checked_entries(snapshot, name, document)
     if snapshot.origin_of(name) != OWN:
         kind, schema = _document_types().get(name, (None, ""))
-        check_version(document.get("schema"), schema, snapshot.shown, name)
+        check_version(document.get("schema"), schema, snapshot.display_name, name)
         if kind is not None:
-            result_from(kind, document, snapshot.shown, name)
+            result_from(kind, document, snapshot.display_name, name)
     return document
 
 
@@ -53,7 +53,7 @@ def _checked_entries(snapshot: Snapshot, name: str, document: Document) -> Docum
     key = ENTRY_LISTS[name]
     rows = document.get(key)
     if not isinstance(rows, list):
-        raise damaged(snapshot.shown, name, f"{key} is no list")
+        raise damaged(snapshot.display_name, name, f"{key} is no list")
     sound = [row for row in rows if row.get("origin", OWN) == OWN or _has_shape(name, row)]
     return {"schema": _SCHEMAS.get(name), "warnings": [], **document, key: sound}
 

@@ -46,7 +46,7 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
     folder = write_small_campaign(tmp_path_factory.mktemp("tables") / "small", poses=3, hidden=COUPLED)
     validate_campaign(folder)
     assert diagnose_campaign(folder).evidence
-    return Store(folder / "store", shown="store")
+    return Store(folder / "store", display_name="store")
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def logged(tmp_path_factory: pytest.TempPathFactory) -> Store:
     """The store of a campaign that logs over time."""
     folder = campaign_of(tmp_path_factory.mktemp("logs") / "small", HEAD, GAUGE, '[[runs]]\nid = "only"\n')
     ingest_campaign(folder)
-    return Store(folder / "store", shown="store")
+    return Store(folder / "store", display_name="store")
 
 
 def rows_of(table: pa.Table) -> list[dict[str, Any]]:

@@ -31,7 +31,7 @@ FORCE = WantedColumns(numbers=("wrench.force.x",))
 
 def read(path: Path, wanted: WantedColumns = FORCE, options: Options | None = None) -> int:
     """Return the number of rows of a log."""
-    reader = find_reader(path, shown=path.name)
+    reader = find_reader(path, display_name=path.name)
     options = options or {}
     reader.read_header(path, options, path.name, wanted)
     return sum(len(batch) for batch in reader.read_batches(path, options, wanted, path.name))

@@ -33,7 +33,7 @@ def fill(store: Store, value: float = 1.0) -> None:
 
 @pytest.fixture
 def store(tmp_path: Path, state: Path) -> Store:
-    store = Store(tmp_path / "campaign" / "store", shown="store")
+    store = Store(tmp_path / "campaign" / "store", display_name="store")
     (tmp_path / "campaign").mkdir()
     fill(store)
     return store

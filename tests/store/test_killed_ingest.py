@@ -100,7 +100,7 @@ def put(folder: Path, version: str) -> None:
 
 def version_of(folder: Path, digests: dict[str, str]) -> str:
     """Return of which version everything in the store is."""
-    with Store(folder / "store", shown="store").snapshot() as snapshot:
+    with Store(folder / "store", display_name="store").snapshot() as snapshot:
         states = states_from_table(snapshot.read_table("states"))
         recorded = snapshot.read_table("recordings/a/log").column("temperature1_K").to_numpy()
         document = snapshot.read_document("ingest")

@@ -62,7 +62,7 @@ def store(tmp_path: Path) -> Iterator[Store]:
     """Return a store in memory where the system has a folder for that: a busy disk would stretch this to minutes."""
     memory = Path("/dev/shm")
     with tempfile.TemporaryDirectory(dir=memory if os.access(memory, os.W_OK) else tmp_path) as folder:
-        yield Store(Path(folder) / "store", shown="store")
+        yield Store(Path(folder) / "store", display_name="store")
 
 
 @pytest.fixture

@@ -39,7 +39,7 @@ def refused(name: str, number: int = errno.EACCES) -> Iterator[None]:
 
 @pytest.fixture
 def store(tmp_path: Path, state: Path) -> Store:
-    store = Store(tmp_path / "store", shown="store")
+    store = Store(tmp_path / "store", display_name="store")
     history = {"fits": [{"id": "1"}]}
     store.commit({"states": pa.table({"Fx": [1.0, 2.0]})}, {"fit": {"value": 1}, "history": history})
     return store

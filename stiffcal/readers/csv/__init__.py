@@ -59,7 +59,9 @@ class CsvReader(Reader):
         endings = [suffix.lower() for suffix in path.suffixes if suffix.lower() not in self.packed_endings]
         return bool(endings) and endings[-1] in (*self.endings, *FURTHER_ENDINGS)
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
+    def read_header(
+        self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None
+    ) -> Header:
         """Return the columns and what was detected of the file.
 
         Raises
@@ -67,7 +69,7 @@ class CsvReader(Reader):
         InputError
             For a missing or repeated column of `wanted`, an empty file, a wrong encoding or an unknown option.
         """
-        with open_log(path, options, shown or str(path), wanted or WantedColumns(())) as (_, layout):
+        with open_log(path, options, display_name or str(path), wanted or WantedColumns(())) as (_, layout):
             understood: dict[str, object] = {
                 "delimiter": layout.delimiter,
                 "decimal": layout.decimal,
@@ -77,7 +79,9 @@ class CsvReader(Reader):
             }
             return Header(layout.columns, layout.units, None, understood)
 
-    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
+    def read_batches(
+        self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
+    ) -> Iterator[Batch]:
         """Yield the data rows in blocks of about 4 MB of text.
 
         Raises
@@ -86,35 +90,39 @@ class CsvReader(Reader):
             With line and column, for a cell that is no finite number, a line with too few or too many cells, a file
             that ends in the middle of a line, a file without data.
         """
-        shown = shown or str(path)
-        with open_log(path, options, shown, wanted) as (text, layout):
+        display_name = display_name or str(path)
+        with open_log(path, options, display_name, wanted) as (text, layout):
             row = 0
             try:
                 for records in _parse(text, layout, wanted):
-                    batch = _batch(records, layout, wanted, row + 1, shown)
+                    batch = _batch(records, layout, wanted, row + 1, display_name)
                     row += len(batch)
-                    ROWS.check(row, shown)
+                    ROWS.check(row, display_name)
                     yield batch
             except pa.ArrowInvalid as error:
-                raise _located_fault(path, layout, wanted, row, shown, str(error)) from None
+                raise _located_fault(path, layout, wanted, row, display_name, str(error)) from None
             if row != text.n_lines:
-                raise _located_fault(path, layout, wanted, 0, shown, "a quotation mark runs over several lines")
+                raise _located_fault(path, layout, wanted, 0, display_name, "a quotation mark runs over several lines")
             if row == 0:
                 place = f"line {layout.first_data_line}"
                 raise InputError.at(
-                    FaultCode.FILE_EMPTY, shown, place, "no data after the header", "log again, or leave the file out"
+                    FaultCode.FILE_EMPTY,
+                    display_name,
+                    place,
+                    "no data after the header",
+                    "log again, or leave the file out",
                 )
-            if text.suspect and (fault := find_fault(path, layout, wanted, 0, shown)) is not None:
+            if text.suspect and (fault := find_fault(path, layout, wanted, 0, display_name)) is not None:
                 raise fault
-            check_last_line(text, layout, wanted, shown)
+            check_last_line(text, layout, wanted, display_name)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``line n`` of data row `row` (from 1); reads the file up to there."""
         with open_log(path, options, str(path), WantedColumns(())) as (text, layout):
-            found = 0
+            n_rows = 0
             for line in text.lines():
-                found += bool(line) or len(layout.columns) == 1
-                if found == row:
+                n_rows += bool(line) or len(layout.columns) == 1
+                if n_rows == row:
                     return f"line {text.line_number}"
         return f"data row {row}"
 
@@ -156,7 +164,9 @@ def _parse(text: LogText, layout: LogLayout, wanted: WantedColumns) -> Iterator[
         stream.close()
 
 
-def _batch(records: pa.RecordBatch, layout: LogLayout, wanted: WantedColumns, first_row: int, shown: str) -> Batch:
+def _batch(
+    records: pa.RecordBatch, layout: LogLayout, wanted: WantedColumns, first_row: int, display_name: str
+) -> Batch:
     """Return the records as arrays; raises `pa.ArrowInvalid` where a cell is not what it has to be."""
     numbers: dict[str, Floats] = {}
     texts: dict[str, list[str]] = {}
@@ -171,7 +181,7 @@ def _batch(records: pa.RecordBatch, layout: LogLayout, wanted: WantedColumns, fi
         if not all(words):
             raise pa.ArrowInvalid(f"an empty cell in column {name}")
         if name in wanted.times:
-            numbers[name] = seconds_of_times(words, shown, name, first_row)
+            numbers[name] = seconds_of_times(words, display_name, name, first_row)
         else:
             texts[name] = [csv_cell.original(word) if word.startswith("'") else word for word in words]
     if (bad := first_not_finite(numbers, wanted, first_row)) is not None:
@@ -180,10 +190,14 @@ def _batch(records: pa.RecordBatch, layout: LogLayout, wanted: WantedColumns, fi
 
 
 def _located_fault(
-    path: Path, layout: LogLayout, wanted: WantedColumns, rows_read: int, shown: str, reason: str
+    path: Path, layout: LogLayout, wanted: WantedColumns, rows_read: int, display_name: str, reason: str
 ) -> InputError:
     """Return the fault with its line; where the slow pass finds none, with the row up to which all was well."""
-    fault = find_fault(path, layout, wanted, rows_read, shown)
+    fault = find_fault(path, layout, wanted, rows_read, display_name)
     return fault or InputError.at(
-        FaultCode.SYNTAX_INVALID, shown, f"after data row {rows_read}", reason, "correct the line in a copy of the file"
+        FaultCode.SYNTAX_INVALID,
+        display_name,
+        f"after data row {rows_read}",
+        reason,
+        "correct the line in a copy of the file",
     )

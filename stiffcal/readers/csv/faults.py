@@ -22,14 +22,16 @@ GAP_WORDS = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "None")
 CUT_OFF = "log again, or delete the last line in a copy of the file"
 
 
-def find_fault(path: Path, layout: LogLayout, wanted: WantedColumns, rows_read: int, shown: str) -> InputError | None:
+def find_fault(
+    path: Path, layout: LogLayout, wanted: WantedColumns, rows_read: int, display_name: str
+) -> InputError | None:
     """Return the first fault after data row `rows_read`, or None where every line is sound.
 
     Parameters
     ----------
     rows_read : data rows that are known to be good; they are passed over.
     """
-    with LogText(path, layout.encoding, shown) as text:
+    with LogText(path, layout.encoding, display_name) as text:
         row = empty_line = 0
         for line in text.lines():
             if text.line_number < layout.first_data_line:
@@ -41,43 +43,53 @@ def find_fault(path: Path, layout: LogLayout, wanted: WantedColumns, rows_read: 
                 # With one column an empty line is an empty cell; at the end of the file it is nothing.
                 place = f"line {empty_line}, column {layout.columns[0]}"
                 return InputError.at(
-                    FaultCode.CELL_EMPTY, shown, place, "the cell is empty", "delete the line in a copy of the file"
+                    FaultCode.CELL_EMPTY,
+                    display_name,
+                    place,
+                    "the cell is empty",
+                    "delete the line in a copy of the file",
                 )
             row += 1
             if row > rows_read:
-                fault = _line_fault(line, text, layout, wanted, shown, row)
+                fault = _line_fault(line, text, layout, wanted, display_name, row)
                 if fault is not None:
                     return fault
     return None
 
 
 def _line_fault(
-    line: bytes, text: LogText, layout: LogLayout, wanted: WantedColumns, shown: str, row: int
+    line: bytes, text: LogText, layout: LogLayout, wanted: WantedColumns, display_name: str, row: int
 ) -> InputError | None:
     place = f"line {text.line_number}"
     cut_off = text.unfinished
     if b"\0" in line:
         reason = "the line holds NUL bytes: writing the log was interrupted"
         return InputError.at(
-            FaultCode.FILE_INCOMPLETE, shown, place, reason, "log again, or delete the line in a copy of the file"
+            FaultCode.FILE_INCOMPLETE,
+            display_name,
+            place,
+            reason,
+            "log again, or delete the line in a copy of the file",
         )
     try:
         cells = layout.split(line.decode("utf-8", "replace"), strict=True)
     except csv.Error:
         reason = "a quotation mark is opened and not closed, or followed by more than the cell's end"
-        return InputError.at(FaultCode.SYNTAX_INVALID, shown, place, reason, "correct the line in a copy of the file")
+        return InputError.at(
+            FaultCode.SYNTAX_INVALID, display_name, place, reason, "correct the line in a copy of the file"
+        )
     if len(cells) != len(layout.columns):
-        return _count_fault(cells, line, layout, shown, place, cut_off, row)
+        return _count_fault(cells, line, layout, display_name, place, cut_off, row)
     for name in wanted.names:
         cell = cells[layout.columns.index(name)]
         at = f"{place}, column {name}"
         if name not in wanted.numbers:
             if not cell:
-                return InputError.at(FaultCode.CELL_EMPTY, shown, at, "the cell is empty", "fill it in")
+                return InputError.at(FaultCode.CELL_EMPTY, display_name, at, "the cell is empty", "fill it in")
             if "\ufffd" in cell:
                 reason = f"{cell!r} is not {layout.encoding}"
                 return InputError.at(
-                    FaultCode.ENCODING_WRONG, shown, at, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"'
+                    FaultCode.ENCODING_WRONG, display_name, at, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"'
                 )
         elif not (name in wanted.gaps and cell in GAP_WORDS):
             fault = _number_fault(cell, name, layout)
@@ -85,18 +97,18 @@ def _line_fault(
                 reason, mend = fault
                 if cut_off and name == layout.columns[-1]:
                     reason, mend = f"the file is cut off in the middle of a line ({cell!r})", CUT_OFF
-                return InputError.at(FaultCode.FILE_INCOMPLETE, shown, at, reason, mend)
+                return InputError.at(FaultCode.FILE_INCOMPLETE, display_name, at, reason, mend)
     return None
 
 
 def _count_fault(
-    cells: list[str], line: bytes, layout: LogLayout, shown: str, place: str, cut_off: bool, row: int
+    cells: list[str], line: bytes, layout: LogLayout, display_name: str, place: str, cut_off: bool, row: int
 ) -> InputError:
-    expected, found = len(layout.columns), len(cells)
-    if cut_off and found < expected:
-        reason = f"the file is cut off in the middle of a line ({found} of {expected} cells)"
-        return InputError.at(FaultCode.FILE_INCOMPLETE, shown, place, reason, CUT_OFF)
-    reason = f"{found} cell{'s' * (found != 1)}, the header has {expected}"
+    expected, n_cells = len(layout.columns), len(cells)
+    if cut_off and n_cells < expected:
+        reason = f"the file is cut off in the middle of a line ({n_cells} of {expected} cells)"
+        return InputError.at(FaultCode.FILE_INCOMPLETE, display_name, place, reason, CUT_OFF)
+    reason = f"{n_cells} cell{'s' * (n_cells != 1)}, the header has {expected}"
     if not line.strip():
         reason = "the line holds nothing but blanks"
     mend = "log again, or delete the line in a copy of the file"
@@ -107,9 +119,9 @@ def _count_fault(
         )
     elif row == 1:
         mend = "check csv.skip_rows and csv.delimiter"
-        if layout.delimiter == "," and found > expected:
+        if layout.delimiter == "," and n_cells > expected:
             mend += "; decimal commas need another delimiter or quotation marks"
-    return InputError.at(FaultCode.SHAPE_MISMATCH, shown, place, reason, mend)
+    return InputError.at(FaultCode.SHAPE_MISMATCH, display_name, place, reason, mend)
 
 
 def _number_fault(cell: str, name: str, layout: LogLayout) -> tuple[str, str] | None:
@@ -120,9 +132,9 @@ def _number_fault(cell: str, name: str, layout: LogLayout) -> tuple[str, str] | 
         return f"{cell!r} is too large for a number", "log again, or delete the line in a copy of the file"
     if not cell:
         return "the cell is empty", "give the reading, or delete the line in a copy of the file"
-    other = "," if layout.decimal == "." else "."
-    if re.fullmatch(r"[+-]?\d*" + re.escape(other) + r"\d+([eE][+-]?\d+)?", cell):
-        return f"{cell!r} has another decimal mark than {layout.decimal!r}", f'set csv.decimal = "{other}"'
+    other_mark = "," if layout.decimal == "." else "."
+    if re.fullmatch(r"[+-]?\d*" + re.escape(other_mark) + r"\d+([eE][+-]?\d+)?", cell):
+        return f"{cell!r} has another decimal mark than {layout.decimal!r}", f'set csv.decimal = "{other_mark}"'
     if re.fullmatch(r"[+-]?\d{1,3}([., '\u00a0]\d{3})+([.,]\d+)?", cell):
         return f"{cell!r} has marks between thousands", "write numbers without them"
     if cell == name:
@@ -132,7 +144,7 @@ def _number_fault(cell: str, name: str, layout: LogLayout) -> tuple[str, str] | 
     return f"{cell!r} is not a number", "correct the cell in a copy of the file, or name another column"
 
 
-def check_last_line(text: LogText, layout: LogLayout, wanted: WantedColumns, shown: str) -> None:
+def check_last_line(text: LogText, layout: LogLayout, wanted: WantedColumns, display_name: str) -> None:
     """Raise `InputError` where the file's last line has no line end and its last number may be cut.
 
     It is whole for certain where the last column is not wanted, or stands in quotation marks, or has as many decimals
@@ -151,17 +163,19 @@ def check_last_line(text: LogText, layout: LogLayout, wanted: WantedColumns, sho
         return
     if last_column in wanted.numbers:
         shape = _decimals(cell, layout.decimal)
-        whole = (
-            shape is not None and bool(earlier) and all(_decimals(other, layout.decimal) == shape for other in earlier)
+        complete = (
+            shape is not None
+            and bool(earlier)
+            and all(_decimals(earlier_cell, layout.decimal) == shape for earlier_cell in earlier)
         )
     else:
-        whole = cell in earlier
-    if not whole:
+        complete = cell in earlier
+    if not complete:
         place = f"last line, column {last_column}"
         reason = f"the file ends without a line end after {cell!r}: it may be cut off in the middle of a number"
         raise InputError.at(
             FaultCode.FILE_INCOMPLETE,
-            shown,
+            display_name,
             place,
             reason,
             "log again; if the number is whole, end the line in a copy of the file",

@@ -111,7 +111,9 @@ def stray_quote(delimiter: str) -> re.Pattern[bytes]:
 
 
 @contextmanager
-def open_log(path: Path, options: Options, shown: str, wanted: WantedColumns) -> Iterator[tuple[LogText, LogLayout]]:
+def open_log(
+    path: Path, options: Options, display_name: str, wanted: WantedColumns
+) -> Iterator[tuple[LogText, LogLayout]]:
     """Open a log and read its header; the text stands at the first data line.
 
     Raises
@@ -119,13 +121,13 @@ def open_log(path: Path, options: Options, shown: str, wanted: WantedColumns) ->
     InputError
         For an unknown option, an unreadable or empty file, a wrong encoding, a missing or repeated wanted column.
     """
-    check_options(options, CsvOptions, "csv", shown)
+    check_options(options, CsvOptions, "csv", display_name)
     encoding = str(options.get("encoding") or "utf-8")
-    find_codec(encoding, shown)
+    find_codec(encoding, display_name)
     # Only words need decoding; for numbers the bytes are enough, where the encoding agrees with ASCII.
-    text = LogText(path, encoding, shown, decode=bool(wanted.texts or wanted.times))
+    text = LogText(path, encoding, display_name, decode=bool(wanted.texts or wanted.times))
     try:
-        layout = _read_layout(text, path, options, shown, wanted)
+        layout = _read_layout(text, path, options, display_name, wanted)
         text.keep_empty_lines = len(layout.columns) == 1
         text.stray_quote = stray_quote(layout.delimiter)
         yield text, layout
@@ -133,13 +135,13 @@ def open_log(path: Path, options: Options, shown: str, wanted: WantedColumns) ->
         text.close()
 
 
-def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted: WantedColumns) -> LogLayout:
+def _read_layout(text: LogText, path: Path, options: Options, display_name: str, wanted: WantedColumns) -> LogLayout:
     skip = options.get("skip_rows") or 0
     assert isinstance(skip, int)
-    decimal = _single(options, "decimal", shown) or "."
+    decimal = _single(options, "decimal", display_name) or "."
     if decimal not in ".,":
         raise InputError.at(
-            FaultCode.OPTION_INVALID, shown, "csv.decimal", f"{decimal!r} is no decimal mark", 'give "." or ","'
+            FaultCode.OPTION_INVALID, display_name, "csv.decimal", f"{decimal!r} is no decimal mark", 'give "." or ","'
         )
     for _ in range(skip):
         if text.next_line() is None:
@@ -151,31 +153,39 @@ def _read_layout(text: LogText, path: Path, options: Options, shown: str, wanted
         empty = path.stat().st_size == 0
         reason = "the file is empty" if empty else f"the file ends before its header (csv.skip_rows = {skip})"
         raise InputError.at(
-            FaultCode.FILE_EMPTY, shown, "", reason, "log again" if empty else "correct csv.skip_rows or log again"
+            FaultCode.FILE_EMPTY,
+            display_name,
+            "",
+            reason,
+            "log again" if empty else "correct csv.skip_rows or log again",
         )
     if len(line) > LONGEST_HEADER:
         reason = f"a line of {len(line)} characters where the columns' names should stand"
         raise InputError.at(
             FaultCode.HEADER_MISSING,
-            shown,
+            display_name,
             f"line {text.line_number}",
             reason,
             "name a log of text lines, or its format",
         )
-    header = decode_line(text, line, shown)
-    delimiter = _single(options, "delimiter", shown) or _find_delimiter(header, wanted, decimal)
+    header = decode_line(text, line, display_name)
+    delimiter = _single(options, "delimiter", display_name) or _find_delimiter(header, wanted, decimal)
     header_line = text.line_number
     cells = LogLayout((), {}, delimiter, decimal, "", 0, False).split(header)
-    COLUMNS.check(len(cells), shown, f"line {header_line}")
+    COLUMNS.check(len(cells), display_name, f"line {header_line}")
     asked = set(wanted.names)
     columns = tuple(cell if cell in asked else csv_cell.original(cell) for cell in cells)
     scope = _read_scope(text, columns, delimiter, decimal) if columns[:1] == (NAME,) else None
     if scope is not None:
-        check_columns(wanted, scope.columns, shown, f"line {header_line}")
+        check_columns(wanted, scope.columns, display_name, f"line {header_line}")
         return scope
-    given = options.get("delimiter") is not None
-    hint = "" if set(wanted.names) <= set(columns) else _header_hint(path, text, shown, wanted, delimiter, given, skip)
-    check_columns(wanted, columns, shown, f"line {header_line}", hint)
+    by_user = options.get("delimiter") is not None
+    hint = (
+        ""
+        if set(wanted.names) <= set(columns)
+        else _header_hint(path, text, display_name, wanted, delimiter, by_user, skip)
+    )
+    check_columns(wanted, columns, display_name, f"line {header_line}", hint)
     layout = LogLayout(columns, {}, delimiter, decimal, text.encoding, header_line, False)
     units = _read_units(text, layout, options.get("unit_row"), wanted)
     if units is None:
@@ -211,23 +221,25 @@ def _read_scope(text: LogText, names: tuple[str, ...], delimiter: str, decimal: 
     )
 
 
-def decode_line(text: LogText, line: bytes, shown: str) -> str:
+def decode_line(text: LogText, line: bytes, display_name: str) -> str:
     """Return a line as text; raises `InputError` where its bytes are of another encoding."""
     encoding = text.encoding if text.as_it_is else "utf-8"
     place = f"line {text.line_number}"
     if line.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" in line:
         mend = 'set csv.encoding = "utf-16" if it is, else copy the file again from its origin'
-        raise InputError.at(FaultCode.ENCODING_WRONG, shown, place, "the line holds bytes that are no text (NUL)", mend)
+        raise InputError.at(
+            FaultCode.ENCODING_WRONG, display_name, place, "the line holds bytes that are no text (NUL)", mend
+        )
     try:
         return line.decode(encoding)
     except UnicodeDecodeError as error:
         reason = f"byte 0x{line[error.start]:02x} is not {encoding}"
         raise InputError.at(
-            FaultCode.ENCODING_WRONG, shown, place, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"'
+            FaultCode.ENCODING_WRONG, display_name, place, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"'
         ) from None
 
 
-def _single(options: Options, key: str, shown: str) -> str | None:
+def _single(options: Options, key: str, display_name: str) -> str | None:
     value = options.get(key)
     if value is None:
         return None
@@ -235,7 +247,7 @@ def _single(options: Options, key: str, shown: str) -> str | None:
     if len(text) != 1 or not text.isascii() or text in '"\n\r' or text.isalnum():
         raise InputError.at(
             FaultCode.OPTION_INVALID,
-            shown,
+            display_name,
             f"csv.{key}",
             f"{value!r} is not one character that can stand there",
             "correct it",
@@ -248,8 +260,8 @@ def _find_delimiter(header: str, wanted: WantedColumns, decimal: str) -> str:
 
     def merit(delimiter: str) -> tuple[int, int, bool]:
         names = next(csv.reader([header], delimiter=delimiter), [])
-        found = len({name.strip() for name in names} & set(wanted.names))
-        return found, len(names), delimiter != decimal
+        n_wanted = len({name.strip() for name in names} & set(wanted.names))
+        return n_wanted, len(names), delimiter != decimal
 
     # A log of one column has no delimiter; then any that is not the decimal mark will do.
     candidates: tuple[str, ...] = (*DELIMITERS, " ")
@@ -257,23 +269,23 @@ def _find_delimiter(header: str, wanted: WantedColumns, decimal: str) -> str:
 
 
 def _header_hint(
-    path: Path, text: LogText, shown: str, wanted: WantedColumns, delimiter: str, given: bool, skip: int
+    path: Path, text: LogText, display_name: str, wanted: WantedColumns, delimiter: str, by_user: bool, skip: int
 ) -> str:
     """Return what to set in the manifest if the names stand in another line or with another delimiter."""
-    with LogText(path, text.encoding, shown) as search:
+    with LogText(path, text.encoding, display_name) as search:
         for _ in range(HEADER_SEARCH):
             line = search.next_line()
             if line is None:
                 break
-            for other in dict.fromkeys((delimiter, *DELIMITERS, " ")) if len(line) <= LONGEST_HEADER else ():
-                cells = next(csv.reader([line.decode("utf-8", "replace")], delimiter=other), [])
+            for candidate in dict.fromkeys((delimiter, *DELIMITERS, " ")) if len(line) <= LONGEST_HEADER else ():
+                cells = next(csv.reader([line.decode("utf-8", "replace")], delimiter=candidate), [])
                 if not set(wanted.names) <= {cell.strip() for cell in cells}:
                     continue
                 settings = []
                 if search.line_number != text.line_number and search.line_number != skip + 1:
                     settings.append(f"csv.skip_rows = {search.line_number - 1}")
-                if other != delimiter and given:
-                    settings.append(f"csv.delimiter = {other!r}".replace("'", '"'))
+                if candidate != delimiter and by_user:
+                    settings.append(f"csv.delimiter = {candidate!r}".replace("'", '"'))
                 if settings:
                     return f"the names stand in line {search.line_number}: set " + " and ".join(settings)
     return ""
@@ -305,7 +317,11 @@ def _all_units(words: Sequence[str]) -> bool:
     """Return True where every word is a unit this program has heard of, and none is a number."""
 
     def parts(word: str) -> list[str]:
-        return [part.rstrip("²³23^-") for part in re.split(r"[*·./ ]", word.lower()) if part] if word != "-" else ["-"]
+        return (
+            [factor.rstrip("²³23^-") for factor in re.split(r"[*·./ ]", word.lower()) if factor]
+            if word != "-"
+            else ["-"]
+        )
 
     known = set(UNIT_WORDS.split())
-    return bool(words) and all(parts(word) and all(part in known for part in parts(word)) for word in words)
+    return bool(words) and all(parts(word) and all(factor in known for factor in parts(word)) for word in words)

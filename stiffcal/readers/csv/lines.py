@@ -28,10 +28,10 @@ CHUNK = 1 << 20
 TAIL = 1 << 14
 # Encodings in which digits and delimiters are the bytes of ASCII and no other character contains such a byte:
 # numbers can be parsed without decoding the file.
-PLAIN = {"utf-8", "ascii", "cp1250", "cp1251", "cp1252"} | {f"iso8859-{part}" for part in range(1, 17)}
+PLAIN = {"utf-8", "ascii", "cp1250", "cp1251", "cp1252"} | {f"iso8859-{number}" for number in range(1, 17)}
 
 
-def find_codec(encoding: str, shown: str) -> str:
+def find_codec(encoding: str, display_name: str) -> str:
     """Return the canonical name of a text encoding; raises `InputError` where there is none."""
     try:
         "".encode(encoding)
@@ -39,7 +39,7 @@ def find_codec(encoding: str, shown: str) -> str:
     except (LookupError, ValueError):
         raise InputError.at(
             FaultCode.OPTION_INVALID,
-            shown,
+            display_name,
             "csv.encoding",
             f"no encoding {encoding!r}",
             'give "utf-8", "latin-1", "cp1252" or "utf-16"',
@@ -54,7 +54,7 @@ class LogText(io.RawIOBase):
     path : the file; one that begins like a gzip, bzip2, xz or zstd file is unpacked on the way.
     encoding : of the file; everything comes out as UTF-8, or as it is where `decode` is False and the encoding agrees
         with ASCII.
-    shown : the file's name in messages.
+    display_name : the file's name in messages.
     keep_empty_lines : hand empty lines between data lines on (in a log of one column an empty line is an empty cell).
 
     Attributes
@@ -69,13 +69,13 @@ class LogText(io.RawIOBase):
     """
 
     def __init__(
-        self, path: Path, encoding: str, shown: str, keep_empty_lines: bool = False, decode: bool = True
+        self, path: Path, encoding: str, display_name: str, keep_empty_lines: bool = False, decode: bool = True
     ) -> None:
         super().__init__()
         self._reading = Lock()
         self._abandoned = False
-        self.encoding = find_codec(encoding, shown)
-        self.shown = shown
+        self.encoding = find_codec(encoding, display_name)
+        self.display_name = display_name
         self.keep_empty_lines = keep_empty_lines
         self.line_number = self.n_lines = 0
         self.unfinished = False
@@ -84,7 +84,7 @@ class LogText(io.RawIOBase):
         self.suspect = False
         self.as_it_is = self.encoding == "utf-8" or (self.encoding in PLAIN and not decode)
         self._decoder = None if self.as_it_is else codecs.getincrementaldecoder(encoding)("strict")
-        self._file, self._bytes = _open_bytes(path, shown)
+        self._file, self._bytes = _open_bytes(path, display_name)
         self._packed = self._file is not self._bytes
         self._size = os.fstat(self._bytes.fileno()).st_size
         self._buffer = self._held = b""
@@ -110,7 +110,7 @@ class LogText(io.RawIOBase):
         looked_through = 0
         while (end := self._buffer.find(b"\n", looked_through)) < 0:
             looked_through = len(self._buffer)
-            LINE.check(looked_through, self.shown, f"line {self.line_number + 1}")
+            LINE.check(looked_through, self.display_name, f"line {self.line_number + 1}")
             if not self._pull():
                 break
         if end < 0 and not self._buffer:
@@ -129,10 +129,10 @@ class LogText(io.RawIOBase):
         """Yield the remaining lines, empty ones included, `line_number` following; to find a place, not to parse."""
         rest = b""
         while self._buffer or self._pull(CHUNK):
-            *whole, rest = (rest + self._buffer).split(b"\n")
+            *complete, rest = (rest + self._buffer).split(b"\n")
             self._buffer = b""
-            LINE.check(len(rest), self.shown, f"line {self.line_number + len(whole) + 1}")
-            for line in whole:
+            LINE.check(len(rest), self.display_name, f"line {self.line_number + len(complete) + 1}")
+            for line in complete:
                 self.line_number += 1
                 yield line
         self.unfinished = bool(rest)
@@ -216,12 +216,12 @@ class LogText(io.RawIOBase):
                 raise
             reason = f"the compressed file is damaged or cut off ({error})"
             raise InputError.at(
-                FaultCode.FILE_DAMAGED, self.shown, "", reason, "copy it again from its origin"
+                FaultCode.FILE_DAMAGED, self.display_name, "", reason, "copy it again from its origin"
             ) from None
         self._ended = not raw
         self._taken += len(raw)
         if self._packed:
-            check_unpacked(self._taken, self._size, self.shown)
+            check_unpacked(self._taken, self._size, self.display_name)
         if self._decoder is None:
             return raw
         try:
@@ -230,20 +230,24 @@ class LogText(io.RawIOBase):
             place = f"byte {self._taken - len(raw) + getattr(error, 'start', 0) + 1}"
             reason = f"the bytes are not {self.encoding} ({getattr(error, 'reason', error)})"
             raise InputError.at(
-                FaultCode.ENCODING_WRONG, self.shown, place, reason, "set csv.encoding to the encoding of the file"
+                FaultCode.ENCODING_WRONG,
+                self.display_name,
+                place,
+                reason,
+                "set csv.encoding to the encoding of the file",
             ) from None
 
 
-def _open_bytes(path: Path, shown: str) -> tuple[IO[bytes], IO[bytes]]:
+def _open_bytes(path: Path, display_name: str) -> tuple[IO[bytes], IO[bytes]]:
     """Return the bytes of the log, and of the file itself, which are others where it is packed."""
     try:
-        file = open_regular(path, shown, buffering=0)
+        file = open_regular(path, display_name, buffering=0)
         start = file.read(6)
         file.seek(0)
     except OSError as error:
         raise InputError.at(
             FaultCode.FILE_UNREADABLE,
-            shown,
+            display_name,
             "",
             f"cannot be read: {error.strerror}",
             "correct the file's name or rights",

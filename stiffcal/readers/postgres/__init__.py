@@ -91,15 +91,19 @@ class PostgresReader(DatabaseReader):
         """Return False: a database is no file."""
         return False
 
-    def read_header(self, path: Path, options: Options, shown: str = "", wanted: WantedColumns | None = None) -> Header:
+    def read_header(
+        self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None
+    ) -> Header:
         """Return the columns of the table or query."""
-        with _connected(options) as (cursor, what):
-            columns = _columns(cursor, what)
+        with _connected(options) as (cursor, source):
+            columns = _columns(cursor, source)
             if wanted is not None:
-                check_columns(wanted, columns, what.shown, "")
+                check_columns(wanted, columns, source.display_name, "")
             return Header(columns)
 
-    def read_batches(self, path: Path, options: Options, wanted: WantedColumns, shown: str = "") -> Iterator[Batch]:
+    def read_batches(
+        self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
+    ) -> Iterator[Batch]:
         """Yield the rows in batches.
 
         Raises
@@ -108,19 +112,23 @@ class PostgresReader(DatabaseReader):
             Where the database cannot be reached, the table or a column is not there, rows have no order, a cell is
             empty or no finite number.
         """
-        with _connected(options) as (cursor, what):
-            columns = _columns(cursor, what)
-            check_columns(wanted, columns, what.shown, "")
+        with _connected(options) as (cursor, source):
+            columns = _columns(cursor, source)
+            check_columns(wanted, columns, source.display_name, "")
             row = 0
-            cursor.execute(what.statement(wanted.names, columns))
+            cursor.execute(source.statement(wanted.names, columns))
             for records in cursor.fetch_record_batch():
                 for start in range(0, records.num_rows, BATCH_ROWS):
                     piece = records.slice(start, BATCH_ROWS)
-                    yield _batch(piece, wanted, row, what.shown)
+                    yield _batch(piece, wanted, row, source.display_name)
                     row += piece.num_rows
             if row == 0:
                 raise InputError.at(
-                    FaultCode.FILE_EMPTY, what.shown, "", "there are no rows", "correct the table's name or the query"
+                    FaultCode.FILE_EMPTY,
+                    source.display_name,
+                    "",
+                    "there are no rows",
+                    "correct the table's name or the query",
                 )
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
@@ -129,12 +137,12 @@ class PostgresReader(DatabaseReader):
 
     def fingerprint(self, options: Options) -> tuple[int, str]:
         """Return the number of rows and a digest of all of them, computed by the server."""
-        with _connected(options) as (cursor, what):
-            _columns(cursor, what)
+        with _connected(options) as (cursor, source):
+            _columns(cursor, source)
             digest = "coalesce(sum(hashtextextended(rows::text, 0)::numeric), 0)::text"
-            cursor.execute(f"select count(*), {digest} from ({what.inner}\n) as rows")
-            count, told = cursor.fetchone()
-            return int(count), f"{what.inner} {count} {told}"
+            cursor.execute(f"select count(*), {digest} from ({source.inner}\n) as rows")
+            count, digest_value = cursor.fetchone()
+            return int(count), f"{source.inner} {count} {digest_value}"
 
 
 READER = PostgresReader()
@@ -145,7 +153,7 @@ class _What:
 
     Attributes
     ----------
-    inner : its SQL. shown : how messages call it. table : the parts of the table's name, None of a query.
+    inner : its SQL. display_name : how messages call it. table : the parts of the table's name, None of a query.
     """
 
     def __init__(self, options: Options) -> None:
@@ -162,7 +170,7 @@ class _What:
         self.order_by = [name.strip() for name in str(options.get("order_by") or "").split(",") if name.strip()]
         self.inner = text if self.table is None else f"select * from {'.'.join(map(_quoted, self.table))}"
         words = " ".join(text.split())
-        self.shown = f"table {text}" if self.table else f"query {words[:60]}{'…' if len(words) > 60 else ''}"
+        self.display_name = f"table {text}" if self.table else f"query {words[:60]}{'…' if len(words) > 60 else ''}"
 
     def check_trusted(self) -> None:
         """Raise an `InputError` where this is a query that the user has not allowed."""
@@ -170,7 +178,7 @@ class _What:
         if self.table is None and not open_record().text_allowed(digest):
             reason = f"a query runs on your database with your rights, and you have not allowed this one ({digest})"
             mend = "read it and allow it: stiffcal trust DIR; or name a table alone: schema.table"
-            raise InputError.at(FaultCode.QUERY_UNTRUSTED, self.shown, "", reason, mend)
+            raise InputError.at(FaultCode.QUERY_UNTRUSTED, self.display_name, "", reason, mend)
 
     def statement(self, names: tuple[str, ...], columns: tuple[str, ...]) -> str:
         """Return the SQL that reads these columns in order; raises `InputError` where there is none."""
@@ -178,7 +186,7 @@ class _What:
             if name not in columns:
                 raise InputError.at(
                     FaultCode.COLUMN_MISSING,
-                    self.shown,
+                    self.display_name,
                     "postgres.order_by",
                     f"no column {name!r}",
                     nearest_name(name, columns),
@@ -189,7 +197,7 @@ class _What:
         if self.table is None and re.search(r"\border\s+by\b", self.inner, re.IGNORECASE):
             return self.inner
         mend = 'add postgres.order_by = "…", the column of the time' + (", or order by …" if self.table is None else "")
-        raise InputError.at(FaultCode.OPTION_MISSING, self.shown, "", "its rows have no order", mend)
+        raise InputError.at(FaultCode.OPTION_MISSING, self.display_name, "", "its rows have no order", mend)
 
 
 def _quoted(name: str) -> str:
@@ -199,27 +207,27 @@ def _quoted(name: str) -> str:
 @contextmanager
 def _connected(options: Options) -> Iterator[tuple[Any, _What]]:
     """Open a read-only transaction; what the server refuses becomes one line without the password."""
-    what = _What(options)
-    check_options(options, PostgresOptions, "postgres", what.shown, _FILE)
+    source = _What(options)
+    check_options(options, PostgresOptions, "postgres", source.display_name, _FILE)
     try:
         from adbc_driver_postgresql import StatementOptions, dbapi
     except ImportError:
-        raise missing_library("postgres", what.shown) from None
-    what.check_trusted()
-    address, most_s = address_of(options, what.shown), _longest_statement_s()
+        raise missing_library("postgres", source.display_name) from None
+    source.check_trusted()
+    address, most_s = address_of(options, source.display_name), _longest_statement_s()
     try:
         connection = dbapi.connect(address.text)
     except dbapi.Error as error:
         reason = f"the database cannot be reached ({_server_message(error, address)})"
         mend = "correct postgres.host, .port, .database, .user or the variable of postgres.uri_env, or start the server"
-        raise InputError.at(FaultCode.DATABASE_UNREACHABLE, what.shown, "postgres", reason, mend) from None
+        raise InputError.at(FaultCode.DATABASE_UNREACHABLE, source.display_name, "postgres", reason, mend) from None
     hint = {StatementOptions.BATCH_SIZE_HINT_BYTES.value: str(BATCH_BYTES)}
     began = time.monotonic()
     with connection, connection.cursor(adbc_stmt_kwargs=hint) as cursor:
         try:
             cursor.execute("set transaction read only")
             cursor.execute(f"set local statement_timeout = '{most_s}s'")
-            yield cursor, what
+            yield cursor, source
         except (dbapi.Error, pa.ArrowException, OSError) as error:
             state = getattr(error, "sqlstate", None)  # what fails half-way through the rows carries none
             mend = "correct the table's name or the query"
@@ -227,10 +235,10 @@ def _connected(options: Options) -> Iterator[tuple[Any, _What]]:
                 mend = f"ask for fewer rows, or raise {STATEMENT_S}, which is {most_s} s now"
             elif state == _NO_TABLE:
                 with suppress(dbapi.Error, pa.ArrowException, OSError):
-                    mend = _near_table(connection, str(error), what) or mend
+                    mend = _near_table(connection, str(error), source) or mend
             raise InputError.at(
                 FaultCode.DATABASE_UNREACHABLE,
-                what.shown,
+                source.display_name,
                 "",
                 f"the database refused ({_server_message(error, address)})",
                 mend,
@@ -245,10 +253,10 @@ def _longest_statement_s() -> int:
     return int(text)
 
 
-def _near_table(connection: Any, told: str, what: _What) -> str:
+def _near_table(connection: Any, message: str, source: _What) -> str:
     """Return the nearest name of a table in the database, where that can be said."""
-    found = re.search(r'relation "(.*)" does not exist', told)
-    wanted = ".".join(what.table) if what.table else found[1] if found else None
+    relation = re.search(r'relation "(.*)" does not exist', message)
+    wanted = ".".join(source.table) if source.table else relation[1] if relation else None
     if wanted is None:
         return ""
     connection.rollback()
@@ -265,28 +273,30 @@ def _near_table(connection: Any, told: str, what: _What) -> str:
 
 def _server_message(error: Exception, address: Address) -> str:
     """Return what the server says, on one line, without the address's secrets."""
-    told = address.without_secrets(" ".join(str(error).split()))
-    found = re.search(r"(?:ERROR|FATAL): .*?(?= LINE \d| Query was|$)", told)
-    return (found.group() if found else told)[:300]
+    message = address.without_secrets(" ".join(str(error).split()))
+    first_error = re.search(r"(?:ERROR|FATAL): .*?(?= LINE \d| Query was|$)", message)
+    return (first_error.group() if first_error else message)[:300]
 
 
-def _columns(cursor: Any, what: _What) -> tuple[str, ...]:
-    schema = cursor.adbc_execute_schema(f"select * from ({what.inner}\n) as rows limit 0")
+def _columns(cursor: Any, source: _What) -> tuple[str, ...]:
+    schema = cursor.adbc_execute_schema(f"select * from ({source.inner}\n) as rows limit 0")
     return tuple(schema.names)
 
 
-def _batch(records: pa.RecordBatch, wanted: WantedColumns, first: int, shown: str) -> Batch:
-    arrays = {name: _array(records.column(name), name, wanted, first, shown) for name in wanted.names}
-    return batch_of_columns(lambda name, a, b: arrays[name], wanted, first, first + records.num_rows, shown)
+def _batch(records: pa.RecordBatch, wanted: WantedColumns, first: int, display_name: str) -> Batch:
+    arrays = {name: _array(records.column(name), name, wanted, first, display_name) for name in wanted.names}
+    return batch_of_columns(lambda name, a, b: arrays[name], wanted, first, first + records.num_rows, display_name)
 
 
-def _array(column: pa.Array, name: str, wanted: WantedColumns, first: int, shown: str) -> NDArray[Any]:
+def _array(column: pa.Array, name: str, wanted: WantedColumns, first: int, display_name: str) -> NDArray[Any]:
     if isinstance(column, pa.ExtensionArray):
         column = column.storage
     if column.null_count and name not in wanted.gaps:
         row = first + 1 + next(index for index, value in enumerate(column) if not value.is_valid)
         mend = "give the value, or leave the row out: where … is not null"
-        raise InputError.at(FaultCode.CELL_EMPTY, shown, f"row {row}, column {name}", "the cell is empty (NULL)", mend)
+        raise InputError.at(
+            FaultCode.CELL_EMPTY, display_name, f"row {row}, column {name}", "the cell is empty (NULL)", mend
+        )
     kind = column.type
     if name in wanted.numbers and (pa.types.is_string(kind) or pa.types.is_decimal(kind) or pa.types.is_integer(kind)):
         # `numeric` comes as text, so that no digit is lost.
@@ -295,7 +305,7 @@ def _array(column: pa.Array, name: str, wanted: WantedColumns, first: int, shown
         except pa.ArrowInvalid:
             reason = "it holds words, not numbers"
             raise InputError.at(
-                FaultCode.COLUMN_TYPE, shown, f"column {name}", reason, "name a column of numbers"
+                FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "name a column of numbers"
             ) from None
     elif pa.types.is_date(kind):
         column = column.cast(pa.timestamp("s"))
@@ -308,7 +318,7 @@ def _array(column: pa.Array, name: str, wanted: WantedColumns, first: int, shown
     if not (pa.types.is_floating(column.type) or pa.types.is_integer(column.type) or pa.types.is_boolean(column.type)):
         reason = f"it holds {kind}, neither numbers nor words nor times"
         mend = "name another column, or turn it into one of these in a query, e.g. extract(epoch from …)"
-        raise InputError.at(FaultCode.COLUMN_TYPE, shown, f"column {name}", reason, mend)
+        raise InputError.at(FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, mend)
     if column.null_count:  # of a column that may have gaps
         column = column.cast(pa.float64()).fill_null(float("nan"))
     return values_of(column)

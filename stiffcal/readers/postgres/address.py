@@ -50,12 +50,12 @@ class Address:
         return mask(text)
 
 
-def address_of(options: Mapping[str, object], shown: str) -> Address:
+def address_of(options: Mapping[str, object], display_name: str) -> Address:
     """Return the address that the options of a source stand for.
 
     Parameters
     ----------
-    options : of the manifest. shown : how to call the table or query in a fault.
+    options : of the manifest. display_name : how to call the table or query in a fault.
 
     Raises
     ------
@@ -65,12 +65,12 @@ def address_of(options: Mapping[str, object], shown: str) -> Address:
     variable = options.get("uri_env")
     named = {key: str(options[key]) for key in ("host", "port", "database", "user") if options.get(key) is not None}
     if variable is None:
-        parameters = _of_manifest(named, shown)
+        parameters = _of_manifest(named, display_name)
     elif named:
         place, mend = "postgres.uri_env", "keep one: the variable, or host, port, database, user"
-        raise InputError.at(FaultCode.KEY_CONFLICT, shown, place, "the address is given twice", mend)
+        raise InputError.at(FaultCode.KEY_CONFLICT, display_name, place, "the address is given twice", mend)
     else:
-        parameters = _of_variable(str(variable), shown)
+        parameters = _of_variable(str(variable), display_name)
     further = {"keepalives_idle": "30", "keepalives_interval": "10", "keepalives_count": "3"}
     if "PGCONNECT_TIMEOUT" not in os.environ:
         further["connect_timeout"] = str(_patience(parameters))
@@ -80,13 +80,13 @@ def address_of(options: Mapping[str, object], shown: str) -> Address:
     return Address(conninfo_text({**further, **parameters}), tuple(sorted(secrets, key=len, reverse=True)))
 
 
-def _of_variable(variable: str, shown: str) -> dict[str, str]:
+def _of_variable(variable: str, display_name: str) -> dict[str, str]:
     place = "postgres.uri_env"
     allowed = _listed(VARIABLES)
     if _NAME.fullmatch(variable) is None:
         raise InputError.at(
             FaultCode.VALUE_INVALID,
-            shown,
+            display_name,
             place,
             f"{variable!r} is no name of a variable",
             'write uri_env = "LAB_DB", say',
@@ -97,22 +97,22 @@ def _of_variable(variable: str, shown: str) -> dict[str, str]:
         mend = f"if it holds the address of your database: {line}"
         if is_secret_name(variable):  # no advice that opens the way to a password or key
             mend = "name a variable that holds the address of your database, and allow that one"
-        raise InputError.at(FaultCode.DATABASE_ADDRESS, shown, place, reason, mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, display_name, place, reason, mend)
     address = os.environ.get(variable, "").strip()
     if not address:
         mend = f"export {variable}=postgresql://USER@HOST/DATABASE"
         raise InputError.at(
-            FaultCode.DATABASE_ADDRESS, shown, place, f"the environment variable {variable} is not set", mend
+            FaultCode.DATABASE_ADDRESS, display_name, place, f"the environment variable {variable} is not set", mend
         )
     parameters = read_conninfo(address)
     if parameters is None:
         reason = f"what stands in {variable} is no address of a PostgreSQL database"
         mend = f"export {variable}=postgresql://USER@HOST/DATABASE, special characters of a password percent-encoded"
-        raise InputError.at(FaultCode.DATABASE_ADDRESS, shown, place, reason, mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, display_name, place, reason, mend)
     return parameters
 
 
-def _of_manifest(named: Mapping[str, str], shown: str) -> dict[str, str]:
+def _of_manifest(named: Mapping[str, str], display_name: str) -> dict[str, str]:
     """Return the parameters of an address in the manifest, which the user must allow; what is left out is libpq's."""
     host = named.get("host", os.environ.get("PGHOST", ""))
     port = named.get("port", os.environ.get("PGPORT", _STANDARD_PORT))
@@ -120,16 +120,16 @@ def _of_manifest(named: Mapping[str, str], shown: str) -> dict[str, str]:
     user = named.get("user", "")
     if "host" in named and _HOST.fullmatch(host) is None:
         mend = "write one name or address, as in db.my-lab.example"
-        raise InputError.at(FaultCode.DATABASE_ADDRESS, shown, "postgres.host", f"{host!r} is no host", mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, display_name, "postgres.host", f"{host!r} is no host", mend)
     if not database:
         mend = 'add postgres.database = "…", or uri_env'
-        raise InputError.at(FaultCode.DATABASE_ADDRESS, shown, "postgres", "no database is named", mend)
+        raise InputError.at(FaultCode.DATABASE_ADDRESS, display_name, "postgres", "no database is named", mend)
     if not any(_allows(entry, host, port, database, user) for entry in _listed(DATABASES)):
-        what = "a socket" if host.startswith(("/", "@")) else "a database"
+        kind = "a socket" if host.startswith(("/", "@")) else "a database"
         place = _entry(host, port, database, user)
-        reason = f"you do not allow a campaign to reach {what} at {place}"
+        reason = f"you do not allow a campaign to reach {kind} at {place}"
         mend = f"if it is yours: {_line(DATABASES, _listed(DATABASES), place)}"
-        raise InputError.at(FaultCode.DATABASE_UNTRUSTED, shown, "postgres", reason, mend)
+        raise InputError.at(FaultCode.DATABASE_UNTRUSTED, display_name, "postgres", reason, mend)
     parameters = {"host": named.get("host"), "port": named.get("port"), "dbname": named.get("database"), "user": user}
     return {key: value for key, value in parameters.items() if value}
 
@@ -169,7 +169,7 @@ def _patience(parameters: Mapping[str, str]) -> int:
     hosts = [host for host in parameters.get("host", os.environ.get("PGHOST", "")).split(",") if host]
     if len(hosts) == 1 and not hosts[0].startswith(("/", "@")) and "hostaddr" not in parameters:
         try:
-            hosts = [str(found[4][0]) for found in socket.getaddrinfo(hosts[0], None, type=socket.SOCK_STREAM)]
+            hosts = [str(resolved[4][0]) for resolved in socket.getaddrinfo(hosts[0], None, type=socket.SOCK_STREAM)]
         except OSError:  # libpq says so
             hosts = []
     return PATIENCE_S if len(hosts) <= 1 else max(_SHORTEST_S, PATIENCE_S // len(hosts))

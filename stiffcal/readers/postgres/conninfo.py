@@ -47,14 +47,14 @@ def read_conninfo(text: str) -> dict[str, str] | None:
     """
     if "\0" in text:
         return None
-    found = _read_uri(text) if _SCHEME.match(text) else _read_pairs(text)
-    if found is None or not found or not _KEYWORDS.issuperset(found):
+    parameters = _read_uri(text) if _SCHEME.match(text) else _read_pairs(text)
+    if parameters is None or not parameters or not _KEYWORDS.issuperset(parameters):
         return None
-    numbers = [value for key, value in found.items() if key in _NUMBERS]
-    numbers += [port for port in found.get("port", "").split(",") if port]
+    numbers = [value for key, value in parameters.items() if key in _NUMBERS]
+    numbers += [port for port in parameters.get("port", "").split(",") if port]
     if not all(re.fullmatch(r"-?\d{1,9}", number) for number in numbers):
         return None
-    return found if found.get("sslmode", "prefer") in _SSL_MODES else None
+    return parameters if parameters.get("sslmode", "prefer") in _SSL_MODES else None
 
 
 def conninfo_text(parameters: Mapping[str, str]) -> str:
@@ -70,16 +70,16 @@ def conninfo_text(parameters: Mapping[str, str]) -> str:
 
 
 def _read_pairs(text: str) -> dict[str, str] | None:
-    found: dict[str, str] = {}
+    parameters: dict[str, str] = {}
     place = 0
     while text[place:].strip():
         match = _PAIR.match(text, place)
         if match is None:
             return None
         value = match["quoted"] if match["quoted"] is not None else match["plain"]
-        found[match["key"]] = re.sub(r"\\(.)", r"\1", value, flags=re.DOTALL)
+        parameters[match["key"]] = re.sub(r"\\(.)", r"\1", value, flags=re.DOTALL)
         place = match.end()
-    return found
+    return parameters
 
 
 def _read_uri(text: str) -> dict[str, str] | None:
@@ -88,14 +88,14 @@ def _read_uri(text: str) -> dict[str, str] | None:
     rest = rest[user.end() :] if user is not None else rest
     before, _, query = rest.partition("?")
     hosts, _, database = before.partition("/")
-    parts = [_HOST.fullmatch(part) for part in hosts.split(",")]
-    if "@" in before or any(part is None for part in parts):
+    parts = [_HOST.fullmatch(host_port) for host_port in hosts.split(",")]
+    if "@" in before or any(match is None for match in parts):
         return None
     raw = {
         "user": user["user"] if user is not None else "",
         "password": (user["password"] or "")[1:] if user is not None else "",
-        "host": ",".join(part["host"].strip("[]") for part in parts if part is not None),
-        "port": ",".join(part["port"] or "" for part in parts if part is not None),
+        "host": ",".join(match["host"].strip("[]") for match in parts if match is not None),
+        "port": ",".join(match["port"] or "" for match in parts if match is not None),
         "dbname": database,
     }
     raw = {key: value for key, value in raw.items() if value.strip(",")}

@@ -38,7 +38,7 @@ Types = dict[str, tuple[list[Any], list[tuple[str, Any]]]]
 """Message type to (constants, fields); a field is (name, description), as rosbags parses them."""
 
 
-def parsed_types(connections: Iterable[Any], shown: str) -> Types:
+def parsed_types(connections: Iterable[Any], display_name: str) -> Types:
     """Return the types that the definitions of some connections hold, as the library parses them.
 
     Raises
@@ -49,7 +49,7 @@ def parsed_types(connections: Iterable[Any], shown: str) -> Types:
     from rosbags.interfaces import MessageDefinitionFormat
     from rosbags.typesys import get_types_from_idl, get_types_from_msg
 
-    found: Types = {}
+    types: Types = {}
     read: set[tuple[str, str]] = set()
     total = 0
     for connection in connections:
@@ -59,23 +59,23 @@ def parsed_types(connections: Iterable[Any], shown: str) -> Types:
         read.add((connection.msgtype, text))
         total += len(text)
         if len(text) > MOST_TEXT or total > MOST_TEXT_IN_ALL:
-            raise _refused(shown, connection.msgtype, f"the definition has {len(text) / 1e6:.1f} MB")
+            raise _refused(display_name, connection.msgtype, f"the definition has {len(text) / 1e6:.1f} MB")
         if kind == MessageDefinitionFormat.MSG:
-            _check_type_name(connection.msgtype, shown)
-            found.update(get_types_from_msg(text, connection.msgtype))
+            _check_type_name(connection.msgtype, display_name)
+            types.update(get_types_from_msg(text, connection.msgtype))
             continue
-        for part in _idl_parts(text):
-            _check_idl(part, connection.msgtype, shown)
-            found.update(get_types_from_idl(part))
-    return found
+        for definition in _idl_parts(text):
+            _check_idl(definition, connection.msgtype, display_name)
+            types.update(get_types_from_idl(definition))
+    return types
 
 
-def checked_types(types: Types, wanted: str, shown: str) -> Types:
+def checked_types(types: Types, wanted: str, display_name: str) -> Types:
     """Return a message type with all that it is made of, without constants, every part of it checked.
 
     Parameters
     ----------
-    types : as parsed. wanted : the topic's message type. shown : the file, for messages.
+    types : as parsed. wanted : the topic's message type. display_name : the file, for messages.
 
     Raises
     ------
@@ -88,44 +88,44 @@ def checked_types(types: Types, wanted: str, shown: str) -> Types:
     while waiting:
         name, above = waiting.pop()
         if name in above:
-            raise _refused(shown, name, "the message holds itself")
+            raise _refused(display_name, name, "the message holds itself")
         if len(above) > MOST_LEVELS:
-            raise _refused(shown, name, f"more than {MOST_LEVELS} messages lie in one another")
+            raise _refused(display_name, name, f"more than {MOST_LEVELS} messages lie in one another")
         if levels.get(name, -1) >= len(above):
             continue
         levels[name] = len(above)
         if name not in kept:
             if name not in types:
-                raise _refused(shown, name, "no definition of this type")
-            kept[name] = ([], _checked_fields(name, types[name][1], shown))
+                raise _refused(display_name, name, "no definition of this type")
+            kept[name] = ([], _checked_fields(name, types[name][1], display_name))
             if len(kept) > MOST_TYPES:
-                raise _refused(shown, name, f"more than {MOST_TYPES} types")
+                raise _refused(display_name, name, f"more than {MOST_TYPES} types")
         waiting += [(inner, (*above, name)) for inner in dict.fromkeys(_inner_types(kept[name][1]))]
     if len({name.replace("/", "__") for name in kept}) < len(kept):
-        raise _refused(shown, wanted, "two of its types have one name")
+        raise _refused(display_name, wanted, "two of its types have one name")
     return kept
 
 
-def _checked_fields(type_name: str, fields: Sequence[tuple[str, Any]], shown: str) -> list[tuple[str, Any]]:
-    _check_type_name(type_name, shown)
+def _checked_fields(type_name: str, fields: Sequence[tuple[str, Any]], display_name: str) -> list[tuple[str, Any]]:
+    _check_type_name(type_name, display_name)
     if len(fields) > MOST_FIELDS:
-        raise _refused(shown, type_name, f"more than {MOST_FIELDS} fields")
+        raise _refused(display_name, type_name, f"more than {MOST_FIELDS} fields")
     unrolled, names = 0, set()
     checked: list[tuple[str, Any]] = []
     for name, description in fields:
         python_name = f"{name}_" if keyword.iskeyword(name) else name
         if not _NAME.fullmatch(name) or len(name) > MOST_NAME or python_name in names or "__" in (name[-2:], name[:2]):
-            raise _refused(shown, type_name, f"a field has the name {name!r}")
+            raise _refused(display_name, type_name, f"a field has the name {name!r}")
         names.add(python_name)
-        plain, count = _checked_description(type_name, name, description, shown)
+        plain, count = _checked_description(type_name, name, description, display_name)
         unrolled += count
         if unrolled > MOST_UNROLLED:
-            raise _refused(shown, type_name, f"arrays of more than {MOST_UNROLLED} messages or words")
+            raise _refused(display_name, type_name, f"arrays of more than {MOST_UNROLLED} messages or words")
         checked.append((name, plain))
     return checked
 
 
-def _checked_description(type_name: str, name: str, description: Any, shown: str) -> tuple[Any, int]:
+def _checked_description(type_name: str, name: str, description: Any, display_name: str) -> tuple[Any, int]:
     """Return a field's description made anew of plain values, and how many elements are written out as code."""
     from rosbags.interfaces import Nodetype
 
@@ -133,18 +133,18 @@ def _checked_description(type_name: str, name: str, description: Any, shown: str
     if node == Nodetype.BASE:
         base = content[0]
         if not isinstance(base, str) or (base not in NUMBERS and base != "string"):
-            raise _refused(shown, type_name, f"field {name!r} is of type {base}, which is not read")
+            raise _refused(display_name, type_name, f"field {name!r} is of type {base}, which is not read")
         return (Nodetype.BASE, (base, 0)), 0
     if node == Nodetype.NAME:
-        _check_type_name(content, shown)
+        _check_type_name(content, display_name)
         return (Nodetype.NAME, content), 0
     if node not in (Nodetype.ARRAY, Nodetype.SEQUENCE) or content[0][0] not in (Nodetype.BASE, Nodetype.NAME):
-        raise _refused(shown, type_name, f"field {name!r} is an array of arrays")
-    inner, _ = _checked_description(type_name, name, content[0], shown)
+        raise _refused(display_name, type_name, f"field {name!r} is an array of arrays")
+    inner, _ = _checked_description(type_name, name, content[0], display_name)
     size = content[1]
     fixed = node == Nodetype.ARRAY
     if type(size) is not int or not (1 if fixed else 0) <= size <= MOST_ELEMENTS:
-        raise _refused(shown, type_name, f"field {name!r} is an array of {size!r} elements")
+        raise _refused(display_name, type_name, f"field {name!r} is an array of {size!r} elements")
     in_code = fixed and (inner[0] == Nodetype.NAME or inner[1][0] == "string")
     return (node, (inner, size)), size if in_code else 0
 
@@ -157,9 +157,9 @@ def _inner_types(fields: Sequence[tuple[str, Any]]) -> list[str]:
     return [content for node, content in inner if node == Nodetype.NAME]
 
 
-def _check_type_name(name: object, shown: str) -> None:
+def _check_type_name(name: object, display_name: str) -> None:
     if not isinstance(name, str) or not _TYPE.fullmatch(name) or len(name) > MOST_NAME:
-        raise _refused(shown, str(name), "this is no name of a message type")
+        raise _refused(display_name, str(name), "this is no name of a message type")
 
 
 def _idl_parts(text: str) -> list[str]:
@@ -167,24 +167,24 @@ def _idl_parts(text: str) -> list[str]:
     line = "=" * 80 + "\n"
     if not text.startswith(f"{line}IDL: "):
         return [text]
-    return [part.split("\n", 1)[1] if "\n" in part else "" for part in text.split(line)[1:]]
+    return [definition.split("\n", 1)[1] if "\n" in definition else "" for definition in text.split(line)[1:]]
 
 
-def _check_idl(text: str, type_name: str, shown: str) -> None:
+def _check_idl(text: str, type_name: str, display_name: str) -> None:
     """Refuse what the library's parser takes for ever for, or computes beyond all memory."""
     code = _NO_CODE.sub(" ", text)
     # Each bracket around a value multiplies the parser's time by a hundred.
     if re.search(r"[()]", _ANNOTATED.sub(" ", code)):
-        raise _refused(shown, type_name, "the definition has values in brackets")
+        raise _refused(display_name, type_name, "the definition has values in brackets")
     level = deepest = 0
     for mark in re.findall(r"[{}]", code):
         level += 1 if mark == "{" else -1
         deepest = max(deepest, level)
     if level != 0 or deepest > _MOST_MODULES:
-        raise _refused(shown, type_name, "brackets lie in one another too deeply, or are not closed")
+        raise _refused(display_name, type_name, "brackets lie in one another too deeply, or are not closed")
     if re.search(r"<<|[*]", code):
-        raise _refused(shown, type_name, "the definition computes its sizes (* or <<)")
+        raise _refused(display_name, type_name, "the definition computes its sizes (* or <<)")
 
 
-def _refused(shown: str, type_name: str, reason: str) -> InputError:
-    return InputError.at(FaultCode.FILE_DAMAGED, shown, f"message type {type_name}", reason, MEND)
+def _refused(display_name: str, type_name: str, reason: str) -> InputError:
+    return InputError.at(FaultCode.FILE_DAMAGED, display_name, f"message type {type_name}", reason, MEND)

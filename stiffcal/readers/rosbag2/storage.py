@@ -42,12 +42,12 @@ class QuotedPath(type(Path())):  # type: ignore[misc]  # pathlib's own class dif
         return str(super().__str__())
 
 
-def check_bag(path: Path, shown: str) -> None:
+def check_bag(path: Path, display_name: str) -> None:
     """Check the files of a bag.
 
     Parameters
     ----------
-    path : the bag's folder or file. shown : how to call it.
+    path : the bag's folder or file. display_name : how to call it.
 
     Raises
     ------
@@ -56,36 +56,36 @@ def check_bag(path: Path, shown: str) -> None:
         packed file unpacks to more than is allowed.
     """
     if not path.is_dir():
-        _check_file(path, shown)
+        _check_file(path, display_name)
         return
-    for part in sorted(path.iterdir()):
-        _check_file(part, f"{shown}/{part.name}")
-    _check_metadata(path / "metadata.yaml", f"{shown}/metadata.yaml")
+    for file in sorted(path.iterdir()):
+        _check_file(file, f"{display_name}/{file.name}")
+    _check_metadata(path / "metadata.yaml", f"{display_name}/metadata.yaml")
 
 
-def _check_file(path: Path, shown: str) -> None:
+def _check_file(path: Path, display_name: str) -> None:
     try:
-        check_regular(path, shown)
+        check_regular(path, display_name)
         if path.is_dir():
             return
-        with open_regular(path, shown) as file:
+        with open_regular(path, display_name) as file:
             start = file.read(16)
     except FileNotFoundError:
-        raise InputError.at(FaultCode.FILE_KIND, shown, "", "this link leads nowhere", COPY) from None
+        raise InputError.at(FaultCode.FILE_KIND, display_name, "", "this link leads nowhere", COPY) from None
     if start.startswith(ZSTD_MAGIC):
-        _check_packed(path, shown)
+        _check_packed(path, display_name)
     elif start.startswith(b"SQLite format 3"):
-        _check_database(path, shown)
+        _check_database(path, display_name)
 
 
-def _check_metadata(path: Path, shown: str) -> None:
+def _check_metadata(path: Path, display_name: str) -> None:
     """Bound the size and depth of metadata.yaml, for which the library's parser would need minutes."""
-    with open_regular(path, shown) as file:
+    with open_regular(path, display_name) as file:
         content = file.read(MOST_METADATA + 1)
     if len(content) > MOST_METADATA:
-        raise InputError.at(FaultCode.SIZE_EXCEEDED, shown, "", f"more than {MOST_METADATA >> 20} MiB", COPY)
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, display_name, "", f"more than {MOST_METADATA >> 20} MiB", COPY)
     if _nests(content.decode("utf-8", "replace")):
-        raise InputError.at(FaultCode.SIZE_EXCEEDED, shown, "", "lists lie in one another too deeply", COPY)
+        raise InputError.at(FaultCode.SIZE_EXCEEDED, display_name, "", "lists lie in one another too deeply", COPY)
 
 
 def _nests(text: str) -> bool:
@@ -99,7 +99,7 @@ def _nests(text: str) -> bool:
     return deepest > MOST_NESTED or indented > 4 * MOST_NESTED or in_a_row
 
 
-def _check_packed(path: Path, shown: str) -> None:
+def _check_packed(path: Path, display_name: str) -> None:
     """Unpack a file to nowhere: the library would write all of it to the disk first."""
     import pyarrow as pa
 
@@ -108,15 +108,19 @@ def _check_packed(path: Path, shown: str) -> None:
     with pa.CompressedInputStream(pa.OSFile(str(path)), "zstd") as stream:
         while piece := stream.read(STEP):
             unpacked += len(piece)
-            check_unpacked(unpacked, packed, shown)
+            check_unpacked(unpacked, packed, display_name)
             if unpacked > room:
                 mend = "free some space, name another folder in TMPDIR, or unpack the bag yourself"
                 raise InputError.at(
-                    FaultCode.SIZE_EXCEEDED, shown, "", "it unpacks to more than fits where temporary files lie", mend
+                    FaultCode.SIZE_EXCEEDED,
+                    display_name,
+                    "",
+                    "it unpacks to more than fits where temporary files lie",
+                    mend,
                 )
 
 
-def _check_database(path: Path, shown: str) -> None:
+def _check_database(path: Path, display_name: str) -> None:
     """Refuse a database whose rows are computed, or whose newest rows lie in a file of their own.
 
     Views, generated columns and virtual tables are programs: one can yield rows for ever, or a row of gigabytes.
@@ -126,14 +130,14 @@ def _check_database(path: Path, shown: str) -> None:
         if rest.exists() and rest.stat().st_size > 0:
             reason = f"the recorder was interrupted: part of the messages lies in {rest.name}"
             mend = f"""put both into one file in a copy: sqlite3 {path.name} "PRAGMA wal_checkpoint(TRUNCATE)\""""
-            raise InputError.at(FaultCode.FILE_INCOMPLETE, shown, "", reason, mend)
+            raise InputError.at(FaultCode.FILE_INCOMPLETE, display_name, "", reason, mend)
     with closing(sqlite3.connect(f"file:{QuotedPath(path)}?mode=ro&immutable=1", uri=True)) as database:
         database.execute("PRAGMA trusted_schema = OFF")
         for kind, name, root in database.execute("SELECT type, name, rootpage FROM sqlite_master"):
             if kind not in ("table", "index") or not root:
                 raise InputError.at(
                     FaultCode.CONTENT_UNSUPPORTED,
-                    shown,
+                    display_name,
                     str(name),
                     f"the bag holds a {kind} that computes its rows",
                     COPY,
@@ -146,7 +150,11 @@ def _check_database(path: Path, shown: str) -> None:
                 computed = any(hidden for (hidden,) in columns)
             if computed:
                 raise InputError.at(
-                    FaultCode.CONTENT_UNSUPPORTED, shown, str(name), "the bag holds columns that are computed", COPY
+                    FaultCode.CONTENT_UNSUPPORTED,
+                    display_name,
+                    str(name),
+                    "the bag holds columns that are computed",
+                    COPY,
                 )
 
 
@@ -206,21 +214,21 @@ def unzstd(data: bytes, size: int | None = None) -> bytes:
     return b"".join(pieces)
 
 
-def check_chunks(reader: Any, path: Path, shown: str) -> None:
+def check_chunks(reader: Any, path: Path, display_name: str) -> None:
     """Refuse an MCAP file whose index lists chunks that overlap: one could be read any number of times."""
     for chunks in _chunks_of(reader):
         end = unpacked = 0
         for chunk in sorted(chunks, key=lambda chunk: chunk.chunk_start_offset):
             if chunk.chunk_start_offset < end or chunk.compressed_size > chunk.chunk_length:
-                raise InputError.at(FaultCode.FILE_DAMAGED, shown, "", "its index lists a chunk twice", COPY)
+                raise InputError.at(FaultCode.FILE_DAMAGED, display_name, "", "its index lists a chunk twice", COPY)
             end = chunk.chunk_start_offset + chunk.chunk_length
             unpacked += chunk.uncompressed_size
         if chunks:
-            packed = sum(part.stat().st_size for part in path.iterdir()) if path.is_dir() else path.stat().st_size
-            check_unpacked(unpacked, packed, shown)
+            packed = sum(file.stat().st_size for file in path.iterdir()) if path.is_dir() else path.stat().st_size
+            check_unpacked(unpacked, packed, display_name)
 
 
 def _chunks_of(reader: Any) -> Iterator[list[Any]]:
     storage = reader.storage
-    for part in getattr(storage, "storages", None) or [storage]:
-        yield getattr(part, "chunks", [])
+    for file in getattr(storage, "storages", None) or [storage]:
+        yield getattr(file, "chunks", [])
