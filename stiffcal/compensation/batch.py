@@ -53,8 +53,8 @@ class LinearCompensation:
         angles = self._robot.chain.model_angles(joints)
         result = np.empty((6, len(joints)))
         for start in range(0, len(joints), BLOCK):
-            part = slice(start, start + BLOCK)
-            self._block(np.ascontiguousarray(angles[part].T), np.ascontiguousarray(wrench[part].T), result[:, part])
+            rows = slice(start, start + BLOCK)
+            self._block(np.ascontiguousarray(angles[rows].T), np.ascontiguousarray(wrench[rows].T), result[:, rows])
         return result.T
 
     def correction(self, joints: Floats, wrench: Floats, damping: float = 5e-3) -> Floats:
@@ -62,14 +62,14 @@ class LinearCompensation:
         chain = self._robot.chain
         result = np.empty(joints.shape)
         for start in range(0, len(joints), BLOCK):
-            part = slice(start, start + BLOCK)
-            moved = self.deflection(joints[part], wrench[part])
-            jacobian = jacobians(chain, chain.model_angles(joints[part]), self._setup.targets[0])
+            states = slice(start, start + BLOCK)
+            deflection = self.deflection(joints[states], wrench[states])
+            jacobian = jacobians(chain, chain.model_angles(joints[states]), self._setup.targets[0])
             if not np.array_equal(chain.coupling, np.eye(chain.n_joints)):
                 jacobian = jacobian @ chain.coupling
             rows = np.ascontiguousarray(jacobian)
             normal = rows @ np.swapaxes(rows, 1, 2) + damping * damping * np.eye(6)
-            result[part] = -np.einsum("nij,ni->nj", rows, np.linalg.solve(normal, moved[:, :, None])[:, :, 0])
+            result[states] = -np.einsum("nij,ni->nj", rows, np.linalg.solve(normal, deflection[:, :, None])[:, :, 0])
         return result
 
     def _block(self, angles: Floats, wrench: Floats, result: Floats) -> None:
@@ -78,15 +78,15 @@ class LinearCompensation:
         n = angles.shape[1]
         force, moment = wrench[:3], wrench[3:]
         if setup.wrench_axes.body != 0 or not np.array_equal(setup.wrench_axes.transform[:3, :3], np.eye(3)):
-            node, there = self._chain.placed(setup.wrench_axes)
-            axes = (base_frame(n) if node < 0 else frames[node]).moved(there).rotation
+            node, inner = self._chain.placed(setup.wrench_axes)
+            axes = (base_frame(n) if node < 0 else frames[node]).moved(inner).rotation
             force, moment = from_frame(axes, force), from_frame(axes, moment)
-        node, there = self._chain.placed(setup.wrench_point)
-        reach, point = node, frames[node].point(there[:3, 3])
+        node, inner = self._chain.placed(setup.wrench_point)
+        reach, point = node, frames[node].point(inner[:3, 3])
         if not setup.moments_measured:
             moment = np.zeros_like(force)
-        node, there = self._chain.placed(setup.targets[0])
-        target = frames[node].point(there[:3, 3])
+        node, inner = self._chain.placed(setup.targets[0])
+        target = frames[node].point(inner[:3, 3])
         if self._springs is not None:
             self._sum_springs(frames[: min(reach, node) + 1], (force, moment, point), target, result)
             return

@@ -80,8 +80,8 @@ def seeing_matrix(chain: NodeChain, nodes: LinearNodes) -> Floats:
         if k <= outermost:
             arms[k, outermost + 1] += 0.5 * target[:, 3]
             arms[k, own[0], :, 3] -= 0.5
-    node, there = _axes_at(chain, nodes.setup.wrench_axes)
-    axes[:, node + 1, 0, :3] = there[:3, :3].T
+    node, axes_in_node = _axes_at(chain, nodes.setup.wrench_axes)
+    axes[:, node + 1, 0, :3] = axes_in_node[:3, :3].T
     return matrix.reshape(len(matrix), -1)
 
 

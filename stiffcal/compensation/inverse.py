@@ -44,9 +44,9 @@ def joints_for_poses(
     active = np.arange(len(joints))
     error = np.full((len(joints), rows), np.inf)
     for _ in range(steps + 1):
-        part = PoseGoal(goal.position[active], goal.rotation[active])
+        open_goal = PoseGoal(goal.position[active], goal.rotation[active])
         angles = chain.model_angles(joints[active])
-        error[active] = pose_error(*attached_poses(chain, angles, target), part)[:, :rows]
+        error[active] = pose_error(*attached_poses(chain, angles, target), open_goal)[:, :rows]
         active = active[np.abs(error[active]).max(axis=1) > _CLOSE]
         if not active.size:
             break
@@ -82,11 +82,11 @@ def joints_along_path(
     else:
         last = start
     for k in range(n):
-        one = PoseGoal(goal.position[k : k + 1], goal.rotation[k : k + 1])
-        found, good = joints_for_poses(chain, target, one, last[None], orientation)
-        joints[k], reached[k] = found[0], good[0]
+        single_goal = PoseGoal(goal.position[k : k + 1], goal.rotation[k : k + 1])
+        solution, good = joints_for_poses(chain, target, single_goal, last[None], orientation)
+        joints[k], reached[k] = solution[0], good[0]
         if good[0]:
-            last = found[0]
+            last = solution[0]
     return joints, reached
 
 
@@ -107,19 +107,19 @@ def nearest_solution(
     place, turn = attached_poses(chain, chain.model_angles(drawn), target)
     joints, reached = np.repeat(home[None], n, axis=0), np.zeros(n, dtype=np.bool_)
     for begin in range(0, n, _AT_ONCE):
-        part = slice(begin, min(begin + _AT_ONCE, n))
-        few = PoseGoal(goal.position[part], goal.rotation[part])
+        rows = slice(begin, min(begin + _AT_ONCE, n))
+        few = PoseGoal(goal.position[rows], goal.rotation[rows])
         starts = drawn[_nearest_drawn(few, place, turn, orientation)]
         starts = np.concatenate([np.repeat(home[None, None], len(starts), axis=0), starts], axis=1)
         nearest = np.full(len(starts), np.inf)
         for number in range(starts.shape[1]):
-            found, good = joints_for_poses(chain, target, few, starts[:, number], orientation)
-            way = np.where(good, np.linalg.norm(found - home, axis=1), np.inf)
+            solutions, good = joints_for_poses(chain, target, few, starts[:, number], orientation)
+            way = np.where(good, np.linalg.norm(solutions - home, axis=1), np.inf)
             better = way < nearest
-            joints[part][better], nearest[better] = found[better], way[better]
-            reached[part] |= good
+            joints[rows][better], nearest[better] = solutions[better], way[better]
+            reached[rows] |= good
         if chain.coupling.shape[1] > (6 if orientation else 3):
-            joints[part] = _drawn_home(chain, target, few, (joints[part], home), orientation)
+            joints[rows] = _drawn_home(chain, target, few, (joints[rows], home), orientation)
     return joints, reached
 
 
@@ -130,10 +130,10 @@ def _drawn_home(
 
     The joints move along q = q₀ + J⁺ (J (q − q₀) − e); where that ends outside the limits they stay as they were.
     """
-    given, home = joints_home
+    start, home = joints_home
     low, high = chain.limits.T
     rows = 6 if orientation else 3
-    joints = given.copy()
+    joints = start.copy()
     for _ in range(12):
         error = pose_error(*attached_poses(chain, chain.model_angles(joints), target), goal)[:, :rows]
         jacobian = (jacobians(chain, chain.model_angles(joints), target) @ chain.coupling)[:, :rows]
@@ -141,9 +141,9 @@ def _drawn_home(
         normal = jacobian @ np.swapaxes(jacobian, 1, 2) + 1e-6 * np.eye(rows)
         wanted = home + np.einsum("nij,ni->nj", jacobian, np.linalg.solve(normal, aim[:, :, None])[:, :, 0])
         joints = np.clip(joints + np.clip(wanted - joints, -_LARGEST_STEP, _LARGEST_STEP), low, high)
-    found, good = joints_for_poses(chain, target, goal, joints, orientation)
-    nearer = good & (np.linalg.norm(found - home, axis=1) < np.linalg.norm(given - home, axis=1))
-    return np.where(nearer[:, None], found, given)
+    closer, good = joints_for_poses(chain, target, goal, joints, orientation)
+    nearer = good & (np.linalg.norm(closer - home, axis=1) < np.linalg.norm(start - home, axis=1))
+    return np.where(nearer[:, None], closer, start)
 
 
 def _nearest_drawn(goal: PoseGoal, place: Floats, turn: Floats, orientation: bool) -> NDArray[np.int64]:

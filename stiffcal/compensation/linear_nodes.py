@@ -87,26 +87,26 @@ def linear_nodes(robot: CompliantRobot, setup: MeasurementSetup, leave_out: Sequ
     ValueError : an effect is not linear, and ``leave_out`` does not name it.
     """
     size = 6 * (tool_node(robot.chain) + 1)
-    whole, left_out = np.zeros((size, size)), []
-    for one in robot.placed:
-        if one.effect.kind is Kind.OBSERVATION:
-            continue  # what the instruments see; the robot does not bend by it
-        matrix = _matrix_of(robot, one)
-        if matrix is None or _acts_next_to(robot, one):
-            left_out.append(f"{one.effect.name}.{one.place.label}")
-            if one.effect.name not in leave_out:
+    total, left_out = np.zeros((size, size)), []
+    for placed_effect in robot.placed:
+        if placed_effect.effect.kind is Kind.OBSERVATION:
+            continue  # a change of the readings alone: the robot does not bend by it
+        matrix = _matrix_of(robot, placed_effect)
+        if matrix is None or _acts_next_to(robot, placed_effect):
+            left_out.append(f"{placed_effect.effect.name}.{placed_effect.place.label}")
+            if placed_effect.effect.name not in leave_out:
                 raise ValueError(
-                    f"{one.effect.name} at {one.place.label} does not answer in proportion to its load: "
-                    f"a controller's loop cannot hold it as a number; leave it out by name, or use compensate"
+                    f"{placed_effect.effect.name} at {placed_effect.place.label} does not answer in proportion to its "
+                    f"load: a controller's loop cannot hold it as a number; leave it out by name, or use compensate"
                 )
             continue
-        whole += matrix
-    gives = np.flatnonzero(np.abs(whole).reshape(size // 6, 6, size).max(axis=(1, 2)) > 0.0)
+        total += matrix
+    gives = np.flatnonzero(np.abs(total).reshape(size // 6, 6, size).max(axis=(1, 2)) > 0.0)
     nodes = sorted({*gives.tolist(), *(joint_node(k) for k in range(1, robot.chain.n_joints + 1))})
     picked = np.concatenate([6 * node + np.arange(6) for node in nodes])
     return LinearNodes(
         nodes=tuple(int(node) for node in nodes),
-        compliance=np.ascontiguousarray(whole[np.ix_(picked, picked)]),
+        compliance=np.ascontiguousarray(total[np.ix_(picked, picked)]),
         setup=_corrected_setup(robot, setup),
         deformed=robot.deformed,
         left_out=tuple(left_out),
@@ -116,7 +116,7 @@ def linear_nodes(robot: CompliantRobot, setup: MeasurementSetup, leave_out: Sequ
 def node_chain(chain: Chain, nodes: LinearNodes) -> NodeChain:
     """Return the chain between the nodes that give."""
     fixed, joint, bodies = [], [], []
-    here = np.eye(4)  # from the last displaced node to the frame that is being carried outward
+    carried = np.eye(4)  # from the last displaced node to the frame that is being carried outward
     last = -1
     if 0 in nodes.nodes:
         fixed.append(np.eye(4))
@@ -128,25 +128,25 @@ def node_chain(chain: Chain, nodes: LinearNodes) -> NodeChain:
     for k in range(1, chain.n_joints + 1):
         lift = np.eye(4)
         lift[2, 3] = chain.bearing[k - 1]
-        fixed.append(here @ chain.fixed[k - 1] @ lift)
+        fixed.append(carried @ chain.fixed[k - 1] @ lift)
         joint.append(k - 1)
         last += 1
-        here = inverse_transform(lift)
-        bodies.append((last, here))
+        carried = inverse_transform(lift)
+        bodies.append((last, carried))
         if link_node(k) in nodes.nodes:
-            fixed.append(here @ ends[k])
+            fixed.append(carried @ ends[k])
             joint.append(-1)
             last += 1
-            here = inverse_transform(ends[k])
+            carried = inverse_transform(ends[k])
         # A link's own weight bends its beam, as in the balance: it rides on the beam's end.
-        carriers.append((last, here))
-    here = here @ chain.flange
+        carriers.append((last, carried))
+    carried = carried @ chain.flange
     if tool_node(chain) in nodes.nodes:
-        fixed.append(here)
+        fixed.append(carried)
         joint.append(-1)
         last += 1
-        here = np.eye(4)
-    bodies.append((last, here))
+        carried = np.eye(4)
+    bodies.append((last, carried))
     carriers.append(bodies[-1])
     mass, moment = _masses(chain, nodes.setup, carriers, len(fixed))
     return NodeChain(
@@ -166,9 +166,9 @@ def _masses(
     return mass, moment
 
 
-def _matrix_of(robot: CompliantRobot, one: PlacedEffect) -> Floats | None:
+def _matrix_of(robot: CompliantRobot, placed_effect: PlacedEffect) -> Floats | None:
     """Return (6 N, 6 N) of all nodes for one effect, or None where it is not linear."""
-    alone = CompliantRobot(robot.chain, (one,), robot.deformed)
+    alone = CompliantRobot(robot.chain, (placed_effect,), robot.deformed)
     count = tool_node(robot.chain) + 1
     rng = np.random.default_rng(0)
     unit = np.eye(6 * count).reshape(count, 6, 6 * count)
@@ -177,9 +177,9 @@ def _matrix_of(robot: CompliantRobot, one: PlacedEffect) -> Floats | None:
     tried = rng.standard_normal((count, 6, _TRIALS)) * size
     tried[:, :, _TRIALS // 2 :] = -2.0 * tried[:, :, : _TRIALS // 2]
     angles = rng.uniform(-np.pi, np.pi, (robot.chain.n_joints, _TRIALS))
-    seen = _answers(alone, tried, angles).reshape(6 * count, _TRIALS)
+    answered = _answers(alone, tried, angles).reshape(6 * count, _TRIALS)
     expected = matrix @ tried.reshape(6 * count, _TRIALS)
-    if np.abs(seen - expected).max() > _LINEAR * np.abs(expected).max(initial=1e-30):
+    if np.abs(answered - expected).max() > _LINEAR * np.abs(expected).max(initial=1e-30):
         return None
     return matrix
 
@@ -188,15 +188,15 @@ def _answers(robot: CompliantRobot, wrench: Floats, angles: Floats) -> Floats:
     return node_displacements(robot, law_terms(robot, NodeLoads(wrench, angles)), wrench.shape[2])
 
 
-def _acts_next_to(robot: CompliantRobot, one: PlacedEffect) -> bool:
+def _acts_next_to(robot: CompliantRobot, placed_effect: PlacedEffect) -> bool:
     """Tell whether an effect puts a torque beside its drive (a balancing spring)."""
     angles = np.zeros((robot.chain.n_joints, 1))
-    return one.effect.joint_torque(one.place, robot.chain, angles, one.values) is not None
+    return placed_effect.effect.joint_torque(placed_effect.place, robot.chain, angles, placed_effect.values) is not None
 
 
 def _corrected_setup(robot: CompliantRobot, setup: MeasurementSetup) -> MeasurementSetup:
     """Return the set-up as effects that turn or shift frames leave it."""
     inputs = Inputs(np.zeros((robot.chain.n_joints, 1)), np.zeros((6, 1)), setup)
-    for one in robot.placed:
-        inputs = one.effect.adjusted(one.place, inputs, one.values)
+    for placed_effect in robot.placed:
+        inputs = placed_effect.effect.adjusted(placed_effect.place, inputs, placed_effect.values)
     return inputs.setup

@@ -47,7 +47,9 @@ def links_rigid(
     *links: str,
 ) -> Floats:
     """Return (n, 6) the first target's deflection with these links rigid and all else the same, base axes, m, rad."""
-    rest = replace(robot, placed=tuple(one for one in robot.placed if one.place.link not in links))
+    rest = replace(
+        robot, placed=tuple(placed_effect for placed_effect in robot.placed if placed_effect.place.link not in links)
+    )
     return solve_balance(rest, angles, wrench, setup, order).displacement[:, 0]
 
 
@@ -67,14 +69,14 @@ def link_parts(
     order : of the states, for laws with a memory; None where each stands alone.
     compliances : (6, 6) by link: its end's displacement per wrench there, beam axes; NaN where not known.
     """
-    modelled = {one.place.link for one in robot.placed if one.place.kind == "links"}
+    modelled = {placed_effect.place.link for placed_effect in robot.placed if placed_effect.place.kind == "links"}
     names = [name for name in robot.chain.beams if name in modelled or name in compliances]
     if not names:
         return ()
     inputs = Inputs(np.ascontiguousarray(angles.T), np.ascontiguousarray(wrench.T), setup)
     unloaded = rest_under_weight(robot, inputs)
     loaded = find_rest(robot, inputs, order, unloaded.wrench, unloaded.displacement)
-    whole = solve_balance(robot, angles, wrench, setup, order).displacement[:, 0]
+    displacement = solve_balance(robot, angles, wrench, setup, order).displacement[:, 0]
     standing = np.moveaxis(loaded.displacement, -1, 0)
     parts = []
     for name in names:
@@ -83,7 +85,7 @@ def link_parts(
         end = at_target = end_by = at_by = None
         if name in modelled:
             end = (loaded.displacement[node] - unloaded.displacement[node]).T
-            at_target = whole - links_rigid(robot, angles, wrench, setup, order, name)
+            at_target = displacement - links_rigid(robot, angles, wrench, setup, order, name)
         if name in compliances:
             end_by = carried @ np.nan_to_num(compliances[name]).T
             if end is not None and not np.isfinite(compliances[name][3, 3]):

@@ -151,44 +151,46 @@ def read_table(file: Path, joint_names: Sequence[str], asked: Sequence[str], wor
     ------
     InputError : the file is missing, a column or a cell is wrong.
     """
-    shown = str(file)
+    display_name = str(file)
     if not is_given(file):
-        raise InputError.at(FaultCode.FILE_MISSING, shown, "", "no such file", "correct its name")
+        raise InputError.at(FaultCode.FILE_MISSING, display_name, "", "no such file", "correct its name")
     try:
         text = read_given(file, TABLE).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError.at(
-            FaultCode.FILE_UNREADABLE, shown, "", f"cannot be read: {error}", "give a CSV file in UTF-8"
+            FaultCode.FILE_UNREADABLE, display_name, "", f"cannot be read: {error}", "give a CSV file in UTF-8"
         ) from error
     numbered = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     lines = [line for _, line in numbered]
     if len(lines) < 2:
         raise InputError.at(
-            FaultCode.FILE_EMPTY, shown, "line 1", "the table is empty", "write a header and at least one row"
+            FaultCode.FILE_EMPTY, display_name, "line 1", "the table is empty", "write a header and at least one row"
         )
     delimiter = ";" if ";" in lines[0] else "\t" if "\t" in lines[0] else ","
     try:
         header, *rows = list(csv.reader(lines, delimiter=delimiter))
     except csv.Error as error:
         mend = "close every quotation mark, one number to a cell"
-        raise InputError.at(FaultCode.SYNTAX_INVALID, shown, "", f"this is no table: {error}", mend) from error
-    columns = [_column(csv_cell.original(word), joint_names, (*asked, *words), shown) for word in header]
+        raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"this is no table: {error}", mend) from error
+    columns = [_column(csv_cell.original(word), joint_names, (*asked, *words), display_name) for word in header]
     at = np.array([number for number, _ in numbered[1:]], dtype=np.int64)
     numbers = {name: np.zeros(len(rows)) for name, _ in columns if name in asked}
     texts: dict[str, list[str]] = {name: [] for name, _ in columns if name in words}
     for number, row in enumerate(rows):
         if len(row) != len(columns):
             reason = f"{len(row)} cells, the header has {len(columns)}"
-            raise InputError.at(FaultCode.SHAPE_MISMATCH, shown, f"line {at[number]}", reason, "complete the line")
+            raise InputError.at(
+                FaultCode.SHAPE_MISMATCH, display_name, f"line {at[number]}", reason, "complete the line"
+            )
         for (name, factor), cell in zip(columns, row, strict=True):
             if name in numbers:
-                numbers[name][number] = factor * _number(cell, shown, int(at[number]), name, delimiter)
+                numbers[name][number] = factor * _number(cell, display_name, int(at[number]), name, delimiter)
             elif name in texts:
                 texts[name].append(csv_cell.original(cell.strip()))
-    return WrittenTable(shown, numbers, {name: tuple(cells) for name, cells in texts.items()}, at)
+    return WrittenTable(display_name, numbers, {name: tuple(cells) for name, cells in texts.items()}, at)
 
 
-def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], shown: str) -> tuple[str, float]:
+def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], display_name: str) -> tuple[str, float]:
     """Return a column's name and the factor to SI; 1 for a column that is not asked for."""
     match = _HEADER.fullmatch(word)
     name, named_unit = (match["name"].strip(), (match["unit"] or "").strip()) if match else (word.strip(), "")
@@ -197,7 +199,7 @@ def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], shown: 
         if _plain(name) in plain:  # a load or an angle that would silently be taken as zero
             reason = f"no column is called {name} here"
             raise InputError.at(
-                FaultCode.COLUMN_MISSING, shown, "line 1", reason, f"did you mean {plain[_plain(name)]}?"
+                FaultCode.COLUMN_MISSING, display_name, "line 1", reason, f"did you mean {plain[_plain(name)]}?"
             )
         return name, 1.0
     quantity, default = ("angle", "deg") if name in joint_names else QUANTITIES.get(name, ("", ""))
@@ -207,7 +209,7 @@ def _column(word: str, joint_names: Sequence[str], asked: Sequence[str], shown: 
         return name, unit(named_unit or default, quantity).factor
     except ValueError as error:
         raise InputError.at(
-            FaultCode.UNIT_UNKNOWN, shown, f"line 1, column {name}", str(error), f"write it in {default}"
+            FaultCode.UNIT_UNKNOWN, display_name, f"line 1, column {name}", str(error), f"write it in {default}"
         ) from error
 
 
@@ -215,7 +217,7 @@ def _plain(name: str) -> str:
     return re.sub(r"[\W_]", "", name).casefold()
 
 
-def _number(cell: str, shown: str, line: int, name: str, delimiter: str) -> float:
+def _number(cell: str, display_name: str, line: int, name: str, delimiter: str) -> float:
     text = cell.strip().replace(",", ".") if delimiter == ";" else cell.strip()
     try:
         value = float(text)
@@ -223,9 +225,15 @@ def _number(cell: str, shown: str, line: int, name: str, delimiter: str) -> floa
         value = float("nan")
     if not np.isfinite(value):
         raise InputError.at(
-            FaultCode.NUMBER_INVALID, shown, f"line {line}, column {name}", f"{cell!r} is no number", "correct the cell"
+            FaultCode.NUMBER_INVALID,
+            display_name,
+            f"line {line}, column {name}",
+            f"{cell!r} is no number",
+            "correct the cell",
         )
     if abs(value) > LARGEST:
         reason = f"{value:g} is larger than anything that is measured"
-        raise InputError.at(FaultCode.NUMBER_INVALID, shown, f"line {line}, column {name}", reason, "correct the cell")
+        raise InputError.at(
+            FaultCode.NUMBER_INVALID, display_name, f"line {line}, column {name}", reason, "correct the cell"
+        )
     return value

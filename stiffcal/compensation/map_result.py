@@ -111,7 +111,7 @@ class MapResult(CommandResult):
     """The points as arrays."""
 
 
-def map_points(found: WorkspaceMap) -> list[MapPoint]:
+def map_points(workspace: WorkspaceMap) -> list[MapPoint]:
     """Return each point of a map by itself."""
 
     def known(values: Floats) -> Floats | None:
@@ -119,13 +119,13 @@ def map_points(found: WorkspaceMap) -> list[MapPoint]:
 
     return [
         MapPoint(
-            position=found.points[k],
-            status=STATUS[int(found.status[k])],
-            joints=known(found.joints[k]),
-            deflection=known(found.deflection[k]),
-            std=known(found.std[k]),
-            stiffness=float(found.stiffness[k]),
-            limit_margin=float(found.margin[k]),
+            position=workspace.points[k],
+            status=STATUS[int(workspace.status[k])],
+            joints=known(workspace.joints[k]),
+            deflection=known(workspace.deflection[k]),
+            std=known(workspace.std[k]),
+            stiffness=float(workspace.stiffness[k]),
+            limit_margin=float(workspace.margin[k]),
         )
-        for k in range(len(found.points))
+        for k in range(len(workspace.points))
     ]

@@ -108,8 +108,8 @@ def load_path(corners: Sequence[Sequence[float]] | Floats, points: int) -> tuple
     ([0.0, -50.0, -100.0], (0, 2))
     """
     named = np.zeros((len(corners), 6))
-    given = np.asarray(corners, dtype=np.float64)
-    named[:, : given.shape[1]] = given
+    corner_loads = np.asarray(corners, dtype=np.float64)
+    named[:, : corner_loads.shape[1]] = corner_loads
     legs = [named[:1]]
     for start, end in itertools.pairwise(named):
         share = np.arange(1, points + 1)[:, None] / points
@@ -149,9 +149,9 @@ def parameter_covariance(
     names = list(covariance)
     columns = np.zeros((len(names), len(angles), 6))
     amplitudes = {
-        one.parameter_name(spec.symbol): (one.amplitude(spec.symbol), spec.inverse)
-        for one in robot.placed
-        for spec in one.effect.parameters
+        placed_effect.parameter_name(spec.symbol): (placed_effect.amplitude(spec.symbol), spec.inverse)
+        for placed_effect in robot.placed
+        for spec in placed_effect.effect.parameters
     }
     rigid = attached_poses(robot.chain, angles, setup.targets[0]) if weight else None
     for place, name in enumerate(names):
@@ -162,9 +162,9 @@ def parameter_covariance(
         # A tenth of a standard uncertainty, and never across zero, where a compliance would turn into a push.
         step = min(0.1 * std, 0.5 * abs(amplitude)) if amplitude else 0.1 * std
         ends = []
-        for moved in (amplitude + step, amplitude - step):
-            other = robot.with_values({name: 1.0 / moved if inverse else moved})
-            ends.append(_moved(solve_balance(other, angles, wrench, setup, order), rigid))
+        for shifted in (amplitude + step, amplitude - step):
+            shifted_robot = robot.with_values({name: 1.0 / shifted if inverse else shifted})
+            ends.append(_moved(solve_balance(shifted_robot, angles, wrench, setup, order), rigid))
         columns[place] = (ends[0] - ends[1]) / (2.0 * step)
     matrix = np.array([[covariance[a][b] for b in names] for a in names]).reshape(len(names), len(names))
     return np.asarray(np.einsum("pni,pq,qnj->nij", columns, matrix, columns))

@@ -157,14 +157,14 @@ class _ProcessWrench:
         if settings.cutoff_hz is not None:
             smooth = LowPass(settings.cutoff_hz, 1.0 / settings.cycle_s)
             b, a = smooth.b, smooth.a
-        taken = np.array([1.0, -1.0, 1.0])  # reading − weight + weight when zeroed
-        row = np.concatenate([[1.0, 0.0], b[0] * taken])
-        first = np.concatenate([[0.0, 1.0], b[1] * taken]) - a[0] * row
-        second = np.concatenate([[0.0, 0.0], b[2] * taken]) - a[1] * row
+        signs = np.array([1.0, -1.0, 1.0])  # reading − weight + weight when zeroed
+        row = np.concatenate([[1.0, 0.0], b[0] * signs])
+        first = np.concatenate([[0.0, 1.0], b[1] * signs]) - a[0] * row
+        second = np.concatenate([[0.0, 0.0], b[2] * signs]) - a[1] * row
         self._matrix = np.stack([first, second, row])
         self._settled = np.array([1.0 - b[0], b[2] - a[1]])
-        one, other = np.zeros((5, 6)), np.zeros((5, 6))
-        self._states = [(one, one[2], one[3], other[:3], other[2]), (other, other[2], other[3], one[:3], one[2])]
+        even, odd = np.zeros((5, 6)), np.zeros((5, 6))
+        self._states = [(even, even[2], even[3], odd[:3], odd[2]), (odd, odd[2], odd[3], even[:3], even[2])]
         self._gravity, self._in_sensor = np.append(robot.chain.gravity, 0.0), np.zeros(3)
         self._there = settings.tool_mass > 0.0
         if not self._there:
@@ -177,14 +177,14 @@ class _ProcessWrench:
         if settings.zeroed_at is not None:
             angles = chain.model_angles(np.atleast_2d(settings.zeroed_at))
             _, rotation = attached_poses(chain, angles, Attachment(sensor.body, sensor.transform))
-            one[4] = other[4] = self._weight @ rotation[0].T @ chain.gravity
+            even[4] = odd[4] = self._weight @ rotation[0].T @ chain.gravity
 
     def take(self, reading: Floats, axes: Floats, wrench: Floats, started: bool) -> None:
         """Write the process wrench (6,) of a reading (6,); axes (3, 4): the sensor's, row by row."""
         states = self._states
-        state, here, weight, after, filtered = states[0]
+        state, own_reading, weight, after, filtered = states[0]
         states.reverse()
-        np.copyto(here, reading)
+        np.copyto(own_reading, reading)
         if self._there:
             np.dot(axes, self._gravity, self._in_sensor)
             np.dot(self._weight, self._in_sensor, weight)

@@ -140,11 +140,11 @@ def correct_joints(
     """
     options = options or CorrectionOptions()
     problem = _CorrectionProblem(robot, joints, wrench, setup, options)
-    found = problem.solve()
-    angles = robot.chain.model_angles(found.joints)
+    solution = problem.solve()
+    angles = robot.chain.model_angles(solution.joints)
     weight = options.goal is not None
     return replace(
-        found,
+        solution,
         covariance=parameter_covariance(robot, angles, wrench, setup, problem.order, covariance or {}, weight),
     )
 
@@ -152,22 +152,22 @@ def correct_joints(
 def errors_of(
     robot: CompliantRobot,
     commanded: Floats,
-    told: Floats,
+    corrected: Floats,
     wrench: Floats,
     setup: MeasurementSetup,
     options: CorrectionOptions,
 ) -> Floats:
-    """Return (n, 6) the pose errors of a robot that is told other joint targets, found by whatever model.
+    """Return (n, 6) the pose errors of a robot that is given corrected joint targets, by any model.
 
     Parameters
     ----------
-    robot : that is to answer; another than the one the targets were made for, perhaps.
-    commanded : (n, L) logged angles that say what is wanted, rad.
-    told : (n, L) what the controller is told.
-    wrench, setup, wish : as in `correct_joints`.
+    robot : that moves; it may be another than the one that the targets were computed for.
+    commanded : (n, L) logged angles of the wanted poses, rad.
+    corrected : (n, L) joint targets that the controller is given, rad.
+    wrench, setup, options : as in `correct_joints`.
     """
     problem = _CorrectionProblem(robot, commanded, wrench, setup, options)
-    return problem.error_at(told, np.arange(len(told)))
+    return problem.error_at(corrected, np.arange(len(corrected)))
 
 
 def pose_error(position: Floats, rotation: Floats, goal: PoseGoal) -> Floats:
@@ -195,36 +195,36 @@ class _CorrectionProblem:
         self.at_limit = np.zeros(joints.shape, dtype=np.bool_)
         self.too_far = np.zeros(len(joints), dtype=np.bool_)
 
-    def _balance(self, joints: Floats, part: Integers | None = None) -> Balance:
+    def _balance(self, joints: Floats, rows: Integers | None = None) -> Balance:
         """Find the balances; of some states alone only where each stands alone."""
-        wrench = self.wrench if part is None else self.wrench[part]
+        wrench = self.wrench if rows is None else self.wrench[rows]
         return solve_balance(self.robot, self.chain.model_angles(joints), wrench, self.setup, self.order)
 
-    def _error(self, balance: Balance, part: Integers | None = None) -> Floats:
-        goal = self.goal if part is None else PoseGoal(self.goal.position[part], self.goal.rotation[part])
+    def _error(self, balance: Balance, rows: Integers | None = None) -> Floats:
+        goal = self.goal if rows is None else PoseGoal(self.goal.position[rows], self.goal.rotation[rows])
         if self.robot.deformed:
             return pose_error(balance.target_position[:, 0], balance.target_rotation[:, 0], goal)
         # The linear form counts the deflection from the rigid chain, and lets the sag out with it.
         at = pose_error(balance.unloaded_position[:, 0], balance.unloaded_rotation[:, 0], goal)
         return at + balance.displacement[:, 0]
 
-    def error_at(self, joints: Floats, part: Integers) -> Floats:
+    def error_at(self, joints: Floats, rows: Integers) -> Floats:
         """Return (m, 6) the pose errors of some states at their joint targets (m, L) out of all (n, L)."""
         if self.order is None:
-            return self._error(self._balance(joints[part], part), part)
-        return self._error(self._balance(joints))[part]
+            return self._error(self._balance(joints[rows], rows), rows)
+        return self._error(self._balance(joints))[rows]
 
     def solve(self) -> Corrected:
         """Find the joint targets; where a pose cannot be had (singular, a limit), at least its position."""
         n = len(self.commanded)
-        whole = np.full(n, self.options.orientation)
-        self._go(np.arange(n), whole)
-        redo = np.flatnonzero(whole & ~self._reached(whole))
+        with_rotation = np.full(n, self.options.orientation)
+        self._go(np.arange(n), with_rotation)
+        redo = np.flatnonzero(with_rotation & ~self._reached(with_rotation))
         if redo.size:
-            whole[redo] = False
+            with_rotation[redo] = False
             stopped = self.at_limit.copy()
             self.joints[redo], self.at_limit[redo] = self.commanded[redo], False
-            self._go(redo, whole)
+            self._go(redo, with_rotation)
             self.at_limit |= stopped  # what kept the whole pose from being reached is worth knowing too
         names = self.chain.joint_names
         return Corrected(
@@ -239,50 +239,50 @@ class _CorrectionProblem:
             singular=self.too_far,
         )
 
-    def _reached(self, whole: Booleans) -> Booleans:
+    def _reached(self, with_rotation: Booleans) -> Booleans:
         place = np.linalg.norm(self.error[:, :3], axis=1) < REACHED_M
         turn = np.linalg.norm(self.error[:, 3:], axis=1) < REACHED_RAD
-        return np.asarray(place & (turn | ~whole), dtype=np.bool_)
+        return np.asarray(place & (turn | ~with_rotation), dtype=np.bool_)
 
-    def _go(self, part: Integers, whole: Booleans) -> None:
+    def _go(self, rows: Integers, with_rotation: Booleans) -> None:
         """Take some states to their joint targets step by step, each until it stands still.
 
         Parameters
         ----------
-        part : numbers of the states.
-        whole : (n,) True where the orientation is to be reached too.
+        rows : numbers of the states.
+        with_rotation : (n,) True where the orientation is to be reached too.
         """
-        self.error[part] = self.error_at(self.joints, part)
+        self.error[rows] = self.error_at(self.joints, rows)
         for _ in range(_MAX_STEPS):
-            before = self.joints[part]
-            wanted = self._step(part, whole)
-            newly = self._beyond(wanted) & ~self.at_limit[part]
+            before = self.joints[rows]
+            wanted = self._step(rows, with_rotation)
+            newly = self._beyond(wanted) & ~self.at_limit[rows]
             if newly.any():
                 # A joint stops at its limit: the others make up for it from the next step on.
-                self.at_limit[part] |= newly
+                self.at_limit[rows] |= newly
             wanted = np.clip(wanted, *self.chain.limits.T)
-            far = (np.abs(wanted - self.commanded[part]) > self.options.largest_correction).any(axis=1)
-            self.too_far[part] |= far
+            far = (np.abs(wanted - self.commanded[rows]) > self.options.largest_correction).any(axis=1)
+            self.too_far[rows] |= far
             wanted[far] = before[far]
-            self.joints[part] = wanted
-            self.error[part] = self.error_at(self.joints, part)
+            self.joints[rows] = wanted
+            self.error[rows] = self.error_at(self.joints, rows)
             moving = (np.abs(wanted - before).max(axis=1) > _STOP) | newly.any(axis=1)
-            part = part[moving & ~far]
-            if not part.size:
+            rows = rows[moving & ~far]
+            if not rows.size:
                 break
 
-    def _step(self, part: Integers, whole: Booleans) -> Floats:
+    def _step(self, rows: Integers, with_rotation: Booleans) -> Floats:
         """Return (m, L) the next joint targets: least motion from the commanded angles, held joints at their limit."""
-        joints, commanded, at_limit = self.joints[part], self.commanded[part], self.at_limit[part]
-        counted = np.ones((len(part), 6))
-        counted[~whole[part], 3:] = 0.0
+        joints, commanded, at_limit = self.joints[rows], self.commanded[rows], self.at_limit[rows]
+        counted = np.ones((len(rows), 6))
+        counted[~with_rotation[rows], 3:] = 0.0
         jacobian = jacobians(self.chain, self.chain.model_angles(joints), self.setup.targets[0]) @ self.chain.coupling
-        moved = joints - commanded
-        gone = np.where(at_limit, moved, 0.0)
+        correction = joints - commanded
+        at_limits = np.where(at_limit, correction, 0.0)
         # e(q′) ≈ e + J (q′ − q): brought to zero by the smallest correction of the free joints.
-        aim = counted * (np.einsum("nij,nj->ni", jacobian, moved - gone) - self.error[part])
+        aim = counted * (np.einsum("nij,nj->ni", jacobian, correction - at_limits) - self.error[rows])
         inverse = np.linalg.pinv(counted[:, :, None] * jacobian * ~at_limit[:, None, :], rcond=_SINGULAR)
-        return np.asarray(commanded + gone + np.einsum("nji,ni->nj", inverse, aim))
+        return np.asarray(commanded + at_limits + np.einsum("nji,ni->nj", inverse, aim))
 
     def _beyond(self, wanted: Floats) -> Booleans:
         low, high = self.chain.limits.T

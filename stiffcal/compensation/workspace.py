@@ -102,8 +102,8 @@ def map_workspace(
     chain = robot.chain
     status, joints = _reach(chain, setup.targets[0], task)
     n = len(task.points)
-    here = np.flatnonzero(status == REACHED)
-    found = WorkspaceMap(
+    reached = np.flatnonzero(status == REACHED)
+    workspace = WorkspaceMap(
         points=task.points,
         status=status,
         joints=joints,
@@ -113,25 +113,29 @@ def map_workspace(
         margin=np.full(n, np.nan),
         smallest_singular=np.full(n, np.nan),
     )
-    if not here.size:
-        return found
+    if not reached.size:
+        return workspace
     loads = replace(setup, wrench_axes=Attachment(0, np.eye(4)), moments_measured=True)
-    angles = chain.model_angles(joints[here])
-    wrench = np.repeat(task.wrench[None], len(here), axis=0)
+    angles = chain.model_angles(joints[reached])
+    wrench = np.repeat(task.wrench[None], len(reached), axis=0)
     balance = solve_balance(robot, angles, wrench, loads)
-    found.deflection[here] = balance.displacement[:, 0]
+    workspace.deflection[reached] = balance.displacement[:, 0]
     spread = parameter_covariance(robot, angles, wrench, loads, None, covariance or {})
-    found.std[here, 0] = np.sqrt(np.einsum("nii->n", spread[:, :3, :3]))
-    found.std[here, 1] = np.sqrt(np.einsum("nii->n", spread[:, 3:, 3:]))
+    workspace.std[reached, 0] = np.sqrt(np.einsum("nii->n", spread[:, :3, :3]))
+    workspace.std[reached, 1] = np.sqrt(np.einsum("nii->n", spread[:, 3:, 3:]))
     if task.direction is not None:
         compliance = cartesian_compliance(robot, angles, wrench, loads, balance)[:, :3, :3]
         gives = np.einsum("i,nij,j->n", task.direction, compliance, task.direction)
         # where nothing gives in that direction there is no stiffness to state
-        found.stiffness[here] = np.divide(1.0, gives, out=np.full_like(gives, np.nan), where=np.abs(gives) > RIGID)
-    found.margin[here] = np.minimum(joints[here] - chain.limits[:, 0], chain.limits[:, 1] - joints[here]).min(axis=1)
+        workspace.stiffness[reached] = np.divide(
+            1.0, gives, out=np.full_like(gives, np.nan), where=np.abs(gives) > RIGID
+        )
+    workspace.margin[reached] = np.minimum(
+        joints[reached] - chain.limits[:, 0], chain.limits[:, 1] - joints[reached]
+    ).min(axis=1)
     jacobian = jacobians(chain, angles, setup.targets[0])
-    found.smallest_singular[here] = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
-    return found
+    workspace.smallest_singular[reached] = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
+    return workspace
 
 
 def _reach(chain: Chain, target: Attachment, task: MapTask) -> tuple[Integers, Floats]:
@@ -139,18 +143,18 @@ def _reach(chain: Chain, target: Attachment, task: MapTask) -> tuple[Integers, F
     n = len(task.points)
     kept = np.eye(3) if task.rotation is None else task.rotation
     goal = PoseGoal(task.points, np.repeat(kept[None], n, axis=0))
-    whole = task.rotation is not None
+    with_rotation = task.rotation is not None
     near = np.flatnonzero(np.linalg.norm(task.points - chain.fixed[0, :3, 3], axis=1) <= longest_reach(chain, target))
     status, joints = np.zeros(n, dtype=np.int64), np.full((n, len(task.home)), np.nan)
     if not near.size:
         return status, joints
-    found, reached = nearest_solution(chain, target, _some(goal, near), task.home, whole)
-    joints[near[reached]], status[near[reached]] = found[reached], REACHED
+    solutions, reached = nearest_solution(chain, target, _some(goal, near), task.home, with_rotation)
+    joints[near[reached]], status[near[reached]] = solutions[reached], REACHED
     rest = near[~reached]
     if rest.size and np.isfinite(chain.limits).any():
         # Is it the joint limits that keep the robot from there? The same chain without limits tells.
         free = replace(chain, limits=np.tile([-np.inf, np.inf], (len(chain.limits), 1)))
-        _, reached = nearest_solution(free, target, _some(goal, rest), task.home, whole)
+        _, reached = nearest_solution(free, target, _some(goal, rest), task.home, with_rotation)
         status[rest[reached]] = BEYOND_LIMITS
     return status, joints
 
@@ -161,8 +165,8 @@ def _some(goal: PoseGoal, which: Integers) -> PoseGoal:
 
 def longest_reach(chain: Chain, target: Attachment) -> float:
     """Return a length, m, that the target cannot be away from the first joint's origin."""
-    whole = chain.flange @ target.transform if target.body == chain.n_joints + 1 else target.transform
-    steps = [*chain.fixed[1 : min(target.body, chain.n_joints)], whole]
+    last_frame = chain.flange @ target.transform if target.body == chain.n_joints + 1 else target.transform
+    steps = [*chain.fixed[1 : min(target.body, chain.n_joints)], last_frame]
     return float(sum(np.linalg.norm(step[:3, 3]) for step in steps))
 
 

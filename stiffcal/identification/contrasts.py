@@ -41,10 +41,10 @@ class Contrasts:
 
     def part(self, keep: NDArray[np.bool_]) -> Contrasts:
         """Return some of them."""
-        found = Contrasts(self.differences[keep], self.compliance[keep], self.run[keep])
+        kept = Contrasts(self.differences[keep], self.compliance[keep], self.run[keep])
         if self.translation is None or self.rotation is None:
-            return found
-        return replace(found, translation=self.translation[keep], rotation=self.rotation[keep])
+            return kept
+        return replace(kept, translation=self.translation[keep], rotation=self.rotation[keep])
 
     def basis(self, kinds: Integers, scales: Floats) -> Floats | None:
         """Return (kinds, c, m, m) what a unit of each kind's variance makes of scaled contrasts; None: what is usual.
@@ -55,7 +55,7 @@ class Contrasts:
         """
         if self.translation is None or self.rotation is None:
             return None
-        m, found = len(kinds), []
+        m, products = len(kinds), []
         for kind in np.unique(kinds):
             unit = np.zeros((len(self.differences), m, m))
             if kind == TRANSLATION:
@@ -65,8 +65,8 @@ class Contrasts:
             else:
                 unit[:, range(m), range(m)] = kinds == kind
             size = float(scales[kinds == kind][0])
-            found.append(unit * size**2 / scales[:, None] / scales)
-        return np.stack(found)
+            products.append(unit * size**2 / scales[:, None] / scales)
+        return np.stack(products)
 
 
 def contrasts(data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers]) -> Contrasts:
@@ -85,11 +85,11 @@ def contrasts(data: Observations, predicted: Floats, sensitivity: Floats, groups
         group = group[data.measured_mask[:, group].all(axis=0)]
         if len(group) < 2:
             continue
-        moved = (data.measured[:, group] - predicted[:, group]).T
+        residual = (data.measured[:, group] - predicted[:, group]).T
         count = np.arange(1, len(group))[:, None]
         # Helmert: the k-th member against the mean of those before.
-        before = np.cumsum(moved[:-1], axis=0) / count
-        differences.append((moved[1:] - before) * np.sqrt(count / (count + 1.0)))
+        before = np.cumsum(residual[:-1], axis=0) / count
+        differences.append((residual[1:] - before) * np.sqrt(count / (count + 1.0)))
         lever = np.cumsum(np.moveaxis(sensitivity[:, :, group], -1, 0), axis=0)[1:]
         levers.append(lever / (count[:, :, None] + 1.0))
         runs.append(np.full(len(count), data.run[group[0]], dtype=np.int64))
@@ -102,11 +102,11 @@ def contrasts(data: Observations, predicted: Floats, sensitivity: Floats, groups
     m = len(data.measured)
     if not differences:
         return Contrasts(np.zeros((0, m)), np.zeros((0, m, 6)), np.zeros(0, dtype=np.int64))
-    found = Contrasts(np.concatenate(differences), np.concatenate(levers), np.concatenate(runs))
+    result = Contrasts(np.concatenate(differences), np.concatenate(levers), np.concatenate(runs))
     if not spreads:
-        return found
-    translation, rotation = (np.concatenate([one[k] for one in spreads]) for k in (0, 1))
-    return replace(found, translation=translation, rotation=rotation)
+        return result
+    translation, rotation = (np.concatenate([spread[k] for spread in spreads]) for k in (0, 1))
+    return replace(result, translation=translation, rotation=rotation)
 
 
 def _of_contrasts(variance: Floats) -> Floats:
@@ -125,7 +125,7 @@ def some_groups(groups: Sequence[Integers]) -> Sequence[Integers]:
     return [groups[k] for k in sorted(np.random.default_rng(0).permutation(len(groups))[:n_kept])]
 
 
-def without_wild(found: Contrasts, kinds: Integers) -> Contrasts:
+def without_wild(all_contrasts: Contrasts, kinds: Integers) -> Contrasts:
     """Leave out contrasts of readings that were bumped: longer than six times the typical length of their kind.
 
     Of a hundred thousand contrasts of Gaussian noise less than one is that long. In a run that scatters wider than the
@@ -135,12 +135,12 @@ def without_wild(found: Contrasts, kinds: Integers) -> Contrasts:
     ----------
     kinds : (m,) of rows.
     """
-    keep = np.ones(len(found.differences), dtype=np.bool_)
+    keep = np.ones(len(all_contrasts.differences), dtype=np.bool_)
     for kind in np.unique(kinds):
-        length = np.sqrt(np.sum(found.differences[:, kinds == kind] ** 2, axis=1))
+        length = np.sqrt(np.sum(all_contrasts.differences[:, kinds == kind] ** 2, axis=1))
         typical = np.full(len(length), np.median(length) if length.any() else np.inf)
-        for own in members_of(found.run):
+        for own in members_of(all_contrasts.run):
             if own.size >= LEAST_DOF:
                 typical[own] = np.maximum(typical[own], np.median(length[own]))
         keep &= length <= WILD * typical
-    return found.part(keep)
+    return all_contrasts.part(keep)

@@ -57,13 +57,16 @@ class Coupling:
         """Return each identified parameter's value and standard uncertainty."""
         more = self.by_rods if way == "links-taken-out" else {}
         return {
-            one.name: (float(one.value), float(np.hypot(one.std, _of_value(one, more.get(one.name, 0.0)))))
-            for one in self.fits[way].parameters
-            if one.identifiable
-            and not one.fixed
-            and one.value is not None
-            and one.std is not None
-            and np.isfinite([one.value, one.std]).all()
+            parameter.name: (
+                float(parameter.value),
+                float(np.hypot(parameter.std, _of_value(parameter, more.get(parameter.name, 0.0)))),
+            )
+            for parameter in self.fits[way].parameters
+            if parameter.identifiable
+            and not parameter.fixed
+            and parameter.value is not None
+            and parameter.std is not None
+            and np.isfinite([parameter.value, parameter.std]).all()
         }
 
 
@@ -81,10 +84,12 @@ def identify_both_ways(
     settings = settings or Settings()
     rodded = tuple(rods.link for rods in states.setup.rods)
     alone = without_rods(states)
-    jointed = replace(robot, placed=tuple(one for one in robot.placed if one.place.kind != "links"))
+    jointed = replace(
+        robot, placed=tuple(placed_effect for placed_effect in robot.placed if placed_effect.place.kind != "links")
+    )
     links = measure_links(observe(states, robot.chain), CompliantRobot(robot.chain, ()))
-    rest, held = without_measured_links(robot, links)
-    taken_out = replace(settings, fixed=settings.fixed | held)
+    rest, fixed_names = without_measured_links(robot, links)
+    taken_out = replace(settings, fixed=settings.fixed | fixed_names)
     ways: tuple[tuple[Way, LoadStates, CompliantRobot, Settings], ...] = (
         ("links-rigid", alone, jointed, settings),
         ("tool-alone", alone, robot, settings),
@@ -99,9 +104,9 @@ def identify_both_ways(
     return Coupling(fits, rodded, by_rods)
 
 
-def _of_value(one: Parameter, spread: float) -> float:
+def _of_value(parameter: Parameter, spread: float) -> float:
     """Return the spread of a parameter's value where its amplitude spreads so; a stiffness is one over it."""
-    return spread * float(one.value) ** 2 if one.spec.inverse and one.value is not None else spread
+    return spread * float(parameter.value) ** 2 if parameter.spec.inverse and parameter.value is not None else spread
 
 
 def without_measured_links(
@@ -113,27 +118,29 @@ def without_measured_links(
     """
     twists = {link.link for link in links if not np.isfinite(link.compliance.matrix[3, 3])}
     rodded = {link.link for link in links}
-    placed, held = [], set()
-    for one in robot.placed:
-        if one.place.link not in rodded:
-            placed.append(one)
+    placed, fixed_names = [], set()
+    for placed_effect in robot.placed:
+        if placed_effect.place.link not in rodded:
+            placed.append(placed_effect)
             continue
-        twisting = _twisting_symbols(one, robot) if one.place.link in twists else set()
-        others = [spec for spec in one.effect.parameters if spec.symbol not in twisting]
-        if twisting and all(spec.inverse for spec in others):
-            placed.append(replace(one, values={**one.values, **{spec.symbol: np.inf for spec in others}}))
-            held |= {one.parameter_name(spec.symbol) for spec in others}
-    return replace(robot, placed=tuple(placed)), frozenset(held)
+        twisting = _twisting_symbols(placed_effect, robot) if placed_effect.place.link in twists else set()
+        other_specs = [spec for spec in placed_effect.effect.parameters if spec.symbol not in twisting]
+        if twisting and all(spec.inverse for spec in other_specs):
+            placed.append(
+                replace(placed_effect, values={**placed_effect.values, **{spec.symbol: np.inf for spec in other_specs}})
+            )
+            fixed_names |= {placed_effect.parameter_name(spec.symbol) for spec in other_specs}
+    return replace(robot, placed=tuple(placed)), frozenset(fixed_names)
 
 
-def _twisting_symbols(one: PlacedEffect, robot: CompliantRobot) -> set[str]:
+def _twisting_symbols(placed_effect: PlacedEffect, robot: CompliantRobot) -> set[str]:
     """Return the parameters of a link's law that turn its end about the link and do nothing else."""
     wrench = np.ones((2 * robot.chain.n_joints + 2, 6, 1))
     loads = NodeLoads(wrench, np.zeros((robot.chain.n_joints, 1)))
-    moved: dict[str, set[int]] = {}
-    for term in one.effect.terms(one.place, robot.chain, loads, one.shape()):
-        moved.setdefault(term.symbol, set()).add(term.component)
-    return {symbol for symbol, components in moved.items() if components == {RX}}
+    components_of: dict[str, set[int]] = {}
+    for term in placed_effect.effect.terms(placed_effect.place, robot.chain, loads, placed_effect.shape()):
+        components_of.setdefault(term.symbol, set()).add(term.component)
+    return {symbol for symbol, components in components_of.items() if components == {RX}}
 
 
 def without_rods(states: LoadStates) -> LoadStates:
@@ -158,15 +165,15 @@ def without_links(states: LoadStates, chain: Chain, links: tuple[MeasuredLink, .
         where = data.index[link.index]
         read &= np.isin(np.arange(len(states)), where)
         angles = np.ascontiguousarray(data.angles[:, link.index].T)
-        moved = link.compliance.predict(link.wrench)
+        displacement = link.compliance.predict(link.wrench)
         for body, target in enumerate(states.setup.targets):
-            part = carried_to_target(chain, angles, link.link, moved, target)
-            position[where, body] -= part[:, :3]
-            rotation[where, body] = np.swapaxes(rotation_from_vector(part[:, 3:]), -1, -2) @ rotation[where, body]
-            deflection[where, body] -= part
+            at_target = carried_to_target(chain, angles, link.link, displacement, target)
+            position[where, body] -= at_target[:, :3]
+            rotation[where, body] = np.swapaxes(rotation_from_vector(at_target[:, 3:]), -1, -2) @ rotation[where, body]
+            deflection[where, body] -= at_target
             for number, gauge in enumerate(states.setup.gauges):
                 if directions is not None and gauge.target == body:
-                    gauges[where, number] -= np.einsum("ni,ni->n", directions[where, number], part[:, :3])
+                    gauges[where, number] -= np.einsum("ni,ni->n", directions[where, number], at_target[:, :3])
     freed = replace(states, position=position, rotation=rotation, deflection=deflection, displacement=gauges)
     return without_rods(freed.with_set_aside(states.used & ~read, SetAsideCode.RODS_NOT_READ, "no reading of the rods"))
 
@@ -174,7 +181,7 @@ def without_links(states: LoadStates, chain: Chain, links: tuple[MeasuredLink, .
 def coupling_document(coupling: Coupling) -> dict[str, Any]:
     """Return the four ways side by side; SI, null where a way cannot tell a parameter."""
     ways = {way: coupling.values(way) for way in coupling.fits}
-    names = [one.name for one in coupling.fits["with-rods"].parameters]
+    names = [parameter.name for parameter in coupling.fits["with-rods"].parameters]
     reference = ways["with-rods"]
     return {
         "links": list(coupling.links),
@@ -184,9 +191,11 @@ def coupling_document(coupling: Coupling) -> dict[str, Any]:
                 "says": WORDS[way],
                 "rms": fit_rms(fit),
                 "condition": float(fit.condition) if np.isfinite(fit.condition) else None,
-                "not_identifiable": sorted({name for one in fit.ambiguities for name in one.names}),
+                "not_identifiable": sorted({name for ambiguity in fit.ambiguities for name in ambiguity.names}),
                 "left_out": [
-                    name for name in names if name not in {one.name for one in fit.parameters if not one.fixed}
+                    name
+                    for name in names
+                    if name not in {parameter.name for parameter in fit.parameters if not parameter.fixed}
                 ],
             }
             for way, fit in coupling.fits.items()

@@ -78,9 +78,9 @@ class _Task:
 
     def compliances(self, free: Floats) -> Floats:
         """Return (J,) all compliances."""
-        whole = self.start.copy()
-        whole[list(self.joints)] = free
-        return whole
+        all_joints = self.start.copy()
+        all_joints[list(self.joints)] = free
+        return all_joints
 
 
 def identify_in_two_forms(fit: Fit) -> TwoForms:
@@ -127,9 +127,9 @@ def two_forms_document(two: TwoForms) -> dict[str, Any]:
 
 def _task(fit: Fit) -> _Task:
     robot, data = fit.robot, fit.data
-    others = sorted({one.effect.name for one in robot.placed} - {NEEDS})
-    if others:
-        reason = f"paper 003 knows joint springs alone, and the model holds {', '.join(others)}"
+    other_effects = sorted({placed_effect.effect.name for placed_effect in robot.placed} - {NEEDS})
+    if other_effects:
+        reason = f"paper 003 knows joint springs alone, and the model holds {', '.join(other_effects)}"
         raise InputError.at(
             FaultCode.MODEL_UNSUITABLE, "model.toml", "effects", reason, "take the others out to see this form"
         )
@@ -143,10 +143,10 @@ def _task(fit: Fit) -> _Task:
         )
     start = np.zeros(robot.chain.n_joints)
     joints = []
-    for one in robot.placed:
-        joint = one.place.joints[0] - 1
-        start[joint] = one.amplitude("c")
-        if one.parameter_name("c") in fit.free_names and start[joint] > 0.0:
+    for placed_effect in robot.placed:
+        joint = placed_effect.place.joints[0] - 1
+        start[joint] = placed_effect.amplitude("c")
+        if placed_effect.parameter_name("c") in fit.free_names and start[joint] > 0.0:
             joints.append(joint)
     noise = fit.noise or Noise(*_sizes(fit), 0.0, 0.0, "none", 0.0)
     sensitivity = None
@@ -211,11 +211,11 @@ def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats
         rows = rows.copy()
         for run in np.unique(task.data.run):
             mine = task.data.run == run
-            shown = offsets[mine].reshape(-1, offsets.shape[2])
-            size = np.linalg.norm(shown, axis=0)
-            measurable = shown[:, size > ROUNDING * size.max(initial=0.0)]
+            offset_columns = offsets[mine].reshape(-1, offsets.shape[2])
+            size = np.linalg.norm(offset_columns, axis=0)
+            measurable = offset_columns[:, size > ROUNDING * size.max(initial=0.0)]
             basis = np.linalg.qr(measurable)[0]
-            flat = rows[mine].reshape(len(shown), -1)
+            flat = rows[mine].reshape(len(offset_columns), -1)
             rows[mine] = (flat - basis @ (basis.T @ flat)).reshape(rows[mine].shape)
     flat = rows.reshape(-1, rows.shape[2])
     return flat[:, :-1], flat[:, -1]
@@ -224,9 +224,12 @@ def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats
 def _matrix_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
     """Return whitened columns (n m, p) and residuals (n m,) by matrices: Jacobian columns times torques."""
     data = task.data
-    whole = task.compliances(value)
+    all_joints = task.compliances(value)
     robot = task.robot.with_values(
-        {one.parameter_name("c"): float(whole[one.place.joints[0] - 1]) for one in task.robot.placed}
+        {
+            placed_effect.parameter_name("c"): float(all_joints[placed_effect.place.joints[0] - 1])
+            for placed_effect in task.robot.placed
+        }
     )
     inputs = Inputs(data.angles, data.wrench, data.setup)
     try:
@@ -234,8 +237,8 @@ def _matrix_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
         loaded = find_rest(robot, inputs, data.order, unloaded.wrench, unloaded.displacement, TIGHT)
     except NoBalanceError as error:
         raise error.at_state(error.state, f"{data.place_of(error.state)}, {error.where}") from None
-    moved = np.stack(displacements(robot, loaded, unloaded))[data.body, data.component]
-    missing = np.where(data.measured_mask, data.measured - moved, 0.0)
+    displacement = np.stack(displacements(robot, loaded, unloaded))[data.body, data.component]
+    missing = np.where(data.measured_mask, data.measured - displacement, 0.0)
     drives = robot.chain.drive_axes
     nodes = [joint_node(k + 1) for k in range(robot.chain.n_joints)]
     torque = drives.T @ (loaded.wrench[nodes, RZ] - unloaded.wrench[nodes, RZ])
@@ -276,13 +279,13 @@ def _dual_rows(task: _Task, value: Floats) -> tuple[Floats, Floats]:
     rows: list[Floats] = []
     for b, (loaded, unloaded, slope) in enumerate(zip(after, before, slopes, strict=True)):
         mine = data.body == b
-        there, back = displacement_map(loaded), displacement_from_change(loaded)
+        forward, back = displacement_map(loaded), displacement_from_change(loaded)
         missing = np.zeros((data.n_states, 6))
         missing[:, data.component[mine]] = (
             data.measured[mine].T - displacement_of_duals(loaded, unloaded)[:, data.component[mine]]
         )
         eight = np.concatenate(
-            [slope[:, :, list(task.joints)] * torque[:, None, list(task.joints)], there @ missing[:, :, None]], axis=2
+            [slope[:, :, list(task.joints)] * torque[:, None, list(task.joints)], forward @ missing[:, :, None]], axis=2
         )
         rows.append((back @ eight)[:, data.component[mine]])
     stack = np.concatenate(rows, axis=1) * data.measured_mask.T[:, :, None]
@@ -298,9 +301,9 @@ def _unweighted(task: _Task, value: Floats, per_metre: float) -> Floats:
     per_metre : the unit of length: 1 for metres, 1000 for millimetres.
     """
     data = task.data
-    whole = np.zeros(len(task.joints))
+    zeros = np.zeros(len(task.joints))
     if not data.measured_mask.all() or len(data.measured) != 6 * len(data.setup.targets):
-        return np.full_like(whole, np.nan)
+        return np.full_like(zeros, np.nan)
     after, _, slopes, (torque,) = _dual_parts(task, value)
     left, right = [], []
     for b, (loaded, slope) in enumerate(zip(after, slopes, strict=True)):

@@ -142,7 +142,7 @@ class Fit:
 
     def parameter(self, name: str) -> Parameter:
         """Return a parameter by its full name; KeyError where there is none."""
-        for one in self.parameters:
-            if one.name == name:
-                return one
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
         raise KeyError(name)

@@ -70,12 +70,12 @@ def check_identifiability(
         return Identifiability(none, none, 1.0, ())
     length = np.sqrt(np.sum(factor * factor, axis=0))
     identifiable = np.ones(p, dtype=np.bool_)
-    held = np.zeros(p, dtype=np.bool_)
+    left_out = np.zeros(p, dtype=np.bool_)
     ambiguities: list[Ambiguity] = []
     under = np.zeros(p, dtype=np.bool_) if noise_dominated is None else noise_dominated
     # One standard uncertainty, all else known, is 1 / length.
     for i in np.flatnonzero((length * upper < 1.0) | under):
-        identifiable[i], held[i] = False, True
+        identifiable[i], left_out[i] = False, True
         reason = "what seems to turn it is the force sensor's noise" if under[i] else "no load in these data turns it"
         ambiguities.append(Ambiguity((names[i],), "", reason))
     remaining = np.flatnonzero(identifiable)
@@ -89,21 +89,23 @@ def check_identifiability(
             least = p * float(np.finfo(np.float64).eps) * float(singular[0])
             condition = float(singular[0] / singular[-1]) if singular[-1] > least else np.inf
         stays = np.zeros(p, dtype=np.bool_) if needed is None else needed
-        found = _stand_back(unit, held, gives_way, stays, SAME_REGRESSOR * float(singular[0]))
-        identifiable[held & gives_way] = False
-        for one in found:
-            blind = _made_of_others(unit, held, one)
+        sums = _stand_back(unit, left_out, gives_way, stays, SAME_REGRESSOR * float(singular[0]))
+        identifiable[left_out & gives_way] = False
+        for column in sums:
+            blind = _made_of_others(unit, left_out, column)
             members = np.flatnonzero(np.abs(blind) > TAKES_PART * np.max(np.abs(blind)))
             identifiable[members] = False
             ambiguities.append(_name_ambiguity(blind[members], length[members], [names[i] for i in members]))
         alone = [i for i in remaining if identifiable[i] and _spread(factor, remaining, int(i)) > upper[i]]
         for i in alone:
-            identifiable[i], held[i] = False, True
+            identifiable[i], left_out[i] = False, True
             ambiguities.append(Ambiguity((names[i],), "", "what loads do to it is hidden behind the other parameters"))
-    return Identifiability(identifiable, held, condition, tuple(ambiguities))
+    return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
 
 
-def _stand_back(unit: Floats, held: Booleans, gives_way: Booleans, stays: Booleans, blind_below: float) -> list[int]:
+def _stand_back(
+    unit: Floats, left_out: Booleans, gives_way: Booleans, stays: Booleans, blind_below: float
+) -> list[int]:
     """Hold one parameter after the other until the data see every direction of those left; return them.
 
     Of a set that cannot be told apart the one that came last into the model stands back; the others then stand for the
@@ -113,44 +115,44 @@ def _stand_back(unit: Floats, held: Booleans, gives_way: Booleans, stays: Boolea
     Parameters
     ----------
     unit : (p, p) factor with columns of unit length.
-    held : (p,) those held already; filled in place.
+    left_out : (p,) those held already; filled in place.
     gives_way : (p,) True for shape parameters.
     stays : (p,) True for those that stand back only where no other of their set can.
     blind_below : singular values below this are blind directions.
     """
-    found: list[int] = []
-    while not held.all():
-        left = np.flatnonzero(~held)
+    sums: list[int] = []
+    while not left_out.all():
+        left = np.flatnonzero(~left_out)
         _, singular, directions = np.linalg.svd(unit[:, left])
         if singular[-1] >= blind_below:
             break
         share = np.abs(directions[-1]) / np.max(np.abs(directions[-1]))
         members = left[share > TAKES_PART]
         if gives_way[members].any():
-            held[members[gives_way[members]]] = True
+            left_out[members[gives_way[members]]] = True
             continue
-        others = members[~stays[members]]
-        last = int(others[-1] if len(others) else members[-1])
-        held[last] = True
-        found.append(last)
-    return found
+        may_leave = members[~stays[members]]
+        last = int(may_leave[-1] if len(may_leave) else members[-1])
+        left_out[last] = True
+        sums.append(last)
+    return sums
 
 
-def _made_of_others(unit: Floats, held: Booleans, one: int) -> Floats:
+def _made_of_others(unit: Floats, left_out: Booleans, column: int) -> Floats:
     """Return the (p,) blind direction of a held parameter: what of the others makes its signature, minus itself."""
-    free = np.flatnonzero(~held)
+    free = np.flatnonzero(~left_out)
     blind = np.zeros(unit.shape[1])
     if len(free):
-        blind[free] = np.linalg.lstsq(unit[:, free], unit[:, one], rcond=None)[0]
-    blind[one] = -1.0
+        blind[free] = np.linalg.lstsq(unit[:, free], unit[:, column], rcond=None)[0]
+    blind[column] = -1.0
     return blind
 
 
 def _spread(factor: Floats, remaining: NDArray[np.int64], which: int) -> float:
     """Return the standard uncertainty of one parameter with all others free."""
-    part = factor[:, remaining]
-    scale = column_scale(part)
-    inverse = np.linalg.pinv(part / scale, rcond=1e-13)
+    columns = factor[:, remaining]
+    scale = column_scale(columns)
+    inverse = np.linalg.pinv(columns / scale, rcond=1e-13)
     place = int(np.flatnonzero(remaining == which)[0])
     return float(np.sqrt(np.sum(inverse[place] ** 2)) / scale[place])
 

@@ -191,25 +191,25 @@ def fit_observations(
 
 
 def _gauss_newton(
-    problem: Problem, robot: CompliantRobot, settings: Settings, given: Weights | None, progress: Progress
+    problem: Problem, robot: CompliantRobot, settings: Settings, stated: Weights | None, progress: Progress
 ) -> _Settled:
-    """Take steps until one is invisible, at most `MAX_STEPS`; without ``given`` weights the noise is estimated too."""
+    """Take steps until one is invisible, at most `MAX_STEPS`; without ``stated`` weights the noise is estimated too."""
     data = problem.data
     columns = free_columns(robot, settings.fixed)
     amplitude = amplitudes(robot, columns)
     iterations, last, robust = 0, np.inf, settings.loss == "huber"
-    rough = given is not None or any(c.role is ParameterRole.NONLINEAR for c in columns)
+    rough = stated is not None or any(c.role is ParameterRole.NONLINEAR for c in columns)
     small = ROUGH_STEP if rough else SMALL_STEP
-    weights, lowered = given, None
+    weights, lowered = stated, None
     while True:
         progress("balanced robot", min(0.9, 0.3 + 0.2 * iterations))
         renew = iterations <= REWEIGHTED_STEPS
-        if given is not None and not robust:
+        if stated is not None and not robust:
             # The first step's weights stay: the start is good to a hundredth already.
-            carried = given.carried and iterations == 0
+            carried = stated.carried and iterations == 0
             blocks: Iterable[Evaluation] = evaluate(robot, data, columns, with_sensitivity=carried)
             if iterations == 0 or weights is None:
-                weights, blocks = weighed_alike(given, data, blocks)
+                weights, blocks = weighed_alike(stated, data, blocks)
         else:
             blocks = list(evaluate(robot, data, columns, with_sensitivity=renew and wrench_matters(settings.noise)))
             if renew or weights is None:
@@ -251,7 +251,7 @@ def _first_pass(problem: Problem, robot: CompliantRobot, settings: Settings) -> 
     data = problem.data
     whitening = raw_whitening(data, settings.noise or problem.stated)
     columns = [c for c in free_columns(robot, settings.fixed) if c.role is ParameterRole.AMPLITUDE]
-    unshaped = [one for one in robot.placed if lacks_nonlinear_value(one)]
+    unshaped = [placed_effect for placed_effect in robot.placed if lacks_nonlinear_value(placed_effect)]
     # Laws whose shape is not known yet wait for it: their columns at some typical shape would mislead the others.
     known = [c for c in columns if robot.placed[c.placed] not in unshaped]
     reduced = reduce_blocks(evaluate(robot, data, known, rigid=True), data, whitening)
@@ -303,41 +303,43 @@ def _solve(
     upper = np.where(shapes, np.minimum(upper, start * 2), upper)
     # The reduced target is for the step; bounds hold for the sum.
     target = reduced.target + reduced.factor @ start
-    whole = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)
-    result = _solve_free(whole, checked, shapes, start, lower, upper)
+    system = Reduced(reduced.factor, target, reduced.remainder, reduced.dof)
+    result = _solve_free(system, checked, shapes, start, lower, upper)
     if not checked.held.any():
         return result, checked
-    every, at_bound = whole.solve_bounded(lower, upper)
+    every, at_bound = system.solve_bounded(lower, upper)
     # Who is pressed against a bound stands back: of all free at once, else of what was left free.
     pressed = ~checked.held & ((result <= lower) | (result >= upper))
     for useless in (at_bound, pressed):
-        if whole.cost(result) <= WORSE_WITHOUT * whole.cost(every):
+        if system.cost(result) <= WORSE_WITHOUT * system.cost(every):
             break
-        other = _check_identifiability(reduced, robot, columns, noise_dominated, ~useless)
-        better = _solve_free(whole, other, shapes, start, lower, upper)
-        if whole.cost(better) < whole.cost(result):
-            result, checked = better, other
+        without_useless = _check_identifiability(reduced, robot, columns, noise_dominated, ~useless)
+        better = _solve_free(system, without_useless, shapes, start, lower, upper)
+        if system.cost(better) < system.cost(result):
+            result, checked = better, without_useless
     return result, checked
 
 
 def _solve_free(
-    whole: Reduced, checked: Identifiability, shapes: Booleans, start: Floats, lower: Floats, upper: Floats
+    system: Reduced, checked: Identifiability, shapes: Booleans, start: Floats, lower: Floats, upper: Floats
 ) -> Floats:
     """Return the best amplitudes with those held that stand back."""
     free = ~checked.held
     result = np.where(free | shapes, start, 0.0)
     if free.any():
-        target = whole.target - whole.factor[:, ~free & shapes] @ start[~free & shapes]
-        result[free], _ = Reduced(whole.factor[:, free], target, 0.0, 0).solve_bounded(lower[free], upper[free])
+        target = system.target - system.factor[:, ~free & shapes] @ start[~free & shapes]
+        result[free], _ = Reduced(system.factor[:, free], target, 0.0, 0).solve_bounded(lower[free], upper[free])
     return result
 
 
 def _with_estimates(robot: CompliantRobot, columns: Sequence[ParameterColumn], amplitude: Floats) -> CompliantRobot:
     values: dict[str, float] = {}
     for column, a in zip(columns, amplitude, strict=True):
-        one = robot.placed[column.placed]
-        spec = one.effect.spec(column.symbol)
-        values[one.parameter_name(column.symbol)] = (1.0 / a if a > 0.0 else np.inf) if spec.inverse else float(a)
+        placed_effect = robot.placed[column.placed]
+        spec = placed_effect.effect.spec(column.symbol)
+        values[placed_effect.parameter_name(column.symbol)] = (
+            (1.0 / a if a > 0.0 else np.inf) if spec.inverse else float(a)
+        )
     return robot.with_values(values)
 
 
@@ -359,9 +361,11 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
     covariance = inverse @ inverse.T * variance
     quantile = NORMAL_95 if known else student_95(dof)
     names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
-    free_names = tuple(name for name, one in zip(names, known_ones, strict=True) if one)
-    solved = [name for name, one in zip(names, free, strict=True) if one]
-    ambiguities = tuple(_with_value(one, robot, columns, names, solved, covariance) for one in checked.ambiguities)
+    free_names = tuple(name for name, is_known in zip(names, known_ones, strict=True) if is_known)
+    solved = [name for name, is_free in zip(names, free, strict=True) if is_free]
+    ambiguities = tuple(
+        _with_value(ambiguity, robot, columns, names, solved, covariance) for ambiguity in checked.ambiguities
+    )
     kept = known_ones[free]
     covariance = covariance[np.ix_(kept, kept)]
     spread = dict(zip(free_names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
@@ -386,7 +390,7 @@ def _summarise(problem: Problem, settled: _Settled, settings: Settings) -> Fit:
         data=data,
         iterations=settled.iterations,
         left=settled.left,
-        held=frozenset(name for name, one in zip(names, checked.held, strict=True) if one),
+        held=frozenset(name for name, left_out in zip(names, checked.held, strict=True) if left_out),
     )
 
 

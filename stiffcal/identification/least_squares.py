@@ -148,11 +148,11 @@ class TriangularFactor:
         self._basis, self._follow = np.flatnonzero(sine > EXACT_SUM), np.flatnonzero(sine <= EXACT_SUM)
         if sine[self._basis].min(initial=1.0) < WELL_CONDITIONED:
             return
-        whole = triangular(np.concatenate([self._factor[:, self._basis], self._factor[:, self._follow]], axis=1))
+        joined = triangular(np.concatenate([self._factor[:, self._basis], self._factor[:, self._follow]], axis=1))
         count = len(self._basis)
-        self._kept = whole[:count, :count]
+        self._kept = joined[:count, :count]
         self._inverse = np.linalg.inv(self._kept / scale[self._basis]) / scale[self._basis][:, None]
-        self._shares = self._inverse @ whole[:count, count:]
+        self._shares = self._inverse @ joined[:count, count:]
         self._gram = np.zeros((count, count))
 
 
@@ -160,14 +160,14 @@ def _sines(factor: Floats) -> Floats:
     """Return each column's sine to the columns before it, those left out that are sums of others to rounding."""
     scale = column_scale(factor)
     unit = factor / scale
-    found, basis = np.zeros(len(scale)), np.zeros((len(factor), 0))
+    sines, basis = np.zeros(len(scale)), np.zeros((len(factor), 0))
     for k in range(len(scale)):
         rest = unit[:, k] - basis @ (basis.T @ unit[:, k])
         rest = rest - basis @ (basis.T @ rest)
-        found[k] = np.sqrt(np.sum(rest**2))
-        if found[k] > EXACT_SUM:
-            basis = np.column_stack([basis, rest / found[k]])
-    return found
+        sines[k] = np.sqrt(np.sum(rest**2))
+        if sines[k] > EXACT_SUM:
+            basis = np.column_stack([basis, rest / sines[k]])
+    return sines
 
 
 def run_edges(run: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -224,9 +224,9 @@ def _whitened_without_offsets(stack: Floats, run: NDArray[np.int64], whitening: 
         total = unit @ unit.T
         empty = np.diagonal(total) <= 0.0
         n_offsets += m - int(np.count_nonzero(empty))
-        part = white[:, :, start:end].reshape(len(stack), -1)
-        mean = np.linalg.solve(total + np.diag(empty.astype(np.float64)), unit @ part.T)
-        np.subtract(part, mean.T @ unit, out=rows[:, m * start : m * end])
+        block = white[:, :, start:end].reshape(len(stack), -1)
+        mean = np.linalg.solve(total + np.diag(empty.astype(np.float64)), unit @ block.T)
+        np.subtract(block, mean.T @ unit, out=rows[:, m * start : m * end])
     return rows, n_offsets
 
 
@@ -242,19 +242,19 @@ def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whiteni
     factor, dof = TriangularFactor(), 0
     predicted = np.zeros_like(data.measured)
     for block in evaluations:
-        part = block.part
-        predicted[:, part] = block.predicted
+        columns = block.part
+        predicted[:, columns] = block.predicted
         stack = np.empty((len(block.columns) + 1, *block.predicted.shape))
         stack[:-1] = block.columns
-        stack[-1] = np.where(data.measured_mask[:, part], data.measured[:, part] - block.predicted, 0.0)
-        local = whitening.part(part)
-        dof += int(np.count_nonzero(data.measured_mask[:, part]))
+        stack[-1] = np.where(data.measured_mask[:, columns], data.measured[:, columns] - block.predicted, 0.0)
+        local = whitening.part(columns)
+        dof += int(np.count_nonzero(data.measured_mask[:, columns]))
         if data.free_offset:
-            rows, n_offsets = _whitened_without_offsets(stack, data.run[part], local)
+            rows, n_offsets = _whitened_without_offsets(stack, data.run[columns], local)
             dof -= n_offsets
         else:
             rows = local.apply(stack).reshape(len(stack), -1)
         factor.add(rows)
-    whole = factor.whole()
-    p = len(whole) - 1
-    return Reduced(whole[:p, :p], whole[:p, p], float(whole[p, p] ** 2), dof, predicted)
+    joined = factor.whole()
+    p = len(joined) - 1
+    return Reduced(joined[:p, :p], joined[:p, p], float(joined[p, p] ** 2), dof, predicted)

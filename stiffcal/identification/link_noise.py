@@ -30,7 +30,7 @@ def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], observations: Obse
     observations : what they were measured in.
     """
     data = fit.data
-    fixed = fit.held | {one.name for one in fit.parameters if one.fixed}
+    fixed = fit.held | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
     pieces = list(evaluate(fit.robot, data, columns, with_sensitivity=fit.noise is not None))
     own = np.concatenate([piece.columns for piece in pieces], axis=2)
@@ -46,8 +46,10 @@ def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], observations: Obse
     variance = np.zeros(len(columns))
     for link in links:
         errors = np.stack([_taken_out(error, link, fit, observations) for error in _directions(link.compliance)])
-        moved = np.linalg.lstsq(scaled, space.rows(errors).T, rcond=1e-12)[0] / np.where(size > 0.0, size, 1.0)[:, None]
-        variance += np.sum(moved**2, axis=1)
+        change = (
+            np.linalg.lstsq(scaled, space.rows(errors).T, rcond=1e-12)[0] / np.where(size > 0.0, size, 1.0)[:, None]
+        )
+        variance += np.sum(change**2, axis=1)
     names = [fit.robot.placed[column.placed].parameter_name(column.symbol) for column in columns]
     return dict(zip(names, np.sqrt(variance).tolist(), strict=True))
 
@@ -65,10 +67,10 @@ def _taken_out(error: Floats, link: MeasuredLink, fit: Fit, observations: Observ
     data = fit.data
     states = observations.index[link.index]
     place = np.searchsorted(data.index, states)
-    there = (place < len(data.index)) & (data.index[np.minimum(place, len(data.index) - 1)] == states)
-    angles = np.ascontiguousarray(observations.angles[:, link.index[there]].T)
-    moved = link.wrench[there] @ error.T
+    measured = (place < len(data.index)) & (data.index[np.minimum(place, len(data.index) - 1)] == states)
+    angles = np.ascontiguousarray(observations.angles[:, link.index[measured]].T)
+    displacement = link.wrench[measured] @ error.T
     parts = np.zeros((len(data.setup.targets), 6, data.n_states))
     for body, target in enumerate(data.setup.targets):
-        parts[body][:, place[there]] = carried_to_target(fit.robot.chain, angles, link.link, moved, target).T
+        parts[body][:, place[measured]] = carried_to_target(fit.robot.chain, angles, link.link, displacement, target).T
     return data.layout.of_targets(parts)

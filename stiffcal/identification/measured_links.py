@@ -61,7 +61,7 @@ def measure_links(data: Observations, robot: CompliantRobot, sigma: float | None
     sigma : standard uncertainty of a rod's reading in one state, m, as repeats tell it; None: as the manifest states.
         The reference reading's own is not in it: it is the same for all states of a run.
     """
-    found = []
+    measured_links = []
     wrenches = _node_wrenches(data, robot) if data.layout.rods else np.zeros((0, 6, 0))
     for number, (rods, shape) in enumerate(zip(data.setup.rods, data.setup.beams, strict=True)):
         own = np.flatnonzero((data.layout.kind == LENGTH) & (data.layout.body == number))
@@ -71,8 +71,8 @@ def measure_links(data: Observations, robot: CompliantRobot, sigma: float | None
         if sigma is not None and sigma > 0.0:
             read = replace(read, sigma=np.full(len(own), sigma))
         node = link_node(robot.chain.beams[rods.link].joint)
-        found.append(_measured(data, robot, read, shape, own, wrenches[node].T))
-    return tuple(found)
+        measured_links.append(_measured(data, robot, read, shape, own, wrenches[node].T))
+    return tuple(measured_links)
 
 
 def _measured(
@@ -106,9 +106,9 @@ def _measured(
 def _node_wrenches(data: Observations, robot: CompliantRobot) -> Floats:
     """Return (2J + 2, 6, n) what the load alone makes the nodes carry, node axes."""
     wrench = np.empty((2 * robot.chain.n_joints + 2, 6, data.n_states))
-    for part in blocks(data.run, data.n_states, keep_runs=True):
-        loaded, unloaded = rests(robot, data.part(part))
-        wrench[:, :, part] = loaded.wrench - unloaded.wrench
+    for rows in blocks(data.run, data.n_states, keep_runs=True):
+        loaded, unloaded = rests(robot, data.part(rows))
+        wrench[:, :, rows] = loaded.wrench - unloaded.wrench
     return wrench
 
 
@@ -121,17 +121,17 @@ def _share(data: Observations, index: Integers, targets: list[Floats]) -> float:
     if not targets or not len(rows):
         return np.nan
     some = data.part(index)
-    part = some.layout.of_targets(np.moveaxis(np.stack(targets), 1, -1))[rows]
-    measured_mask, whole = some.measured_mask[rows], some.measured[rows]
-    along = beside = 0.0
+    of_link = some.layout.of_targets(np.moveaxis(np.stack(targets), 1, -1))[rows]
+    measured_mask, measured = some.measured_mask[rows], some.measured[rows]
+    along = squares = 0.0
     for run in np.unique(some.run):
         for row in range(len(rows)):
             members = (some.run == run) & measured_mask[row]
             if members.any():
-                moved = whole[row, members] - whole[row, members].mean()
-                along += float(moved @ part[row, members])
-                beside += float(moved @ moved)
-    return along / beside if beside > 0.0 else np.nan
+                centred = measured[row, members] - measured[row, members].mean()
+                along += float(centred @ of_link[row, members])
+                squares += float(centred @ centred)
+    return along / squares if squares > 0.0 else np.nan
 
 
 def links_document(links: tuple[MeasuredLink, ...]) -> list[dict[str, Any]]:

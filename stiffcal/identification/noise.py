@@ -248,7 +248,7 @@ def rms_by_measure(squares: Floats, data: Observations) -> dict[str, float | Non
     ----------
     squares : (m, n) what is summed where it was seen.
     """
-    found: dict[str, float | None] = {}
+    rms_of: dict[str, float | None] = {}
     for measure, kinds in MEASURES.items():
         rows = np.isin(data.kind, kinds)
         if rows.any() or measure not in OPTIONAL:
@@ -256,8 +256,8 @@ def rms_by_measure(squares: Floats, data: Observations) -> dict[str, float | Non
                 int(np.count_nonzero(data.measured_mask[vector].any(axis=0))) for vector in reading_rows(data, rows)
             )
             total = float(np.sum(np.where(data.measured_mask[rows], squares[rows], 0.0)))
-            found[measure] = float(np.sqrt(total / n_vectors)) if n_vectors else None
-    return found
+            rms_of[measure] = float(np.sqrt(total / n_vectors)) if n_vectors else None
+    return rms_of
 
 
 def reading_rows(data: Observations, rows: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
@@ -265,7 +265,7 @@ def reading_rows(data: Observations, rows: NDArray[np.bool_]) -> list[NDArray[np
     # gauges and rods are readings of their own
     own = np.where((data.kind <= ROTATION) | (data.kind == MOTOR), -1, data.component)
     key = np.stack([data.kind, data.body, own])
-    return [rows & (key == one[:, None]).all(axis=0) for one in np.unique(key[:, rows], axis=1).T]
+    return [rows & (key == key_values[:, None]).all(axis=0) for key_values in np.unique(key[:, rows], axis=1).T]
 
 
 def noise_from_repeats(
@@ -283,8 +283,8 @@ def noise_from_repeats(
     motors = data.kind == MOTOR
     if motors.any() and not motors.all():
         return _of_two_experiments(data, predicted, sensitivity, groups, motors)
-    found = without_wild(contrasts(data, predicted, sensitivity, some_groups(groups)), data.kind)
-    differences, levers = found.differences, found.compliance
+    plain = without_wild(contrasts(data, predicted, sensitivity, some_groups(groups)), data.kind)
+    differences, levers = plain.differences, plain.compliance
     n_lengths = int(np.count_nonzero(~data.rotational))
     if len(differences) * n_lengths < LEAST_DOF:
         return None
@@ -294,7 +294,7 @@ def noise_from_repeats(
     scales = raw[data.kind]
     if np.any(scales < LEAST_SCATTER):
         return None
-    basis = found.basis(data.kind, scales)
+    basis = plain.basis(data.kind, scales)
     variance = variance_components(differences / scales, levers / scales[:, None], data.kind, basis)
     # The components are in units of the raw scatter; wrench components were scaled to their share of it.
     raw[kinds] *= np.sqrt(variance[: len(kinds)])
@@ -306,7 +306,7 @@ def _of_two_experiments(
     data: Observations, predicted: Floats, sensitivity: Floats, groups: Sequence[Integers], motors: NDArray[np.bool_]
 ) -> Noise | None:
     """Tell the noise of load states and of clamped ones each from their own repeats: no state reads both."""
-    found = []
+    noises = []
     for rows in (~motors, motors):
         own = replace(
             data,
@@ -315,8 +315,8 @@ def _of_two_experiments(
             layout=layout_of(data.kind[rows].tolist(), data.body[rows].tolist(), data.component[rows].tolist()),
             spread=None if data.spread is None else data.spread.rows(rows),
         )
-        found.append(noise_from_repeats(own, predicted[rows], sensitivity[rows], groups))
-    load, clamped = found
+        noises.append(noise_from_repeats(own, predicted[rows], sensitivity[rows], groups))
+    load, clamped = noises
     if load is None or clamped is None:
         return None
     dof = min(load.dof, clamped.dof)

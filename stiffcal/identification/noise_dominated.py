@@ -47,11 +47,13 @@ def noise_dominated_parameters(
     whitening = raw_whitening(data, noise)
     read = _first_order(data, robot, columns)
     made = _first_order(replace(data, wrench=data.wrench + drawn), robot, columns) - read
-    squares = [np.sum(whitening.apply(_within_runs(one, data, whitening)) ** 2, axis=(1, 2)) for one in (read, made)]
+    squares = [
+        np.sum(whitening.apply(_within_runs(reading, data, whitening)) ** 2, axis=(1, 2)) for reading in (read, made)
+    ]
     return frozenset(
         robot.placed[column.placed].parameter_name(column.symbol)
-        for column, whole, noisy in zip(columns, squares[0], squares[1], strict=True)
-        if noisy > NOISE_SHARE * whole > 0.0
+        for column, squared, noisy in zip(columns, squares[0], squares[1], strict=True)
+        if noisy > NOISE_SHARE * squared > 0.0
     )
 
 

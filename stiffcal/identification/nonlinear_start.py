@@ -20,9 +20,9 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole
 
 
-def lacks_nonlinear_value(one: PlacedEffect) -> bool:
+def lacks_nonlinear_value(placed_effect: PlacedEffect) -> bool:
     """Return whether a shape parameter has no value yet."""
-    return any(spec.symbol not in one.values for spec in one.specs(ParameterRole.NONLINEAR))
+    return any(spec.symbol not in placed_effect.values for spec in placed_effect.specs(ParameterRole.NONLINEAR))
 
 
 def start_nonlinear(
@@ -37,19 +37,23 @@ def start_nonlinear(
     fixed : full names that keep their values; their own effect's other shapes are still profiled.
     """
     space = Projection.of(data, whitening)
-    for number, one in enumerate(robot.placed):
-        if not lacks_nonlinear_value(one):
+    for number, placed_effect in enumerate(robot.placed):
+        if not lacks_nonlinear_value(placed_effect):
             continue
-        others = replace(robot, placed=tuple(p for k, p in enumerate(robot.placed) if k != number))
-        state = Linearised.about(others, data)
-        known = [state.regressor(p.effect, p.place, p.shape()) for p in others.placed if not lacks_nonlinear_value(p)]
+        other_effects = replace(robot, placed=tuple(p for k, p in enumerate(robot.placed) if k != number))
+        state = Linearised.about(other_effects, data)
+        known = [
+            state.regressor(p.effect, p.place, p.shape()) for p in other_effects.placed if not lacks_nonlinear_value(p)
+        ]
         background = np.concatenate([s.columns for s in known] or [np.zeros((0, *data.measured.shape))])
         residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
         base = space.rows(np.concatenate([background, residual[None]]))
-        best, least = {spec.symbol: spec.typical for spec in one.specs(ParameterRole.NONLINEAR)}, np.inf
-        for shape in state.shapes(one.effect, one.place):
-            trial = {**shape, **{s: v for s, v in one.values.items() if s in shape}}
-            left = remaining_squares(base, space.rows(state.regressor(one.effect, one.place, trial).columns))
+        best, least = {spec.symbol: spec.typical for spec in placed_effect.specs(ParameterRole.NONLINEAR)}, np.inf
+        for shape in state.shapes(placed_effect.effect, placed_effect.place):
+            trial = {**shape, **{s: v for s, v in placed_effect.values.items() if s in shape}}
+            left = remaining_squares(
+                base, space.rows(state.regressor(placed_effect.effect, placed_effect.place, trial).columns)
+            )
             if left < least:
                 best, least = trial, left
         robot = replace(

@@ -104,14 +104,14 @@ def evaluate(
     with_sensitivity : also the derivative by the wrench.
     rigid : take columns on the undeformed chain and predict nothing: the first-order pass.
     """
-    for part in blocks(data.run, data.n_states, keep_runs=True):
-        yield _evaluate_block(robot, data.part(part), part, columns, with_sensitivity, rigid)
+    for rows in blocks(data.run, data.n_states, keep_runs=True):
+        yield _evaluate_block(robot, data.part(rows), rows, columns, with_sensitivity, rigid)
 
 
 def _evaluate_block(
     robot: CompliantRobot,
     data: Observations,
-    part: slice,
+    block: slice,
     columns: Sequence[ParameterColumn],
     with_sensitivity: bool,
     rigid: bool,
@@ -119,23 +119,23 @@ def _evaluate_block(
     model = replace(robot, deformed=False) if rigid else robot
     loaded, unloaded = rests(model, data)
     displacement = np.zeros((len(data.setup.targets), 6, data.n_states))
-    here = np.zeros_like(data.measured)
+    prediction = np.zeros_like(data.measured)
     if not rigid:
         displacement = observed_displacement(model, data, loaded, unloaded)
-        here = predicted_rows(data, displacement, loaded, unloaded)
-    found = np.zeros((len(columns), len(data.measured), data.n_states))
+        prediction = predicted_rows(data, displacement, loaded, unloaded)
+    columns_out = np.zeros((len(columns), len(data.measured), data.n_states))
     rows = {
         (column.placed, column.symbol): row
         for row, column in enumerate(columns)
         if column.role is ParameterRole.AMPLITUDE
     }
     if rows:
-        _law_columns(model, loaded, unloaded, _levers(loaded, data), rows, found)
-    _observation_columns(model, data, displacement, found, rows)
+        _law_columns(model, loaded, unloaded, _levers(loaded, data), rows, columns_out)
+    _observation_columns(model, data, displacement, columns_out, rows)
     if not rigid:
-        _difference_columns(model, data, columns, here, found)
+        _difference_columns(model, data, columns, prediction, columns_out)
     sensitivity = _sensitivity(model, data, loaded) if with_sensitivity else None
-    return Evaluation(part, here, found, sensitivity)
+    return Evaluation(block, prediction, columns_out, sensitivity)
 
 
 def rests(model: CompliantRobot, data: Observations) -> tuple[Rest, WeightOnlyRest]:
@@ -154,13 +154,15 @@ def observed_displacement(model: CompliantRobot, data: Observations, loaded: Res
     displacement = np.stack(displacements(model, loaded, unloaded))
     shift = np.zeros_like(displacement)
     observed = Observed(displacement, data.order)
-    for one in model.placed:
-        finite = one.effect.observation_shift(one.place, observed, one.values)
+    for placed_effect in model.placed:
+        finite = placed_effect.effect.observation_shift(placed_effect.place, observed, placed_effect.values)
         if finite is not None:
             shift += finite
             continue
-        for symbol, column in one.effect.observation_columns(one.place, observed, one.shape()).items():
-            shift += one.amplitude(symbol) * column
+        for symbol, column in placed_effect.effect.observation_columns(
+            placed_effect.place, observed, placed_effect.shape()
+        ).items():
+            shift += placed_effect.amplitude(symbol) * column
     return np.asarray(displacement + shift)
 
 
@@ -209,44 +211,54 @@ def _law_columns(
     unloaded: WeightOnlyRest,
     lever: dict[tuple[int, int], Floats],
     rows: dict[tuple[int, str], int],
-    found: Floats,
+    sensitivities: Floats,
 ) -> None:
     """Add levers times the laws' terms, less those under weight alone: displacements are counted from there."""
-    numbers = {id(one): number for number, one in enumerate(model.placed)}
+    numbers = {id(placed_effect): number for number, placed_effect in enumerate(model.placed)}
     values: dict[tuple[int, tuple[int, int]], Floats] = {}
     for sign, terms in ((1.0, loaded.terms), (-1.0, unloaded.terms)):
-        for one, term in terms:
-            row, at = rows.get((numbers[id(one)], term.symbol)), (term.node, term.component)
+        for placed_effect, term in terms:
+            row, at = rows.get((numbers[id(placed_effect)], term.symbol)), (term.node, term.component)
             if row is not None and at in lever:
                 values[row, at] = values[row, at] + sign * term.value if (row, at) in values else sign * term.value
     for (row, at), value in values.items():
-        found[row] += lever[at] * value
+        sensitivities[row] += lever[at] * value
 
 
 def _observation_columns(
-    model: CompliantRobot, data: Observations, displacement: Floats, found: Floats, rows: dict[tuple[int, str], int]
+    model: CompliantRobot,
+    data: Observations,
+    displacement: Floats,
+    sensitivities: Floats,
+    rows: dict[tuple[int, str], int],
 ) -> None:
     observed = Observed(displacement, data.order)
-    for number, one in enumerate(model.placed):
-        for symbol, column in one.effect.observation_columns(one.place, observed, one.shape()).items():
+    for number, placed_effect in enumerate(model.placed):
+        for symbol, column in placed_effect.effect.observation_columns(
+            placed_effect.place, observed, placed_effect.shape()
+        ).items():
             if (number, symbol) in rows:
-                found[rows[number, symbol]] += data.layout.of_targets(column)
+                sensitivities[rows[number, symbol]] += data.layout.of_targets(column)
 
 
 def _difference_columns(
-    model: CompliantRobot, data: Observations, columns: Sequence[ParameterColumn], here: Floats, found: Floats
+    model: CompliantRobot,
+    data: Observations,
+    columns: Sequence[ParameterColumn],
+    prediction: Floats,
+    sensitivities: Floats,
 ) -> None:
     """Fill the columns of shape and set-up parameters by a forward difference of the whole balance."""
     for row, column in enumerate(columns):
         if column.role is ParameterRole.AMPLITUDE:
             continue
-        one = model.placed[column.placed]
-        spec = one.effect.spec(column.symbol)
-        value = one.values.get(column.symbol, spec.typical if column.role is ParameterRole.NONLINEAR else 0.0)
+        placed_effect = model.placed[column.placed]
+        spec = placed_effect.effect.spec(column.symbol)
+        value = placed_effect.values.get(column.symbol, spec.typical if column.role is ParameterRole.NONLINEAR else 0.0)
         step = 1e-4 * max(abs(value), spec.typical)
-        moved = model.with_values({one.parameter_name(column.symbol): value + step})
-        loaded, unloaded = rests(moved, data)
-        found[row] = (predicted(moved, data, loaded, unloaded) - here) / step
+        shifted = model.with_values({placed_effect.parameter_name(column.symbol): value + step})
+        loaded, unloaded = rests(shifted, data)
+        sensitivities[row] = (predicted(shifted, data, loaded, unloaded) - prediction) / step
 
 
 def _sensitivity(model: CompliantRobot, data: Observations, loaded: Rest) -> Floats:
@@ -254,21 +266,21 @@ def _sensitivity(model: CompliantRobot, data: Observations, loaded: Rest) -> Flo
     base = [term for _, term in loaded.terms]
     direct, levered = unit_wrenches(model.chain, loaded.shape, loaded.inputs)
     result = np.zeros((len(data.measured), 6, data.n_states))
-    wrench, moved = loaded.wrench.copy(), np.empty_like(loaded.displacement)
+    wrench, displacement = loaded.wrench.copy(), np.empty_like(loaded.displacement)
     force, moment = loaded.wrench[:, :3], loaded.wrench[:, 3:]
     for axis in range(6 if data.setup.moments_measured else 3):
         step = FORCE_STEP if axis < 3 else MOMENT_STEP
         wrench[:, :3] = force + step * direct[:, :, axis] if axis < 3 else force
         wrench[:, 3:] = moment + step * (levered if axis < 3 else direct)[:, :, axis % 3]
         loads = NodeLoads(wrench, loaded.inputs.angles, data.order, loaded.weight)
-        moved[:] = 0.0
-        for before, (one, term) in zip(base, law_terms(model, loads), strict=True):
-            amplitude = one.amplitude(term.symbol)
+        displacement[:] = 0.0
+        for before, (placed_effect, term) in zip(base, law_terms(model, loads), strict=True):
+            amplitude = placed_effect.amplitude(term.symbol)
             if amplitude:
-                moved[term.node, term.component] += (amplitude / step) * (term.value - before.value)
-        full = np.stack(first_order_displacement(loaded, moved))
+                displacement[term.node, term.component] += (amplitude / step) * (term.value - before.value)
+        full = np.stack(first_order_displacement(loaded, displacement))
         rows = data.layout.of_targets(full)
-        data.layout.add_rods(rows, moved)
+        data.layout.add_rods(rows, displacement)
         result[:, axis] = rows
     return result
 
@@ -277,7 +289,7 @@ def free_columns(robot: CompliantRobot, fixed: frozenset[str] = frozenset()) -> 
     """Return the robot's free parameters in order; ``fixed`` holds full names that keep their values."""
     return [
         ParameterColumn(number, spec.symbol, spec.role)
-        for number, one in enumerate(robot.placed)
-        for spec in one.effect.parameters
-        if one.parameter_name(spec.symbol) not in fixed and not spec.discrete
+        for number, placed_effect in enumerate(robot.placed)
+        for spec in placed_effect.effect.parameters
+        if placed_effect.parameter_name(spec.symbol) not in fixed and not spec.discrete
     ]

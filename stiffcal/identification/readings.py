@@ -129,11 +129,11 @@ def _reference_of_runs(states: LoadStates) -> Integers:
 def observe(states: LoadStates, chain: Chain) -> Observations:
     """Turn load states into observations for a fit; readings set aside are not seen."""
     reference = _reference_of_runs(states)
-    given = states.deflection_given
+    is_deflection = states.deflection_given
     pieces: list[Floats] = []
     kinds, bodies, components = [], [], []
     for b in range(states.position.shape[1]):
-        displacement = states.deflection[:, b] if given else _displacement(states, b, reference)
+        displacement = states.deflection[:, b] if is_deflection else _displacement(states, b, reference)
         for axis in range(6):
             if np.isfinite(displacement[:, axis]).any():
                 pieces.append(displacement[:, axis])
@@ -141,8 +141,8 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
                 bodies.append(b)
                 components.append(axis)
     layout = layout_of(kinds, bodies, components)
-    layout = with_gauges(layout, pieces, states, chain, None if given else reference)
-    layout = with_rods(layout, pieces, states, chain, None if given else reference)
+    layout = with_gauges(layout, pieces, states, chain, None if is_deflection else reference)
+    layout = with_rods(layout, pieces, states, chain, None if is_deflection else reference)
     layout = with_motors(layout, pieces, states, chain, reference)
     measured = np.stack(pieces) if pieces else np.zeros((0, len(states)))
     # A bumped reading is no observation, but the robot went through its load, and laws with a memory must too.
@@ -157,7 +157,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         measured=np.where(measured_mask, measured, 0.0),
         measured_mask=measured_mask,
         layout=layout.part(keep),
-        free_offset=not given,
+        free_offset=not is_deflection,
         run=states.run[keep],
         setup=states.setup,
         index=keep,
@@ -168,10 +168,10 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
 
 def _displacement(states: LoadStates, b: int, reference: Integers) -> Floats:
     """Return (n, 6) of a target since its run's reference reading; NaN where not measured."""
-    moved = states.position[:, b] - states.position[reference, b]
+    translation = states.position[:, b] - states.position[reference, b]
     rotation = np.ascontiguousarray(np.moveaxis(states.rotation[:, b], 0, -1))
     turned = turn_between(rotation, rotation[:, :, reference]).T
-    return np.concatenate([moved, turned], axis=1)
+    return np.concatenate([translation, turned], axis=1)
 
 
 def _run_angles(states: LoadStates, chain: Chain) -> Floats:

@@ -75,8 +75,8 @@ class Linearised:
     def about(cls, robot: CompliantRobot, data: Observations) -> Linearised:
         """Find the rests of a robot in all states."""
         loaded, unloaded = rests(robot, data)
-        seen = observed_displacement(robot, data, loaded, unloaded)
-        return cls(robot, data, loaded, unloaded, seen, predicted_rows(data, seen, loaded, unloaded))
+        displacement = observed_displacement(robot, data, loaded, unloaded)
+        return cls(robot, data, loaded, unloaded, displacement, predicted_rows(data, displacement, loaded, unloaded))
 
     @property
     def loads(self) -> NodeLoads:
@@ -113,8 +113,8 @@ class Linearised:
             lever = self.lever(term.node, term.component)
             if lever is not None:
                 add(term.symbol, -lever * term.value)
-        for symbol, seen in effect.observation_columns(place, Observed(self.seen, data.order), shape).items():
-            add(symbol, data.layout.of_targets(seen))
+        for symbol, column in effect.observation_columns(place, Observed(self.seen, data.order), shape).items():
+            add(symbol, data.layout.of_targets(column))
         for spec in effect.parameters:
             if spec.role is ParameterRole.SETUP or (
                 spec.role is ParameterRole.AMPLITUDE and spec.symbol not in columns
@@ -132,10 +132,10 @@ class Linearised:
         self, effect: Effect, place: Place, shape: Mapping[str, float], symbol: str, step: float
     ) -> Floats | None:
         """Return the derivative by a parameter that changes the inputs, by difference of the whole balance."""
-        one = PlacedEffect(effect, place, {**shape, symbol: step})
-        moved = replace(self.robot, placed=(*self.robot.placed, one))
-        loaded, unloaded = rests(moved, self.data)
-        change = predicted(moved, self.data, loaded, unloaded) - self.predicted
+        unit_effect = PlacedEffect(effect, place, {**shape, symbol: step})
+        shifted = replace(self.robot, placed=(*self.robot.placed, unit_effect))
+        loaded, unloaded = rests(shifted, self.data)
+        change = predicted(shifted, self.data, loaded, unloaded) - self.predicted
         return change / step if change.any() else None
 
 

@@ -56,25 +56,63 @@ def reported_parameters(
     quantile : half width of the interval in standard uncertainties.
     fixed : full names that kept their values.
     """
-    found = []
-    for one in robot.placed:
-        for spec in one.effect.parameters:
-            name = one.parameter_name(spec.symbol)
+    parameters = []
+    for placed_effect in robot.placed:
+        for spec in placed_effect.effect.parameters:
+            name = placed_effect.parameter_name(spec.symbol)
             if name in fixed:
-                value = one.values.get(spec.symbol, 0.0)
-                found.append(Parameter(name, one.effect.name, one.place, spec, value, None, None, True, True, False))
+                value = placed_effect.values.get(spec.symbol, 0.0)
+                parameters.append(
+                    Parameter(
+                        name, placed_effect.effect.name, placed_effect.place, spec, value, None, None, True, True, False
+                    )
+                )
                 continue
             if spec.discrete:
-                value = one.values.get(spec.symbol, spec.typical)
-                found.append(Parameter(name, one.effect.name, one.place, spec, value, None, None, False, True, False))
+                value = placed_effect.values.get(spec.symbol, spec.typical)
+                parameters.append(
+                    Parameter(
+                        name,
+                        placed_effect.effect.name,
+                        placed_effect.place,
+                        spec,
+                        value,
+                        None,
+                        None,
+                        False,
+                        True,
+                        False,
+                    )
+                )
                 continue
             if name not in spread:
-                found.append(Parameter(name, one.effect.name, one.place, spec, None, None, None, False, False, False))
+                parameters.append(
+                    Parameter(
+                        name,
+                        placed_effect.effect.name,
+                        placed_effect.place,
+                        spec,
+                        None,
+                        None,
+                        None,
+                        False,
+                        False,
+                        False,
+                    )
+                )
                 continue
-            found.append(
-                _estimated(name, one.effect.name, one.place, spec, one.amplitude(spec.symbol), spread[name], quantile)
+            parameters.append(
+                _estimated(
+                    name,
+                    placed_effect.effect.name,
+                    placed_effect.place,
+                    spec,
+                    placed_effect.amplitude(spec.symbol),
+                    spread[name],
+                    quantile,
+                )
             )
-    return found
+    return parameters
 
 
 def _estimated(

@@ -163,7 +163,7 @@ class RowLayout:
 
 def layout_of(kinds: Sequence[int], bodies: Sequence[int], components: Sequence[int]) -> RowLayout:
     """Return a layout without gauges and rods."""
-    kind, body, component = (np.array(each, dtype=np.int64) for each in (kinds, bodies, components))
+    kind, body, component = (np.array(numbers, dtype=np.int64) for numbers in (kinds, bodies, components))
     return RowLayout(kind, body, component)
 
 
@@ -186,7 +186,7 @@ def with_gauges(
         if not read.any():
             continue
         for group in groups:
-            apart = not any((np.isfinite(reading[:, other]) & read).any() for other in group)
+            apart = not any((np.isfinite(reading[:, other_gauge]) & read).any() for other_gauge in group)
             if apart and states.setup.gauges[group[0]].target == gauge.target:
                 group.append(number)
                 break
@@ -215,7 +215,7 @@ def with_rods(
 ) -> RowLayout:
     """Add rows for the rods, and their changes of length to ``measured``; parameters as in `with_gauges`."""
     change = states.lengths if reference is None else states.lengths - states.lengths[reference]
-    column, found = 0, list(layout.rods)
+    column, rod_rows = 0, list(layout.rods)
     for link, (rods, beam) in enumerate(zip(states.setup.rods, states.setup.beams, strict=True)):
         own = np.arange(column, column + len(rods.names))
         column += len(rods.names)
@@ -225,8 +225,8 @@ def with_rods(
         rows = np.arange(len(measured), len(measured) + len(read))
         measured.extend(change[:, own[k]] for k in read)
         layout = _extended(layout, LENGTH, np.full(len(read), link), read)
-        found.append(RodRows(rows, link_node(chain.beams[rods.link].joint), rod_matrix(rods, beam)[read]))
-    return replace(layout, rods=tuple(found))
+        rod_rows.append(RodRows(rows, link_node(chain.beams[rods.link].joint), rod_matrix(rods, beam)[read]))
+    return replace(layout, rods=tuple(rod_rows))
 
 
 def with_motors(
@@ -242,23 +242,23 @@ def with_motors(
         return layout
     target = states.setup.target_names.index(HELD)
     n_drives, n = chain.n_joints, len(states)
-    matrix, given = np.zeros((n_drives, 6, n)), np.full((n_drives, n), np.nan)
+    matrix, motor_readings = np.zeros((n_drives, 6, n)), np.full((n_drives, n), np.nan)
     drives = chain.drive_axes
-    moved = (states.joints - states.joints[reference]) @ chain.coupling.T @ np.linalg.inv(drives).T
+    motor_turn = (states.joints - states.joints[reference]) @ chain.coupling.T @ np.linalg.inv(drives).T
     load = states.wrench - states.wrench[reference]
     for number in np.unique(states.run[clamped]):
         own = np.flatnonzero(states.run == number)
         angles = chain.model_angles(states.joints[own].mean(axis=0)[None])
         inverse, jacobian = clamped_inverse(chain, angles, states.setup.targets[target])
         matrix[:, :, own] = inverse[:, :, None]
-        given[:, own] = -(inverse @ jacobian) @ moved[own].T
+        motor_readings[:, own] = -(inverse @ jacobian) @ motor_turn[own].T
         fixture = states.runs[int(number)].fixture
         if fixture is not None:
             axes = attached_poses(chain, angles, states.setup.wrench_axes)[1][0]
             wrench = np.concatenate([load[own, :3] @ axes.T, load[own, 3:] @ axes.T], axis=1)
-            given[:, own] -= inverse @ np.array(fixture) @ wrench.T
+            motor_readings[:, own] -= inverse @ np.array(fixture) @ wrench.T
     rows = np.arange(len(measured), len(measured) + n_drives)
-    measured.extend(given)
+    measured.extend(motor_readings)
     added = _extended(layout, MOTOR, np.full(n_drives, target), np.arange(n_drives))
     return replace(added, motors=MotorRows(rows, target, matrix))
 

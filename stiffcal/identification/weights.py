@@ -40,9 +40,9 @@ class Weights:
     sensitivity: Floats | None
 
 
-def wrench_matters(given: Noise | None) -> bool:
+def wrench_matters(stated: Noise | None) -> bool:
     """Return whether the weights, or the noise to be told, depend on how the wrench moves the model."""
-    return given is None or given.of_wrench
+    return stated is None or stated.of_wrench
 
 
 def estimate_weights(
@@ -50,7 +50,7 @@ def estimate_weights(
     blocks: Sequence[Evaluation],
     groups: Sequence[Integers],
     stated: Noise | None,
-    given: Noise | None,
+    stated_noise: Noise | None,
     equal: bool,
 ) -> Weights:
     """Find the noise with the present model, and the weights that follow from it.
@@ -61,15 +61,15 @@ def estimate_weights(
     blocks : what the present model says of them, with its sensitivity where `wrench_matters`.
     groups : positions of states that repeat each other.
     stated : the manifest's noise, or None.
-    given : noise to take instead of all that the data say, or None.
+    stated_noise : noise to take instead of all that the data say, or None.
     equal : leave the wrench's share out of the weights.
     """
-    if given is not None and not wrench_matters(given):
-        return Weights(given, given, False, whiten(given, data, None), None)
+    if stated_noise is not None and not wrench_matters(stated_noise):
+        return Weights(stated_noise, stated_noise, False, whiten(stated_noise, data, None), None)
     predicted = np.concatenate([block.predicted for block in blocks], axis=1)
     sensitivity = np.concatenate([block.sensitivity for block in blocks if block.sensitivity is not None], axis=2)
     sensitivity = along_the_sweep(sensitivity, data)
-    noise = given
+    noise = stated_noise
     if noise is None:
         repeats = noise_from_repeats(data, predicted, sensitivity, groups)
         enough = repeats is not None and (repeats.dof >= ENOUGH_DOF or stated is None)

@@ -91,9 +91,9 @@ class BlockAverager:
         fed = {name: self._one_sign(name, values) for name, values in signals.items()}
         data = np.concatenate([fed[name] for name, _ in self._names]) if self._names else np.zeros((0, time.size))
         if not np.isfinite(data.sum()) or not np.isfinite(time.sum()):
-            whole = np.isfinite(data).all(axis=0) & np.isfinite(time)
-            self.dropped += int((~whole).sum())
-            data, time = data[:, whole], time[whole]
+            finite = np.isfinite(data).all(axis=0) & np.isfinite(time)
+            self.dropped += int((~finite).sum())
+            data, time = data[:, finite], time[finite]
         if time.size == 0:
             return
         if self._origin is None:

@@ -38,45 +38,45 @@ def clock_courses(
     The clocks, with their rates where these can be told, and a line for every one that does not run evenly.
     """
     with_rates = dict(clocks)
-    leading = next((one for one in shared if one.leads and clocks[one.source].value is not None), shared[0])
-    told: list[str] = []
-    for other in shared:
-        here, there = clocks[leading.source].value, clocks[other.source].value
-        if other is leading or here is None or there is None or clocks[other.source].reason:
+    leading = next((signal for signal in shared if signal.leads and clocks[signal.source].value is not None), shared[0])
+    remarks: list[str] = []
+    for signal in shared:
+        leading_offset, signal_offset = clocks[leading.source].value, clocks[signal.source].value
+        if signal is leading or leading_offset is None or signal_offset is None or clocks[signal.source].reason:
             continue
-        time, offset, std = _pieces(leading, other, there - here)
+        time, offset, std = _pieces(leading, signal, signal_offset - leading_offset)
         if time.size >= LEAST_PIECES:
-            rate, rate_std, lines = _course(run, leading.source, other.source, time, offset, std)
-            with_rates[other.source] = replace(
-                clocks[other.source], rate=rate, rate_std=rate_std, rate_against=leading.source
+            rate, rate_std, lines = _course(run, leading.source, signal.source, time, offset, std)
+            with_rates[signal.source] = replace(
+                clocks[signal.source], rate=rate, rate_std=rate_std, rate_against=leading.source
             )
-            told += lines
-    return with_rates, told
+            remarks += lines
+    return with_rates, remarks
 
 
-def _pieces(one: SharedSignal, other: SharedSignal, lag: float) -> tuple[Floats, Floats, Floats]:
+def _pieces(first: SharedSignal, second: SharedSignal, lag: float) -> tuple[Floats, Floats, Floats]:
     """Return middle, offset and standard uncertainty of the pieces that can be aligned by themselves, s."""
-    begin, end = max(one.time[0], other.time[0] - lag), min(one.time[-1], other.time[-1] - lag)
+    begin, end = max(first.time[0], second.time[0] - lag), min(first.time[-1], second.time[-1] - lag)
     edges = np.linspace(begin, end, PIECES + 1)
-    found = []
+    offsets = []
     for a, b in pairwise(edges):
-        piece, beside = _cut(one, a, b), _cut(other, a + lag, b + lag)
-        if len(piece.time) < 32 or len(beside.time) < 16:
+        piece, second_piece = _cut(first, a, b), _cut(second, a + lag, b + lag)
+        if len(piece.time) < 32 or len(second_piece.time) < 16:
             continue
-        offset = offset_near(piece, beside, lag)
+        offset = offset_near(piece, second_piece, lag)
         if offset.value is not None and offset.std is not None and abs(offset.value - lag) < 0.5 * (b - a):
-            found.append((0.5 * (a + b), offset.value, offset.std))
-    table = np.array(found).reshape(-1, 3)
+            offsets.append((0.5 * (a + b), offset.value, offset.std))
+    table = np.array(offsets).reshape(-1, 3)
     return table[:, 0], table[:, 1], table[:, 2]
 
 
 def _cut(signal: SharedSignal, begin: float, end: float) -> SharedSignal:
-    part = slice(*np.searchsorted(signal.time, [begin, end]))
-    return SharedSignal(signal.source, signal.time[part], signal.values[part], signal.leads)
+    samples = slice(*np.searchsorted(signal.time, [begin, end]))
+    return SharedSignal(signal.source, signal.time[samples], signal.values[samples], signal.leads)
 
 
 def _course(
-    run: str, one: str, other: str, time: Floats, offset: Floats, std: Floats
+    run: str, leader: str, name: str, time: Floats, offset: Floats, std: Floats
 ) -> tuple[float, float, list[str]]:
     """Return how fast a clock gains on the other, its standard uncertainty, and what is to be told of it."""
     weight = 1.0 / np.maximum(std, 1e-3) ** 2
@@ -93,7 +93,7 @@ def _course(
     slope_std = float(np.sqrt(max(left_line / degrees, 1.0) / leverage))
     if abs(jump) > max(SURE * spread, MATTERS_S) and left_line > CLEARLY * max(left_step, degrees):
         line = (
-            f"run {run}: the clock of {other} jumps by {jump:+.3f} s against {one} between {time[k - 1]:.1f} s and "
+            f"run {run}: the clock of {name} jumps by {jump:+.3f} s against {leader} between {time[k - 1]:.1f} s and "
             f"{time[k]:.1f} s; one offset is used for the whole run: correct the times in a copy of the log, "
             "or split the run there"
         )
@@ -101,7 +101,7 @@ def _course(
     span = float(np.ptp(time)) * PIECES / (PIECES - 1)
     if abs(slope) > SURE * slope_std and abs(slope) * span > MATTERS_S:
         line = (
-            f"run {run}: the clock of {other} gains {1e6 * slope:+.0f} ± {1.96e6 * slope_std:.0f} ppm on {one}, "
+            f"run {run}: the clock of {name} gains {1e6 * slope:+.0f} ± {1.96e6 * slope_std:.0f} ppm on {leader}, "
             f"{1e3 * abs(slope) * span:.0f} ms over the run; one offset, that of its middle, is used: holds shorter "
             "than that are misread; correct the times in a copy of the log, or split the run"
         )

@@ -80,68 +80,76 @@ class SourceClockOffset:
 
 
 def align_clocks(
-    signals: Sequence[SharedSignal], given: Mapping[str, float] | None = None
+    signals: Sequence[SharedSignal], stated_offsets: Mapping[str, float] | None = None
 ) -> dict[str, SourceClockOffset]:
     """Find every source's clock against the first one's.
 
     Parameters
     ----------
     signals : one per source, the first being the clock that counts. Start times carry no information.
-    given : offsets that the manifest states, s; they are taken as they are.
+    stated_offsets : offsets that the manifest states, s; they are taken as they are.
 
     Returns
     -------
     Source to offset. A source that shares nothing with the first is tried against those already aligned.
     """
-    given = dict(given or {})
+    stated_offsets = dict(stated_offsets or {})
     first = signals[0]
-    found = {first.source: SourceClockOffset(0.0, 0.0)}
+    offsets = {first.source: SourceClockOffset(0.0, 0.0)}
     for signal in signals[1:]:
-        if signal.source in given:
-            found[signal.source] = SourceClockOffset(float(given[signal.source]), 0.0, "given in the manifest")
-    waiting = [signal for signal in signals[1:] if signal.source not in found]
+        if signal.source in stated_offsets:
+            offsets[signal.source] = SourceClockOffset(
+                float(stated_offsets[signal.source]), 0.0, "given in the manifest"
+            )
+    waiting = [signal for signal in signals[1:] if signal.source not in offsets]
     reasons: dict[str, str] = {}
     # the load first: what follows it is best aligned to it
     waiting.sort(key=lambda signal: not signal.leads)
     for signal in waiting:
-        known = [other for other in signals if other.source in found and found[other.source].value is not None]
-        known.sort(key=lambda other: (not other.leads, other.source != first.source))
-        for other in known:
-            offset = offset_between(other, signal)
+        known = [
+            signal_on_clock
+            for signal_on_clock in signals
+            if signal_on_clock.source in offsets and offsets[signal_on_clock.source].value is not None
+        ]
+        known.sort(key=lambda signal_on_clock: (not signal_on_clock.leads, signal_on_clock.source != first.source))
+        for reference in known:
+            offset = offset_between(reference, signal)
             if offset.value is None:
                 reasons.setdefault(signal.source, offset.reason)
                 continue
-            base = found[other.source]
+            base = offsets[reference.source]
             assert base.value is not None
             assert base.std is not None
             assert offset.std is not None
-            found[signal.source] = SourceClockOffset(base.value + offset.value, float(np.hypot(base.std, offset.std)))
+            offsets[signal.source] = SourceClockOffset(base.value + offset.value, float(np.hypot(base.std, offset.std)))
             break
         else:
-            found[signal.source] = SourceClockOffset(None, None, reasons.get(signal.source, "no other log to align to"))
-    return {signal.source: found[signal.source] for signal in signals}
+            offsets[signal.source] = SourceClockOffset(
+                None, None, reasons.get(signal.source, "no other log to align to")
+            )
+    return {signal.source: offsets[signal.source] for signal in signals}
 
 
-def offset_between(one: SharedSignal, other: SharedSignal) -> SourceClockOffset:
-    """Return how much more ``other``'s clock shows than ``one``'s."""
-    if not moves(one.values):
-        return SourceClockOffset(None, None, f"{one.source} shows only noise")
-    if not moves(other.values):
-        return SourceClockOffset(None, None, f"{other.source} shows only noise: nothing shared with {one.source}")
-    if other.leads and not one.leads:
-        turned = offset_between(other, one)
+def offset_between(first: SharedSignal, second: SharedSignal) -> SourceClockOffset:
+    """Return how much more ``second``'s clock shows than ``first``'s."""
+    if not moves(first.values):
+        return SourceClockOffset(None, None, f"{first.source} shows only noise")
+    if not moves(second.values):
+        return SourceClockOffset(None, None, f"{second.source} shows only noise: nothing shared with {first.source}")
+    if second.leads and not first.leads:
+        turned = offset_between(second, first)
         return SourceClockOffset(None if turned.value is None else -turned.value, turned.std, turned.reason)
-    coarse = _coarse_lag(one, other)
+    coarse = _coarse_lag(first, second)
     if isinstance(coarse, str):
         return SourceClockOffset(None, None, coarse)
-    return _refined(one, other, coarse)
+    return _refined(first, second, coarse)
 
 
-def offset_near(one: SharedSignal, other: SharedSignal, lag: float) -> SourceClockOffset:
-    """Return how much more ``other``'s clock shows than ``one``'s, where it is nearly known."""
-    if not moves(one.values) or not moves(other.values):
+def offset_near(first: SharedSignal, second: SharedSignal, lag: float) -> SourceClockOffset:
+    """Return how much more ``second``'s clock shows than ``first``'s, where it is nearly known."""
+    if not moves(first.values) or not moves(second.values):
         return SourceClockOffset(None, None, "one of them shows only noise")
-    return _refined(one, other, lag)
+    return _refined(first, second, lag)
 
 
 def moves(values: Floats) -> bool:
@@ -157,8 +165,8 @@ def moves(values: Floats) -> bool:
         return bool(np.ptp(values, axis=0).max(initial=0.0) > 0.0) if len(values) > 1 else False
     noise = noise_of(values)
     size = max(len(values) // 200, 1)
-    whole = (len(values) // size) * size
-    means = values[:whole].reshape(-1, size, values.shape[1]).mean(axis=1)
+    n_used = (len(values) // size) * size
+    means = values[:n_used].reshape(-1, size, values.shape[1]).mean(axis=1)
     quiet = noise == 0.0
     if quiet.any() and bool((np.ptp(values[:, quiet], axis=0) > 0.0).any()):
         return True
@@ -167,30 +175,30 @@ def moves(values: Floats) -> bool:
     return bool((spread[~quiet] > 1.5).any())
 
 
-def _coarse_lag(one: SharedSignal, other: SharedSignal) -> float | str:
-    """Return the lag at which a regression of ``other`` on ``one`` leaves least, s, or why there is none."""
-    span = max(np.ptp(one.time), np.ptp(other.time))
-    step = max(_interval(one.time), _interval(other.time), span / MOST_GRID)
-    u = _on_grid(one, step)
-    y = _on_grid(other, step)
+def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
+    """Return the lag at which a regression of ``second`` on ``first`` leaves least, s, or why there is none."""
+    span = max(np.ptp(first.time), np.ptp(second.time))
+    step = max(_interval(first.time), _interval(second.time), span / MOST_GRID)
+    u = _on_grid(first, step)
+    y = _on_grid(second, step)
     u = (u - u.mean(axis=0)) / np.maximum(u.std(axis=0), 1e-12 * max(np.abs(u).max(), 1e-300))
-    noise = np.maximum(noise_of(other.values), 1e-6 * np.maximum(np.ptp(other.values, axis=0), 1e-300))
+    noise = np.maximum(noise_of(second.values), 1e-6 * np.maximum(np.ptp(second.values, axis=0), 1e-300))
     y = (y - y.mean(axis=0)) / noise
     lags, gain, share = _gain_of_lags(u, y)
     if lags.size == 0:
-        return f"{one.source} and {other.source} overlap too little"
+        return f"{first.source} and {second.source} overlap too little"
     best = int(np.argmax(gain))
     n_free = u.shape[1] * y.shape[1]
     if share[best] * min(len(u), len(y)) < 4.0 * n_free + 60.0 or share[best] < 0.02:
-        return f"{other.source} does not follow what {one.source} saw"
+        return f"{second.source} does not follow what {first.source} saw"
     # the next best lag outside the peak: loads that repeat exactly cannot tell one cycle from the next
     falls = np.flatnonzero(gain < 0.5 * gain[best])
     left = falls[falls < best].max(initial=-1)
     right = falls[falls > best].min(initial=gain.size)
     rest = np.concatenate([gain[: left + 1], gain[right:]])
     if rest.size and share[best] < 0.999 and gain[best] < 1.02 * rest.max():
-        return f"the loads repeat: {other.source} fits {one.source} at more than one lag"
-    return float(lags[best] * step + other.time[0] - one.time[0])
+        return f"the loads repeat: {second.source} fits {first.source} at more than one lag"
+    return float(lags[best] * step + second.time[0] - first.time[0])
 
 
 def _interval(time: Floats) -> float:
@@ -244,21 +252,23 @@ def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
     return lags.astype(np.float64), overlap * np.log(about / left), 1.0 - left / about
 
 
-def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> SourceClockOffset:
+def _refined(first: SharedSignal, second: SharedSignal, lag: float) -> SourceClockOffset:
     """Refine a lag on the ramps between holds (on equal windows where there are no holds)."""
-    width = max(_interval(other.time), _interval(one.time))
-    windows = _windows(one, one.holds, width)
-    if not _steps_agree(windows, one, other, lag):
-        return SourceClockOffset(None, None, f"{other.source} does not follow the load steps that {one.source} saw")
-    noise = np.maximum(noise_of(other.values), 1e-6 * np.maximum(np.ptp(other.values, axis=0), 1e-300))
-    white = other.values / noise
-    running = Integral(one.time, one.values / np.maximum(noise_of(one.values), 1e-9 * np.ptp(one.values) + 1e-300))
+    width = max(_interval(second.time), _interval(first.time))
+    windows = _windows(first, first.holds, width)
+    if not _steps_agree(windows, first, second, lag):
+        return SourceClockOffset(None, None, f"{second.source} does not follow the load steps that {first.source} saw")
+    noise = np.maximum(noise_of(second.values), 1e-6 * np.maximum(np.ptp(second.values, axis=0), 1e-300))
+    white = second.values / noise
+    running = Integral(
+        first.time, first.values / np.maximum(noise_of(first.values), 1e-9 * np.ptp(first.values) + 1e-300)
+    )
     scale = max(width, 0.25 * float(np.median([ramp for _, _, ramp in windows])))
     move, share, steps, weights, gentle = np.inf, 1.0, *np.zeros((3, 0))
     for _ in range(MOST_STEPS):
-        steps, weights = ramp_answers(windows, running, other.time, white, lag, scale)
+        steps, weights = ramp_answers(windows, running, second.time, white, lag, scale)
         if steps.size == 0:
-            return SourceClockOffset(None, None, f"no load step is seen by both {one.source} and {other.source}")
+            return SourceClockOffset(None, None, f"no load step is seen by both {first.source} and {second.source}")
         mean, gentle = robust_mean(steps, weights)
         before, move = move, float(np.clip(mean, -scale, scale))
         if np.isfinite(before) and move * before < 0.0 and abs(move) > 0.5 * abs(before):
@@ -268,28 +278,28 @@ def _refined(one: SharedSignal, other: SharedSignal, lag: float) -> SourceClockO
             break
     spread = spread_of(steps, weights, gentle, width)
     if abs(move) > max(spread, SETTLED_S):
-        return SourceClockOffset(None, None, f"the lag between {one.source} and {other.source} does not settle")
+        return SourceClockOffset(None, None, f"the lag between {first.source} and {second.source} does not settle")
     # Ramps come into the windows and leave them: what the lag still moves by is not known of it.
     return SourceClockOffset(lag, spread if abs(move) < SETTLED_S else float(np.hypot(spread, move)))
 
 
 def _steps_agree(
-    windows: Sequence[tuple[float, float, float]], one: SharedSignal, other: SharedSignal, lag: float
+    windows: Sequence[tuple[float, float, float]], first: SharedSignal, second: SharedSignal, lag: float
 ) -> bool:
     """Tell whether the steps of one log follow those of the other, linearly, beyond chance.
 
     Two logs that merely wander agree somewhere over their whole length; their steps from hold to hold do not.
     """
-    steps = [(_step(one, begin, end), _step(other, begin + lag, end + lag)) for begin, end, _ in windows]
-    both = [(a, b) for a, b in steps if a is not None and b is not None]
-    n_free = one.values.shape[1]
-    if len(both) < n_free + 4:
+    steps = [(_step(first, begin, end), _step(second, begin + lag, end + lag)) for begin, end, _ in windows]
+    complete = [(a, b) for a, b in steps if a is not None and b is not None]
+    n_free = first.values.shape[1]
+    if len(complete) < n_free + 4:
         return True  # too few to judge by
-    u, y = np.stack([a for a, _ in both]), np.stack([b for _, b in both])
+    u, y = np.stack([a for a, _ in complete]), np.stack([b for _, b in complete])
     y = y / np.maximum(np.sqrt(np.mean(y**2, axis=0)), 1e-300)
     left = y - u @ np.linalg.lstsq(u, y, rcond=1e-6)[0]
     share = float(np.sum(left**2) / np.sum(y**2))
-    return bool(len(both) * np.log(1.0 / max(share, 1e-12)) > 3.0 * n_free + 10.0)
+    return bool(len(complete) * np.log(1.0 / max(share, 1e-12)) > 3.0 * n_free + 10.0)
 
 
 def _step(signal: SharedSignal, begin: float, end: float) -> Floats | None:
@@ -301,18 +311,18 @@ def _step(signal: SharedSignal, begin: float, end: float) -> Floats | None:
     return np.asarray(signal.values[c:d].mean(axis=0) - signal.values[a:b].mean(axis=0))
 
 
-def _windows(one: SharedSignal, holds: Holds, width: float) -> list[tuple[float, float, float]]:
+def _windows(signal: SharedSignal, holds: Holds, width: float) -> list[tuple[float, float, float]]:
     """Return begin, end and ramp time of the stretches that tell the lag."""
     if len(holds) >= 4:
         ramp = holds.reached[1:] - holds.left[:-1]
         margin = np.minimum(np.maximum(ramp, 0.0), 0.4 * np.minimum(np.diff(holds.left), np.diff(holds.reached)))
         # on either side enough to know the level: of a slow log four readings
         margin = np.maximum(margin, 0.2 * (holds.left - holds.reached)[1:])
-        held = np.minimum((holds.left - holds.reached)[1:], (holds.left - holds.reached)[:-1])
-        margin = np.maximum(margin, np.minimum(4.0 * width, 0.9 * held))
+        shorter_hold = np.minimum((holds.left - holds.reached)[1:], (holds.left - holds.reached)[:-1])
+        margin = np.maximum(margin, np.minimum(4.0 * width, 0.9 * shorter_hold))
         return [
             (float(a), float(b), float(r))
             for a, b, r in zip(holds.left[:-1] - margin, holds.reached[1:] + margin, ramp, strict=True)
         ]
-    edges = np.linspace(one.time[0], one.time[-1], 25)
+    edges = np.linspace(signal.time[0], signal.time[-1], 25)
     return [(float(a), float(b), float(b - a) / 10.0) for a, b in pairwise(edges)]

@@ -53,8 +53,8 @@ def without_commands(states: LoadStates, chain: Chain) -> LoadStates:
         members = np.flatnonzero(states.run == run)
         marked = members[states.reference[members]]
         start = joints[marked[0] if marked.size else members[0]]
-        moved = np.abs(joints[members] - start).max()
-        if states.deflection_given or moved < _STANDS_STILL:
+        travel = np.abs(joints[members] - start).max()
+        if states.deflection_given or travel < _STANDS_STILL:
             not_logged[members] = states.used[members]
             continue
         for b, target in enumerate(states.setup.targets):

@@ -45,8 +45,8 @@ class WorkSign:
 
 def work_of_load(states: LoadStates, chain: Chain) -> WorkSign:
     """Return Σ wrench · displacement about the load's point in each run (differences to the run's reference), J."""
-    force, moment, moved, turned = _loads_and_motions(states, chain)
-    work = np.sum(force * moved, axis=1) + np.sum(moment * turned, axis=1)
+    force, moment, translation, turned = _loads_and_motions(states, chain)
+    work = np.sum(force * translation, axis=1) + np.sum(moment * turned, axis=1)
     total = np.array([work[members].sum() for members in states.members()])
     return WorkSign(total, explained_by_joints(states, chain))
 
@@ -60,7 +60,7 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
     force = np.einsum("nij,nj->ni", axes, states.wrench[:, :3])
     moment = np.einsum("nij,nj->ni", axes, states.wrench[:, 3:])
     if states.deflection_given:
-        moved, turned = states.deflection[:, 0, :3].copy(), np.nan_to_num(states.deflection[:, 0, 3:])
+        translation, turned = states.deflection[:, 0, :3].copy(), np.nan_to_num(states.deflection[:, 0, 3:])
     else:
         turned = np.zeros_like(force)
         references = np.zeros(len(states), dtype=np.int64)
@@ -73,8 +73,8 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
             turn = states.rotation[members, 0] @ states.rotation[reference, 0].T
             if np.isfinite(turn).all():
                 turned[members] = rotation_vector(turn)
-        moved = motion_of(states, chain).since(references)
-    return force, moment, np.nan_to_num(moved + np.cross(turned, point - target)), turned
+        translation = motion_of(states, chain).since(references)
+    return force, moment, np.nan_to_num(translation + np.cross(turned, point - target)), turned
 
 
 def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = None, sign: float = 1.0) -> float:
@@ -146,8 +146,8 @@ def check_work(
     name, best = max(variants, key=lambda entry: entry[1])
     if best > FOLLOWS and best > sign.explained + 0.25:
         if name == "acts_on":
-            other = "robot" if acts_on == "environment" else "environment"
-            mend = f'acts_on is the wrong way round: write acts_on = "{other}"'
+            opposite = "robot" if acts_on == "environment" else "environment"
+            mend = f'acts_on is the wrong way round: write acts_on = "{opposite}"'
         else:
             mend = f"the sensor is upside down, half a turn {name.split(' ', 1)[1]} of its axes: correct its frame"
         reason = f"force and deflection run against each other ({negative} of {present.size} runs do negative work)"
@@ -198,7 +198,7 @@ def _swapped_column_fault(
     turned = explained_by_joints(states, chain, sign=-1.0)
     if right == kept or best < max(ORDER_EXPLAINS, explained + 0.25, turned):
         return None
-    other = shares[right, right if moments == kept else kept]
+    other_share = shares[right, right if moments == kept else kept]
     reason = (
         f"joint springs explain {100 * explained:.0f} % of the deflection with the force's columns in this order, "
         f"{100 * best:.0f} % in another"
@@ -206,7 +206,7 @@ def _swapped_column_fault(
     names = ", ".join(f'"{columns[k]}"' for k in right)
     if len(columns) == 3:
         mend = f"write columns = [{names}]"
-    elif 1.0 - best < CLEARLY_LESS * (1.0 - other):
+    elif 1.0 - best < CLEARLY_LESS * (1.0 - other_share):
         names += "".join(f', "{columns[3 + k]}"' for k in moments)
         mend = f"write columns = [{names}]"
     else:  # the moments say too little
@@ -234,8 +234,8 @@ def match_kinematics(states: LoadStates, chain: Chain) -> KinematicsMatch:
     chosen = _references(states)
     if len(chosen) == 0:
         return KinematicsMatch(np.nan, np.nan, np.nan)
-    there, rotation = attached_poses(chain, chain.model_angles(chosen.joints), chosen.setup.targets[0])
-    away = np.linalg.norm(there - chosen.position[:, 0], axis=1)
+    predicted, rotation = attached_poses(chain, chain.model_angles(chosen.joints), chosen.setup.targets[0])
+    away = np.linalg.norm(predicted - chosen.position[:, 0], axis=1)
     turn = np.linalg.norm(rotation_vector(chosen.rotation[:, 0] @ np.swapaxes(rotation, -1, -2)), axis=1)
     turned = float(np.median(turn)) if np.isfinite(turn).all() else np.nan
     return KinematicsMatch(float(np.median(away)), float(away.max()), turned)
@@ -261,11 +261,11 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
         return []
     if match.median_m <= MISSES_M:
         return _check_orientation(chosen, chain, match, estimated, file)
-    found: list[tuple[float, str, str]] = []
+    misses: list[tuple[float, str, str]] = []
     for words, mend, joints, position in _variants(chosen, chain):
-        there, _ = attached_poses(chain, chain.model_angles(joints), chosen.setup.targets[0])
-        found.append((_miss(there, position, estimated), words, mend))
-    best = min(found, key=lambda entry: entry[0])
+        predicted, _ = attached_poses(chain, chain.model_angles(joints), chosen.setup.targets[0])
+        misses.append((_miss(predicted, position, estimated), words, mend))
+    best = min(misses, key=lambda entry: entry[0])
     reason = f"kinematics misses the measured target by {1e3 * match.median_m:.0f} mm in the reference states"
     if best[0] <= MEETS_M and best[0] < 0.3 * match.median_m:
         return [
@@ -288,13 +288,13 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
     ]
 
 
-def _miss(there: Floats, measured: Floats, estimated: bool) -> float:
+def _miss(predicted: Floats, measured: Floats, estimated: bool) -> float:
     """Return the median distance; a rigid motion apart where the tracker's frame is estimated."""
     if estimated and len(measured) > 3:
-        left, _, right = np.linalg.svd((there - there.mean(axis=0)).T @ (measured - measured.mean(axis=0)))
+        left, _, right = np.linalg.svd((predicted - predicted.mean(axis=0)).T @ (measured - measured.mean(axis=0)))
         turn = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
-        measured = (measured - measured.mean(axis=0)) @ turn.T + there.mean(axis=0)
-    return float(np.median(np.linalg.norm(there - measured, axis=1)))
+        measured = (measured - measured.mean(axis=0)) @ turn.T + predicted.mean(axis=0)
+    return float(np.median(np.linalg.norm(predicted - measured, axis=1)))
 
 
 def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floats, Floats]]:
@@ -313,18 +313,18 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
         turned[:, k] = -turned[:, k]
         yield f"joint {name} counted the other way", f"write direction = -1 (or 1) for {name}", turned, position
         for degrees in (-180, -90, 90, 180):
-            moved = joints.copy()
-            moved[:, k] += np.radians(degrees)
-            yield f"{degrees:+d}° at joint {name}", f"correct theta_deg of {name}", moved, position
+            shifted = joints.copy()
+            shifted[:, k] += np.radians(degrees)
+            yield f"{degrees:+d}° at joint {name}", f"correct theta_deg of {name}", shifted, position
     back = inverse_transform(states.setup.base_from_tracker)
     own = position @ back[:3, :3].T + back[:3, 3]
-    there = states.setup.base_from_tracker
+    base_from_tracker = states.setup.base_from_tracker
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             if order == (0, 1, 2) and signs == (1.0, 1.0, 1.0):
                 continue
             axes = ", ".join(f"{'-' if s < 0 else ''}{'XYZ'[k]}" for k, s in zip(order, signs, strict=True))
-            measured = (own[:, order] * np.array(signs)) @ there[:3, :3].T + there[:3, 3]
+            measured = (own[:, order] * np.array(signs)) @ base_from_tracker[:3, :3].T + base_from_tracker[:3, 3]
             yield (
                 f"the tracker's axes as ({axes})",
                 "correct the order of position's columns, or the frame",
@@ -332,7 +332,7 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
                 measured,
             )
     for factor, unit in ((1e-3, "mm"), (1e3, "m")):
-        measured = (own * factor) @ there[:3, :3].T + there[:3, 3]
+        measured = (own * factor) @ base_from_tracker[:3, :3].T + base_from_tracker[:3, 3]
         yield f"positions in {unit}", f'write units = {{ position = "{unit}" }}', joints, measured
     yield (
         "the tracker's frame the other way round",
@@ -349,9 +349,9 @@ def _check_orientation(
     if np.isnan(match.turned_rad) or match.turned_rad <= TURNED_RAD or estimated:
         return []
     _, rotation = attached_poses(chain, chain.model_angles(states.joints), states.setup.targets[0])
-    there = states.setup.base_from_tracker[:3, :3]
-    measured = there.T @ states.rotation[:, 0]
-    if len(states) > 1 and _mounting_spread(rotation, there @ measured) <= TURNED_RAD:
+    tracker_axes = states.setup.base_from_tracker[:3, :3]
+    measured = tracker_axes.T @ states.rotation[:, 0]
+    if len(states) > 1 and _mounting_spread(rotation, tracker_axes @ measured) <= TURNED_RAD:
         return []
     quaternion = quaternion_from_rotation(measured)
     orders = (
@@ -360,7 +360,7 @@ def _check_orientation(
     )
     reason = f"positions meet kinematics, orientations are off by {np.degrees(match.turned_rad):.0f}°"
     for words, values, mend in orders:
-        turned = rotation_vector(there @ rotation_from_quaternion(values) @ np.swapaxes(rotation, -1, -2))
+        turned = rotation_vector(tracker_axes @ rotation_from_quaternion(values) @ np.swapaxes(rotation, -1, -2))
         if np.median(np.linalg.norm(turned, axis=1)) <= TURNED_RAD:
             return [
                 Fault(

@@ -53,9 +53,9 @@ def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:
     if not sees.any():  # every axis runs along or through every force
         return [_verdict(name, float(largest[k]), np.nan, False) for k, name in enumerate(names)]
     relative = _relative_std(design[:, sees], measured)
-    told = np.full(largest.size, np.nan)
-    told[sees] = relative
-    return [_verdict(name, float(largest[k]), float(told[k]), bool(sees[k])) for k, name in enumerate(names)]
+    uncertainty = np.full(largest.size, np.nan)
+    uncertainty[sees] = relative
+    return [_verdict(name, float(largest[k]), float(uncertainty[k]), bool(sees[k])) for k, name in enumerate(names)]
 
 
 def _first_order(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:

@@ -133,7 +133,7 @@ def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece]
     pieces = _joined(_segmented(white, tolerance), tolerance)
     stay = _stay(time, white, pieces)
     level = np.array([_is_level(white, piece, tolerance) for piece in pieces], dtype=np.bool_) & (stay > REST)
-    holds = [piece for piece, held in zip(pieces, level, strict=True) if held]
+    holds = [piece for piece, is_level in zip(pieces, level, strict=True) if is_level]
     if not holds or (stay[level].max() < CLEAR_REST and float(np.median(stay[level])) < USUAL_REST):
         return [], []
     duration = np.array([time[piece.last - 1] - time[piece.first] for piece in holds])
@@ -146,8 +146,8 @@ def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece]
     # Before the first load nobody waits longer than it takes to see that nothing moves; that is the reference.
     long_enough |= (stay[level] > CLEAR_REST) & np.array([piece.first == 0 for piece in holds], dtype=np.bool_)
     kept = [piece for piece, keep in zip(holds, long_enough, strict=True) if keep]
-    told = ~long_enough & (duration >= SHORT_PAUSE * usual)
-    pauses = [piece for piece, tell in zip(holds, told, strict=True) if tell]
+    is_pause = ~long_enough & (duration >= SHORT_PAUSE * usual)
+    pauses = [piece for piece, tell in zip(holds, is_pause, strict=True) if tell]
     return _side_by_side(kept, tolerance), pauses
 
 
@@ -173,9 +173,9 @@ def _slow_noise(white: Floats, holds: Sequence[_Piece]) -> Floats:
         for piece in holds:
             n = piece.last - piece.first
             inside = white[piece.first + n // 4 : piece.last - n // 4]
-            whole = len(inside) // size * size
-            if whole >= 3 * size:
-                means = inside[:whole].reshape(-1, size, white.shape[1]).mean(axis=1)
+            n_used = len(inside) // size * size
+            if n_used >= 3 * size:
+                means = inside[:n_used].reshape(-1, size, white.shape[1]).mean(axis=1)
                 spreads.append(0.5 * np.diff(means, axis=0) ** 2 * size)
         if sum(len(spread) for spread in spreads) >= (1 if size == 8 else LEAST_SPREADS):
             most = np.maximum(most, np.sqrt(np.concatenate(spreads).mean(axis=0)))
@@ -209,8 +209,10 @@ def _noise(values: Floats) -> Floats:
     if np.mean((bend > 5.0 * np.sqrt(6.0) * fine).any(axis=1)) > 0.05:
         return fine
     pairs, fours = _noise_of_means(values, 2), _noise_of_means(values, 4)
-    seen = fine > 0.0
-    smooth = seen.any() and np.median(pairs[seen] / fine[seen]) > 1.35 and np.median(fours[seen] / fine[seen]) > 1.5
+    noisy = fine > 0.0
+    smooth = (
+        noisy.any() and np.median(pairs[noisy] / fine[noisy]) > 1.35 and np.median(fours[noisy] / fine[noisy]) > 1.5
+    )
     return np.asarray(np.clip(fours, fine, 8.0 * fine)) if smooth else fine
 
 
@@ -219,8 +221,8 @@ def _noise_of_means(values: Floats, size: int) -> Floats:
 
     Ramps and steps leave that quarter alone; 0.3186 is the first quartile of |N(0, 1)|.
     """
-    whole = len(values) // size * size
-    means = values[:whole].reshape(-1, size, values.shape[1]).mean(axis=1)
+    n_used = len(values) // size * size
+    means = values[:n_used].reshape(-1, size, values.shape[1]).mean(axis=1)
     if len(means) < 12:
         return np.zeros(values.shape[1])
     bend = np.abs(means[2:] - 2.0 * means[1:-1] + means[:-2])
@@ -315,17 +317,17 @@ def _ramps(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> tuple[Float
         ends = list(pieces)
     way = np.linalg.norm(np.diff([piece.mean for piece in ends], axis=0), axis=1)
     passing = np.empty(len(ends) - 1)
-    for k, (one, other) in enumerate(pairwise(ends)):
-        gap = time[other.first] - time[one.last - 1] - (time[1] - time[0])
-        near = 0.5 * (time[one.last - 1] - time[one.first] + time[other.last - 1] - time[other.first])
-        passing[k] = gap + near * (1.0 - _abruptness(white, one, other, float(way[k])))
+    for k, (before, after) in enumerate(pairwise(ends)):
+        gap = time[after.first] - time[before.last - 1] - (time[1] - time[0])
+        near = 0.5 * (time[before.last - 1] - time[before.first] + time[after.last - 1] - time[after.first])
+        passing[k] = gap + near * (1.0 - _abruptness(white, before, after, float(way[k])))
     return way / np.maximum(passing, np.median(np.diff(time))), way
 
 
-def _abruptness(white: Floats, one: _Piece, other: _Piece, way: float) -> float:
+def _abruptness(white: Floats, before: _Piece, after: _Piece, way: float) -> float:
     """Return the share of the way between two levels that lies at their border: 1 for a step, a quarter in a ramp."""
-    quarter = max(min(one.last - one.first, other.last - other.first) // 4, 1)
-    step = _mean(white[other.first : other.first + quarter]) - _mean(white[one.last - quarter : one.last])
+    quarter = max(min(before.last - before.first, after.last - after.first) // 4, 1)
+    step = _mean(white[after.first : after.first + quarter]) - _mean(white[before.last - quarter : before.last])
     squared = float(step @ step) - 2.0 * white.shape[1] / quarter
     return min(float(np.sqrt(max(squared, 0.0))) / max(way, 1e-300), 1.0)
 
@@ -347,8 +349,8 @@ def _with_edges(
     """Walk outwards from the middle of each hold to its edges, and say what is left out."""
     lowest = [0, *(piece.last for piece in kept[:-1])]
     highest = [*(piece.first for piece in kept[1:]), len(time)]
-    found = [_edges(white, *around, tolerance) for around in zip(kept, lowest, highest, strict=True)]
-    edges = np.array(found, dtype=np.int64)
+    piece_edges = [_edges(white, *around, tolerance) for around in zip(kept, lowest, highest, strict=True)]
+    edges = np.array(piece_edges, dtype=np.int64)
     reached, left = time[edges[:, 0]], time[edges[:, 1]]
     margin = np.minimum(EDGE_SHARE * (left - reached), 0.25 * (left - reached))
     start, end = reached + margin, left - margin

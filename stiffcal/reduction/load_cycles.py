@@ -186,11 +186,11 @@ def repeat_groups(states: LoadStates, cycles: LoadCycles) -> list[Integers]:
     picked = picked[order]
     new_kind = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)
     gap = np.diff(cycles.magnitude[picked]) > SAME_LEVEL_SHARE * largest[picked[1:]]
-    for part in np.split(picked, np.flatnonzero(new_kind | gap) + 1):
-        if len(part) < 2:
+    for piece in np.split(picked, np.flatnonzero(new_kind | gap) + 1):
+        if len(piece) < 2:
             continue
-        spread = float(np.ptp(cycles.magnitude[part]))
-        distinct = len(np.unique(cycles.cycle[part])) == len(part)
-        if distinct and spread <= 2.0 * SAME_LEVEL_SHARE * largest[part[0]]:
-            groups.append(np.sort(part))
+        spread = float(np.ptp(cycles.magnitude[piece]))
+        distinct = len(np.unique(cycles.cycle[piece])) == len(piece)
+        if distinct and spread <= 2.0 * SAME_LEVEL_SHARE * largest[piece[0]]:
+            groups.append(np.sort(piece))
     return groups

@@ -31,17 +31,17 @@ def names_in_file(wanted: WantedColumns, columns: Callable[[], Sequence[str]]) -
     """
     if all(name.isascii() for name in wanted.names):
         return {}
-    there = columns()
-    known = set(there)
+    headers = columns()
+    known = set(headers)
     composed: dict[str, list[str]] = {}
-    for column in there:
+    for column in headers:
         composed.setdefault(_composed(column), []).append(column)
-    found = {}
+    renamed = {}
     for name in wanted.names:
         alike = composed.get(_composed(name), [])
         if name not in known and len(alike) == 1:
-            found[name] = alike[0]
-    return found
+            renamed[name] = alike[0]
+    return renamed
 
 
 def in_file_words(wanted: WantedColumns, names: Mapping[str, str]) -> WantedColumns:

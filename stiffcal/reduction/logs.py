@@ -100,13 +100,13 @@ def _check_sizes(batch: Batch, files: Mapping[str, str]) -> None:
             continue
         row = int(np.argmax(sizes))
         place = f"row {batch.first_row + row}, column {column}"
-        shown = ", ".join(dict.fromkeys(files.values()))
+        display_name = ", ".join(dict.fromkeys(files.values()))
         if largest > LARGEST:
             reason, mend = f"{values[row]:g} is larger than anything that is measured", "correct it, or exclude its row"
         else:
             reason = f"{values[row]:g}, the column's largest number here, is smaller than anything that is measured"
             mend = "correct its unit in the log, or write 0"
-        raise InputError.at(FaultCode.NUMBER_INVALID, shown, place, reason, mend)
+        raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, reason, mend)
 
 
 def rows_of(source: Source, batch: Batch, name: str = "") -> Rows:
@@ -130,45 +130,48 @@ def rows_of(source: Source, batch: Batch, name: str = "") -> Rows:
 
 def columns_of_signals(source: Source, name: str = "") -> dict[str, tuple[str, ...]]:
     """Return the columns of each signal of `Rows`, as the file names them; ``name`` is the source's."""
-    found: dict[str, tuple[str, ...]] = {}
+    columns_of: dict[str, tuple[str, ...]] = {}
     if source.joints is not None:
         for key, columns in source.joints.groups().items():
-            found["joints" if key == "position" else f"joints.{key}"] = columns
+            columns_of["joints" if key == "position" else f"joints.{key}"] = columns
     if source.wrench is not None:
-        found["wrench"] = source.wrench.columns
+        columns_of["wrench"] = source.wrench.columns
     for body, pose in source.body_poses().items():
-        found[f"position.{body}"] = pose.position or ()
-        found |= {f"marker.{body}.{name}": marker.columns for name, marker in pose.markers.items()}
-        found[f"quaternion.{body}"] = pose.orientation[1] if pose.orientation else ()
+        columns_of[f"position.{body}"] = pose.position or ()
+        columns_of |= {f"marker.{body}.{name}": marker.columns for name, marker in pose.markers.items()}
+        columns_of[f"quaternion.{body}"] = pose.orientation[1] if pose.orientation else ()
     if source.deflection is not None:
-        found["translation"], found["rotation"] = source.deflection.translation, source.deflection.rotation or ()
+        columns_of["translation"], columns_of["rotation"] = (
+            source.deflection.translation,
+            source.deflection.rotation or (),
+        )
     if source.displacement is not None:
-        found[f"displacement.{name}"] = (source.displacement.column,)
+        columns_of[f"displacement.{name}"] = (source.displacement.column,)
     if source.lengths is not None:
-        found |= {f"lengths.{rod}": (rod,) for rod in source.lengths.columns}
+        columns_of |= {f"lengths.{rod}": (rod,) for rod in source.lengths.columns}
     if source.temperature is not None:
-        found["temperature"] = source.temperature.columns
-    return found
+        columns_of["temperature"] = source.temperature.columns
+    return columns_of
 
 
 def files_of_signals(source: Source, name: str = "") -> dict[str, str]:
     """Return the file of each signal of `Rows` that has one of its own; empty where one file holds all signals."""
     bodies = {pose.body or "target": "pose" for pose in ([source.pose] if source.pose is not None else [])}
     bodies |= {pose.body or body: f"poses.{body}" for body, pose in source.poses.items()}
-    found = {}
+    file_of = {}
     for signal in columns_of_signals(source, name):
         kind, _, rest = signal.partition(".")
         if kind in ("position", "marker", "quaternion"):
             kind = bodies.get(rest if kind != "marker" else rest.rpartition(".")[0], kind)
         kind = "deflection" if kind in ("translation", "rotation") else kind
         if kind in source.files:
-            found[signal] = source.files[kind]
-    return found
+            file_of[signal] = source.files[kind]
+    return file_of
 
 
 def instrument_readings(source: Source, numbers: Mapping[str, Floats], name: str = "") -> dict[str, Floats]:
     """Return the signals of a source in SI, channels first, from its columns by name; ``name`` is the source's."""
-    found: dict[str, Floats] = {}
+    readings: dict[str, Floats] = {}
 
     def block(columns: tuple[str, ...], factor: float = 1.0, offset: float = 0.0) -> Floats:
         values = np.stack([numbers[column] for column in columns])
@@ -177,28 +180,28 @@ def instrument_readings(source: Source, numbers: Mapping[str, Floats], name: str
         return values + offset if offset else values
 
     if source.joints is not None:
-        found |= _joint_readings(source.joints, block)
+        readings |= _joint_readings(source.joints, block)
     if source.wrench is not None:
-        found["wrench"] = _wrench_readings(source.wrench, block)
+        readings["wrench"] = _wrench_readings(source.wrench, block)
     if source.dead_weight is not None:
         weight = source.dead_weight
-        found["mass"] = block((weight.mass_column,), weight.unit_of("mass").factor)
+        readings["mass"] = block((weight.mass_column,), weight.unit_of("mass").factor)
     for body, pose in source.body_poses().items():
-        found |= _pose_readings(body, pose, block)
+        readings |= _pose_readings(body, pose, block)
     if source.deflection is not None:
-        found |= _deflection_readings(source.deflection, block)
+        readings |= _deflection_readings(source.deflection, block)
     if source.displacement is not None:
         gauge: Displacement = source.displacement
-        found[f"displacement.{name}"] = block((gauge.column,), gauge.unit_of("length").factor)
+        readings[f"displacement.{name}"] = block((gauge.column,), gauge.unit_of("length").factor)
     if source.lengths is not None:
         metres = source.lengths.unit_of("length").factor
-        found |= {f"lengths.{rod}": block((rod,), metres) for rod in source.lengths.columns}
+        readings |= {f"lengths.{rod}": block((rod,), metres) for rod in source.lengths.columns}
     if source.temperature is not None:
         kelvin = source.temperature.unit_of("temperature")
-        found["temperature"] = block(source.temperature.columns, kelvin.factor, kelvin.offset)
+        readings["temperature"] = block(source.temperature.columns, kelvin.factor, kelvin.offset)
     if source.hold is not None:
-        found["hold"] = block((source.hold.column,), source.hold.unit_of("time").factor)
-    return found
+        readings["hold"] = block((source.hold.column,), source.hold.unit_of("time").factor)
+    return readings
 
 
 Block = Callable[..., Floats]
@@ -206,14 +209,14 @@ Block = Callable[..., Floats]
 
 def _joint_readings(joints: Joints, block: Block) -> dict[str, Floats]:
     keys = {"position": "joints", "command": "joints.command", "velocity": "joints.velocity", "torque": "joints.torque"}
-    found = {}
+    readings = {}
     for key, columns in joints.groups().items():
         unit_key = "position" if key == "command" else key
-        found[keys.get(key, f"joints.{key}")] = block(columns, joints.unit_of(unit_key).factor)
-    if joints.torque_constant is not None and "joints.current" in found and "joints.torque" not in found:
+        readings[keys.get(key, f"joints.{key}")] = block(columns, joints.unit_of(unit_key).factor)
+    if joints.torque_constant is not None and "joints.current" in readings and "joints.torque" not in readings:
         constant = np.array(joints.torque_constant)
-        found["joints.torque"] = found["joints.current"] * constant[:, None]
-    return found
+        readings["joints.torque"] = readings["joints.current"] * constant[:, None]
+    return readings
 
 
 def _wrench_readings(wrench: Wrench, block: Block) -> Floats:
@@ -225,22 +228,22 @@ def _wrench_readings(wrench: Wrench, block: Block) -> Floats:
     moment = (
         block(wrench.columns[3:], wrench.unit_of("moment").factor) if wrench.moments_measured else np.zeros_like(force)
     )
-    both = np.concatenate([force, moment])
-    return -both if wrench.acts_on == "environment" else both
+    components = np.concatenate([force, moment])
+    return -components if wrench.acts_on == "environment" else components
 
 
 def _pose_readings(body: str, pose: Pose, block: Block) -> dict[str, Floats]:
     length = pose.unit_of("position").factor
-    found: dict[str, Floats] = {}
+    readings: dict[str, Floats] = {}
     if pose.position is not None:
-        found[f"position.{body}"] = block(pose.position, length)
+        readings[f"position.{body}"] = block(pose.position, length)
     for name, marker in pose.markers.items():
-        found[f"marker.{body}.{name}"] = block(marker.columns, length)
+        readings[f"marker.{body}.{name}"] = block(marker.columns, length)
     if pose.orientation is not None:
         kind, columns = pose.orientation
         values = block(columns, 1.0 if kind == "quaternion_wxyz" else pose.unit_of("rotation").factor)
-        found[f"quaternion.{body}"] = _quaternion(kind, values)
-    return found
+        readings[f"quaternion.{body}"] = _quaternion(kind, values)
+    return readings
 
 
 def _quaternion(kind: str, values: Floats) -> Floats:
@@ -251,10 +254,10 @@ def _quaternion(kind: str, values: Floats) -> Floats:
 
 
 def _deflection_readings(deflection: Deflection, block: Block) -> dict[str, Floats]:
-    found = {"translation": block(deflection.translation, deflection.unit_of("translation").factor)}
+    readings = {"translation": block(deflection.translation, deflection.unit_of("translation").factor)}
     if deflection.rotation is not None:
-        found["rotation"] = block(deflection.rotation, deflection.unit_of("rotation").factor)
-    return found
+        readings["rotation"] = block(deflection.rotation, deflection.unit_of("rotation").factor)
+    return readings
 
 
 def _time(source: Source, numbers: Mapping[str, Floats], number: Integers) -> Floats:
@@ -271,8 +274,8 @@ def _time(source: Source, numbers: Mapping[str, Floats], number: Integers) -> Fl
 
 def _conditions(source: Source) -> list[RowCondition]:
     """Return every condition on rows; where signals differ, a row has to meet all."""
-    found = [condition for signal in source.signals().values() for condition in signal.row_conditions]
-    return list(dict.fromkeys(found))
+    conditions = [condition for signal in source.signals().values() for condition in signal.row_conditions]
+    return list(dict.fromkeys(conditions))
 
 
 def reader_options(source: Source, log_format: str, file: str = "") -> dict[str, object]:
@@ -377,12 +380,12 @@ def _side_by_side(folder: Path, source: Source, files: Mapping[str, str]) -> Bat
                 numbers[column] = np.concatenate([batch.numbers[column] for batch in batches])
         lengths[file] = sum(len(batch) for batch in batches)
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{file} {count}" for file, count in lengths.items())
+        counts = ", ".join(f"{file} {count}" for file, count in lengths.items())
         raise InputError.at(
             FaultCode.SHAPE_MISMATCH,
             next(iter(lengths)),
             "",
-            f"the files of one source differ in length (rows: {told})",
+            f"the files of one source differ in length (rows: {counts})",
             "make them equal",
         )
     return Batch(1, numbers, texts)

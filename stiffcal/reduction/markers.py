@@ -8,13 +8,13 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.measurements.markers import Markers
 
 
-def fitted_poses(markers: Markers, seen: Floats) -> tuple[Floats, Floats, Booleans]:
-    """Fit rigid poses: seen (n, k, 3), NaN where hidden (Arun 1987; Umeyama 1991).
+def fitted_poses(markers: Markers, measured: Floats) -> tuple[Floats, Floats, Booleans]:
+    """Fit rigid poses to measured points (n, k, 3), NaN where hidden (Arun 1987; Umeyama 1991).
 
     Returns
     -------
     Position (n, 3) and rotation (n, 3, 3) of the body in the instrument's frame, NaN where fewer than three points are
-    seen or all on one line; and (n, k) which points were seen.
+    measured or all on one line; and (n, k) which points were measured.
 
     Examples
     --------
@@ -24,16 +24,16 @@ def fitted_poses(markers: Markers, seen: Floats) -> tuple[Floats, Floats, Boolea
     >>> position.round(9).tolist(), bool(np.allclose(rotation[0], np.eye(3)))
     ([[5.0, 0.0, 0.0]], True)
     """
-    n, places = len(seen), markers.places
-    shows: Booleans = np.asarray(np.isfinite(seen).all(axis=2), dtype=np.bool_)
+    n, places = len(measured), markers.places
+    shows: Booleans = np.asarray(np.isfinite(measured).all(axis=2), dtype=np.bool_)
     weight: Floats = shows.astype(np.float64)
     enough = markers.enough(shows)
-    shown = np.where(weight[:, :, None] > 0, seen, 0.0)
+    filled = np.where(weight[:, :, None] > 0, measured, 0.0)
     total: Floats = np.asarray(np.maximum(np.sum(weight, axis=1), 1.0))
     centre_body = np.einsum("nm,mk->nk", weight, places) / total[:, None]
-    centre_seen = shown.sum(axis=1) / total[:, None]
+    centre_seen = filled.sum(axis=1) / total[:, None]
     away_body = (places[None] - centre_body[:, None]) * weight[:, :, None]
-    away_seen = (shown - centre_seen[:, None]) * weight[:, :, None]
+    away_seen = (filled - centre_seen[:, None]) * weight[:, :, None]
     left, _, right = np.linalg.svd(np.einsum("nmi,nmj->nij", away_seen, away_body))
     sign = np.ones((n, 3))
     sign[:, 2] = np.sign(np.linalg.det(left @ right))

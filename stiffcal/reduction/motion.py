@@ -38,8 +38,8 @@ class Motion:
 
     def since(self, reference: NDArray[np.int64]) -> Floats:
         """Return (n, 3) the displacement since each state's reference, base axes; zero across what is not measured."""
-        moved = np.nan_to_num(self.measured - self.measured[reference])
-        return np.asarray(np.einsum("nk,nki->ni", moved, self.axes))
+        change = np.nan_to_num(self.measured - self.measured[reference])
+        return np.asarray(np.einsum("nk,nki->ni", change, self.axes))
 
 
 def motion_of(states: LoadStates, chain: Chain, every: bool = False) -> Motion:
@@ -51,9 +51,9 @@ def motion_of(states: LoadStates, chain: Chain, every: bool = False) -> Motion:
     """
     n = len(states)
     if states.has_poses or not states.setup.gauges:
-        whole = states.deflection[:, :, :3] if states.deflection_given else states.position
-        count = whole.shape[1] if every else 1
-        measured = whole[:, :count].reshape(n, 3 * count).copy()
+        displacement = states.deflection[:, :, :3] if states.deflection_given else states.position
+        count = displacement.shape[1] if every else 1
+        measured = displacement[:, :count].reshape(n, 3 * count).copy()
         axes = np.broadcast_to(np.tile(np.eye(3), (count, 1)), (n, 3 * count, 3))
         return Motion(measured, axes, tuple(np.repeat(np.arange(count), 3).tolist()))
     return Motion(
@@ -70,10 +70,10 @@ def mean_measured(measured: Floats) -> Floats:
 def gauge_directions(states: LoadStates, chain: Chain) -> Floats:
     """Return (n, G, 3) the gauges' directions in base axes, kinematics alone."""
     angles = chain.model_angles(states.joints)
-    found = []
+    directions = []
     for gauge in states.setup.gauges:
         if gauge.axes.body == 0:
-            found.append(np.broadcast_to(gauge.axes.transform[:3, :3] @ gauge.direction, (len(states), 3)))
+            directions.append(np.broadcast_to(gauge.axes.transform[:3, :3] @ gauge.direction, (len(states), 3)))
         else:
-            found.append(attached_poses(chain, angles, gauge.axes)[1] @ gauge.direction)
-    return np.stack(found, axis=1)
+            directions.append(attached_poses(chain, angles, gauge.axes)[1] @ gauge.direction)
+    return np.stack(directions, axis=1)

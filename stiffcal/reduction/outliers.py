@@ -78,13 +78,15 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
         white /= np.array([wider.get(number, 1.0) for number in states.run.tolist()])[:, None]
     n_components = white.shape[1]
     bound = np.sqrt(n_components + 2.0 * np.sqrt(ALARM_EXPONENT * n_components) + 2.0 * ALARM_EXPONENT)
-    found: dict[int, str] = {}
+    reason_of: dict[int, str] = {}
     kept = states.used & np.isfinite(white).all(axis=1)
     for number, own in _by_run(groups, states.run).items():
         for k, distance in _RunReadings(white, own, kept, cycles.left, bound).bumped():
             size = 1e3 * distance * wider.get(number, 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
-            found[k] = f"bumped: off by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
-    return found
+            reason_of[k] = (
+                f"bumped: off by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
+            )
+    return reason_of
 
 
 def _readings(states: LoadStates) -> tuple[Floats, int]:
@@ -134,9 +136,9 @@ def _misaligned(readings: Floats, states: LoadStates, cycles: LoadCycles) -> Flo
         if not off.any():
             continue
         loads = force[members] - force[members].mean(axis=0)
-        moved = readings[members] - readings[members].mean(axis=0)
+        centred = readings[members] - readings[members].mean(axis=0)
         # Directions in which the run was hardly loaded say nothing of how it gives there.
-        result[members] = off @ (np.linalg.pinv(loads, rcond=LEAST_LOADED) @ moved)
+        result[members] = off @ (np.linalg.pinv(loads, rcond=LEAST_LOADED) @ centred)
     return result
 
 
@@ -158,12 +160,12 @@ def _noise(readings: Floats, groups: list[_Group]) -> Floats | None:
     """Return (k,) the scatter between like readings: robust, from what smooth courses leave; None where too few."""
     left: list[Floats] = []
     for group in groups:
-        whole = group.members[np.isfinite(readings[group.members]).all(axis=1)]
-        course = _course(group, np.isin(group.members, whole))
+        complete = group.members[np.isfinite(readings[group.members]).all(axis=1)]
+        course = _course(group, np.isin(group.members, complete))
         if course is None:
             continue
         hat = course @ np.linalg.pinv(course)
-        residual = readings[whole] - hat @ readings[whole]
+        residual = readings[complete] - hat @ readings[complete]
         left.append(residual / np.sqrt(np.maximum(1.0 - np.diag(hat), 0.1))[:, None])
     if not left:
         return None
@@ -181,13 +183,13 @@ def _noisier_runs(white: Floats, groups: list[_Group], run: Integers) -> dict[in
     A target far from the tracker or a shaky stand makes all readings of a run noisier, and none of them bumped. The
     median of n deviations is known to 1.17/√n of itself; three times that is no chance.
     """
-    found: dict[int, float] = {}
+    factor_of: dict[int, float] = {}
     for number, own in sorted(_by_run(groups, run).items()):
         noise = _noise(white, own)
         factor = 1.0 if noise is None else float(np.sqrt(np.mean(noise**2)))
         if factor > 1.0 + 3.0 * 1.17 / np.sqrt(sum(group.members.size for group in own) * white.shape[1]):
-            found[number] = factor
-    return found
+            factor_of[number] = factor
+    return factor_of
 
 
 def _by_run(groups: list[_Group], run: Integers) -> dict[int, list[_Group]]:
@@ -219,17 +221,17 @@ class _RunReadings:
 
     def bumped(self) -> list[tuple[int, float]]:
         """Take out the worst unexplained reading, look again, until all are explained."""
-        found: list[tuple[int, float]] = []
+        bumps: list[tuple[int, float]] = []
         while True:
             lengths = self._course_residuals()
             suspects = sorted((k for k in lengths if lengths[k] > self.bound), key=lambda k: -lengths[k])
             worst = next((k for k in suspects if self._may_go(k) and self._unexplained(k)), None)
             if worst is None:
-                return found
+                return bumps
             worst = self._instead(worst, lengths)
             self.kept[worst] = False
             self.counts[id(self.group_of[worst])] += 1
-            found.append((worst, lengths[worst]))
+            bumps.append((worst, lengths[worst]))
 
     def _may_go(self, k: int) -> bool:
         group = self.group_of[k]
@@ -297,41 +299,41 @@ class _RunReadings:
 
         One that was reached the same way is enough to agree with; of the rest it takes two, since two may be bumped.
         """
-        others = self._others(k)
-        near = others[np.linalg.norm(self.white[others] - self.white[k], axis=1) <= self.bound]
+        repeats = self._others(k)
+        near = repeats[np.linalg.norm(self.white[repeats] - self.white[k], axis=1) <= self.bound]
         alike = (self.left[near] == self.left[k]) | (self.left[k] < 0)
-        return not alike.any() and near.size < (2 if others.size >= 5 else 1)
+        return not alike.any() and near.size < (2 if repeats.size >= 5 else 1)
 
     def _off_repeats(self, k: int) -> dict[int, Floats]:
         """Return what a reading differs by from each repeat at like load, brought to its own load."""
-        others = self._others(k)
+        repeats = self._others(k)
         if not self.group_of[k].loaded:
-            return {int(j): self.white[k] - self.white[j] for j in others}
-        slope = self._slope(others)
-        apart = {int(j): abs(self.load[int(j)] - self.load[k]) for j in others}
+            return {int(j): self.white[k] - self.white[j] for j in repeats}
+        slope = self._slope(repeats)
+        apart = {int(j): abs(self.load[int(j)] - self.load[k]) for j in repeats}
         # Loads are never hit exactly: a peak that missed its mark may have no repeat as near as others have.
         like = [j for j in apart if apart[j] <= LIKE_LOAD] or [j for j in apart if apart[j] <= 2.0 * LIKE_LOAD]
         return {j: self.white[k] - self.white[j] - slope * (self.load[k] - self.load[j]) for j in like}
 
-    def _slope(self, others: Integers) -> Floats:
+    def _slope(self, repeats: Integers) -> Floats:
         """Return (k,) the readings' change per load: median over pairs that lie well apart (Theil and Sen)."""
-        at = np.array([self.load[int(j)] for j in others])
-        one, two = np.triu_indices(at.size, 1)
-        apart = np.abs(at[one] - at[two]) > 2.0 * LIKE_LOAD
+        at = np.array([self.load[int(j)] for j in repeats])
+        first, two = np.triu_indices(at.size, 1)
+        apart = np.abs(at[first] - at[two]) > 2.0 * LIKE_LOAD
         if not apart.any():
             return np.zeros(self.white.shape[1])
-        one, two = one[apart], two[apart]
-        change = (self.white[others[one]] - self.white[others[two]]) / (at[one] - at[two])[:, None]
+        first, two = first[apart], two[apart]
+        change = (self.white[repeats[first]] - self.white[repeats[two]]) / (at[first] - at[two])[:, None]
         return np.asarray(np.median(change, axis=0))
 
     def _slipped(self, k: int) -> bool:
         """Tell whether the reading before or after is off its own repeats alike: a slip or a drift, not a bump."""
         off = self._off_repeats(k)
-        for beside in (k - 1, k + 1):
-            if beside not in self.group_of or not self.kept[beside]:
+        for neighbour in (k - 1, k + 1):
+            if neighbour not in self.group_of or not self.kept[neighbour]:
                 continue
             for j, away in off.items():
-                for i, alike in self._off_repeats(beside).items():
+                for i, alike in self._off_repeats(neighbour).items():
                     # repeats of one and the same other cycle
                     if abs(i - j) <= 1 and np.linalg.norm(away - alike) < min(
                         2.0 * self.bound, 0.5 * float(np.linalg.norm(away))
@@ -346,12 +348,12 @@ class _RunReadings:
         for group in self.groups:
             if not group.loaded:
                 continue
-            for other in self.groups:
-                if other.direction != group.direction or other is group or not other.loaded:
+            for other_group in self.groups:
+                if other_group.direction != group.direction or other_group is group or not other_group.loaded:
                     continue
-                slope = self._slope(np.concatenate([group.members, other.members]))
+                slope = self._slope(np.concatenate([group.members, other_group.members]))
                 for i in group.members[self.kept[group.members]]:
-                    for j in other.members[self.kept[other.members]]:
+                    for j in other_group.members[self.kept[other_group.members]]:
                         apart = self.load[int(i)] - self.load[int(j)]
                         if abs(apart) > LIKE_LOAD:
                             continue
@@ -363,9 +365,9 @@ class _RunReadings:
 
     def _at_a_jump(self, k: int) -> bool:
         """Tell whether the other readings jump at this load, and this one lies on one side or within the jump."""
-        others = self._others(k)
-        at = np.array([self.load[int(j)] for j in others])
-        values = self.white[others]
+        repeats = self._others(k)
+        at = np.array([self.load[int(j)] for j in repeats])
+        values = self.white[repeats]
         cuts = np.unique(np.sort(at))
         for low, high in pairwise(cuts):
             if not low - LIKE_LOAD <= self.load[k] <= high + LIKE_LOAD:

@@ -132,12 +132,12 @@ class LogQuality:
         """Look for readings that stop changing, and for a target that is given as zeros."""
         kind = name.split(".")[0]
         if kind in ("position", "marker"):
-            lost = (values == 0.0).all(axis=0)
-            if lost.any() and len(values) == 3:
-                row = int(number[int(lost.argmax())])
+            zeroed = (values == 0.0).all(axis=0)
+            if zeroed.any() and len(values) == 3:
+                row = int(number[int(zeroed.argmax())])
                 column = next(iter(self.columns.get(name, ("X",))), "X")
                 reason = (
-                    f"the position is zero in all its columns ({int(lost.sum())} rows near here): the target is lost"
+                    f"the position is zero in all its columns ({int(zeroed.sum())} rows near here): the target is lost"
                 )
                 self._fail(name, row, reason, f'leave such rows out: rows = "{column} != 0" beside columns or position')
             groups = [slice(None)]
@@ -205,7 +205,7 @@ class LogQuality:
 
     def _remarks(self) -> list[tuple[str, bool]]:
         """Return what may be wrong, and whether it is of a channel that stands still or is stuck."""
-        told: list[tuple[str, bool]] = []
+        remarks: list[tuple[str, bool]] = []
         file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         if self.sampled and self.longest > GAP * self.interval:
             where = ", ".join(f"{begin:.3f} … {end:.3f} s" for begin, end in self.gaps)
@@ -215,16 +215,16 @@ class LogQuality:
                 f"(usual interval {self.interval:.3g} s; all: {where}{more}); nothing is filled in, "
                 "a hold is the mean of the readings that are there"
             )
-            told.append((text, False))
+            remarks.append((text, False))
         still = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
         if still.any() and not still.all() and self.n_rows > SATURATED:
             for k in np.flatnonzero(still & (self.high["wrench"] != 0.0)):
                 text = f"{file}: {self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}"
-                told.append((text, True))
+                remarks.append((text, True))
         ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
         stuck = {key: watch for key, watch in self.frozen.items() if watch.frozen}
-        told += [(self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)), False) for k in ends]
-        return told + [(self._frozen_remark(name, channel, watch), True) for (name, channel), watch in stuck.items()]
+        remarks += [(self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)), False) for k in ends]
+        return remarks + [(self._frozen_remark(name, channel, watch), True) for (name, channel), watch in stuck.items()]
 
     def dead(self) -> list[int]:
         """Return the channels of the wrench that read zero all through the log, and nothing else."""
@@ -241,21 +241,21 @@ class LogQuality:
 
     def _end_remark(self, k: int, watch: FrozenChannels | None) -> str:
         file, place = self.elsewhere.get("wrench", (self.file, self.place_of_row))
-        what, times = self._column("wrench", k), int(self.at_high["wrench"][k])
+        column, times = self._column("wrench", k), int(self.at_high["wrench"][k])
         ends = (self.low["wrench"][k], self.high["wrench"][k])
         if watch is None or watch.value is None or float(watch.value[0]) not in ends:
             return (
-                f"{file}: {what} stays at its extreme for {times} readings: saturated? they are used as they stand: "
+                f"{file}: {column} stays at its extreme for {times} readings: saturated? they are used as they stand: "
                 "leave them out with [[exclude]], or the run"
             )
-        return f"{file}: {what} stays at its extreme over {_rows(watch, place)}: saturated? {_AS_THEY_STAND}"
+        return f"{file}: {column} stays at its extreme over {_rows(watch, place)}: saturated? {_AS_THEY_STAND}"
 
     def _frozen_remark(self, name: str, k: int, watch: FrozenChannels) -> str:
         file, place = self.elsewhere.get(name, (self.file, self.place_of_row))
         target = name.split(".")[0] in ("position", "marker")
-        what = f"the position ({', '.join(self.columns.get(name, ()))})" if target else self._column(name, k)
+        channel_text = f"the position ({', '.join(self.columns.get(name, ()))})" if target else self._column(name, k)
         end = "the target was lost, or the tracker stopped" if target else "the channel was stuck"
-        return f"{file}: {what} does not change over {_rows(watch, place)}: {end}; {_AS_THEY_STAND}"
+        return f"{file}: {channel_text} does not change over {_rows(watch, place)}: {end}; {_AS_THEY_STAND}"
 
 
 def _rows(watch: FrozenChannels, place: Callable[[int], str]) -> str:
@@ -335,14 +335,14 @@ def check_displacements(run_names: list[str], run: NDArray[np.int64], position: 
         if own.size == 0 or not np.isfinite(own).any():
             continue
         own = own[:, np.isfinite(own).any(axis=(0, 2))]
-        moved = float(np.nanmax(np.nanmax(own, axis=0) - np.nanmin(own, axis=0)))
-        if moved > LARGEST_DEFLECTION_M:
+        largest = float(np.nanmax(np.nanmax(own, axis=0) - np.nanmin(own, axis=0)))
+        if largest > LARGEST_DEFLECTION_M:
             faults.append(
                 Fault(
                     FaultCode.READING_IMPLAUSIBLE,
                     file,
                     f"run {name}",
-                    f"the target moved by {moved:.3g} m under load",
+                    f"the target moved by {largest:.3g} m under load",
                     'millimetres read as metres? write units = { position = "mm" }; or two poses in one run',
                 )
             )

@@ -26,8 +26,8 @@ class Integral:
 
     def course(self, time: Floats, width: float) -> tuple[Floats, Floats]:
         """Return the running mean and its slope: of the means over the half width after and before."""
-        after, here, before = (self._at(time + shift) for shift in (0.5 * width, 0.0, -0.5 * width))
-        return (after - before) / width, (after - 2.0 * here + before) / (0.5 * width) ** 2
+        after, middle, before = (self._at(time + shift) for shift in (0.5 * width, 0.0, -0.5 * width))
+        return (after - before) / width, (after - 2.0 * middle + before) / (0.5 * width) ** 2
 
     def _at(self, time: Floats) -> Floats:
         # the integral of a piecewise linear log is piecewise quadratic; between samples its own slope counts
@@ -63,22 +63,25 @@ def ramp_answers(
     ramps = length >= 50.0  # seven times the force sensor's noise: else there is no step here
     if not ramps.any():
         return np.zeros(0), np.zeros(0)
-    here = np.repeat(ramps, count)
+    ramp_of_sample = np.repeat(ramps, count)
     count = count[ramps]
     along = np.repeat(direction[ramps] / length[ramps, None], count, axis=0)
     ramp = _Ramps(count)
-    course, slope = ramp.centred(np.sum(load[here] * along, axis=1)), np.sum(slope[here] * along, axis=1)
-    seen = ramp.centred(white[_stretches(start[ramps], stop[ramps])])
+    course, slope = (
+        ramp.centred(np.sum(load[ramp_of_sample] * along, axis=1)),
+        np.sum(slope[ramp_of_sample] * along, axis=1),
+    )
+    measured = ramp.centred(white[_stretches(start[ramps], stop[ramps])])
     squares = ramp.sums(course**2)
-    gain = ramp.sums(course[:, None] * seen) / squares[:, None]
+    gain = ramp.sums(course[:, None] * measured) / squares[:, None]
     # what a level and a gain of each ramp's own leave
     gains = np.repeat(gain, count, axis=0)
-    residual = seen - course[:, None] * gains
+    residual = measured - course[:, None] * gains
     slope = ramp.centred(slope)
-    moved = slope - course * np.repeat(ramp.sums(course * slope) / squares, count)
-    weights = np.sum(gain**2, axis=1) * ramp.sums(moved**2)
+    slope_change = slope - course * np.repeat(ramp.sums(course * slope) / squares, count)
+    weights = np.sum(gain**2, axis=1) * ramp.sums(slope_change**2)
     # later lag: the load is read at an earlier time, the course falls by its slope
-    steps = -ramp.sums(moved * np.sum(residual * gains, axis=1))
+    steps = -ramp.sums(slope_change * np.sum(residual * gains, axis=1))
     known = (weights > 0.0) & np.isfinite(weights)
     return steps[known] / weights[known], weights[known]
 

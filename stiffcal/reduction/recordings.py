@@ -99,13 +99,13 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         # what the device saw of a hold is averaged, unless it missed the better half
         start = np.maximum(holds.start, blocks.start[0] - ahead)
         end = np.minimum(holds.end, blocks.end[-1] - ahead + blocks.interval)
-        seen = end - start >= LEAST_EXCITED * (holds.end - holds.start)
-        for k in np.flatnonzero(keep & ~seen):
+        covered = end - start >= LEAST_EXCITED * (holds.end - holds.start)
+        for k in np.flatnonzero(keep & ~covered):
             dropped.append(UnusedStretch(float(holds.start[k]), float(holds.end[k]), f"{source} was not logging"))
-        if (~seen).sum() > MISSED * len(holds):
-            warnings.append(_missed(run.id, source, int((~seen).sum()), len(holds)))
-        keep &= seen
-        holds = replace(holds, start=np.where(seen, start, holds.start), end=np.where(seen, end, holds.end))
+        if (~covered).sum() > MISSED * len(holds):
+            warnings.append(_missed(run.id, source, int((~covered).sum()), len(holds)))
+        keep &= covered
+        holds = replace(holds, start=np.where(covered, start, holds.start), end=np.where(covered, end, holds.end))
     if not (keep & ~brief).any():
         raise InputError.at(
             FaultCode.STATES_MISSING,
@@ -151,14 +151,16 @@ def _found_holds(
         swept = None
         if signal.source in devices and is_swept(signal.time, signal.values):
             swept = find_sweeps(signal.time, signal.values)
-        found = find_holds(signal.time, signal.values) if swept is None else swept.holds
-        if len(found) == 0 and signal.leads and is_swept(signal.time, signal.values):
+        run_holds = find_holds(signal.time, signal.values) if swept is None else swept.holds
+        if len(run_holds) == 0 and signal.leads and is_swept(signal.time, signal.values):
             swept = find_sweeps(signal.time, signal.values)
-            found = found if swept is None else swept.holds
-        if len(found) == 0:
+            run_holds = run_holds if swept is None else swept.holds
+        if len(run_holds) == 0:
             continue
-        shifted = tuple(replace(d, start=d.start - ahead, end=d.end - ahead) for d in found.dropped)
-        holds = Holds(found.start - ahead, found.end - ahead, found.reached - ahead, found.left - ahead, shifted)
+        shifted = tuple(replace(d, start=d.start - ahead, end=d.end - ahead) for d in run_holds.dropped)
+        holds = Holds(
+            run_holds.start - ahead, run_holds.end - ahead, run_holds.reached - ahead, run_holds.left - ahead, shifted
+        )
         return holds, 0 if swept is None else swept.passes
     # nothing moves: one unloaded pose ("free"), or a forgotten load; the whole log is one hold
     if run.experiment == "free":
@@ -218,8 +220,8 @@ def _with_brief_ones(holds: Holds) -> tuple[Holds, NDArray[np.bool_]]:
     ends = ((holds.start, reached + quarter), (holds.end, left - quarter), (holds.reached, reached), (holds.left, left))
     order = np.argsort(np.concatenate([holds.start, reached + quarter]), kind="stable")
     start, end, reached, left = (np.concatenate(pair)[order] for pair in ends)
-    others = tuple(piece for piece in holds.dropped if not piece.brief)
-    return Holds(start, end, reached, left, others), order >= len(holds)
+    not_brief = tuple(piece for piece in holds.dropped if not piece.brief)
+    return Holds(start, end, reached, left, not_brief), order >= len(holds)
 
 
 def _averaged(

@@ -78,8 +78,8 @@ class Registration:
     @property
     def summary(self) -> RegistrationSummary:
         """What results hold of it."""
-        found = {name: RegisteredFrame(frame, self.uncertainty[name]) for name, frame in self.frames.items()}
-        return RegistrationSummary(found, self.rms_m, self.rms_rad, self.n_poses)
+        registered = {name: RegisteredFrame(frame, self.uncertainty[name]) for name, frame in self.frames.items()}
+        return RegistrationSummary(registered, self.rms_m, self.rms_rad, self.n_poses)
 
 
 def register_frames(
@@ -130,13 +130,13 @@ def _tracker_frame(manifest: Manifest) -> str | None:
 
 def _carriers(manifest: Manifest, targets: tuple[str, ...]) -> set[str]:
     """Return the frames on which the targets hang."""
-    found: set[str] = set()
+    carriers: set[str] = set()
     for target in targets:
-        here = target
-        while here in manifest.frames and here not in found:
-            found.add(here)
-            here = manifest.frames[here].parent
-    return found
+        frame = target
+        while frame in manifest.frames and frame not in carriers:
+            carriers.add(frame)
+            frame = manifest.frames[frame].parent
+    return carriers
 
 
 def _different_poses(joints: Floats) -> int:
@@ -165,11 +165,11 @@ class _RegistrationProblem:
     def _started(self, tracker: str) -> Floats:
         """Return a start for the tracker: the rigid motion that brings readings and kinematics together."""
         setup = measurement_setup(self.manifest, self.chain, resolve_frames(self.manifest, self.chain, self.frames))
-        there, _ = attached_poses(self.chain, self.angles, setup.targets[0])
-        seen = self.states.position[:, 0]
-        left, _, right = np.linalg.svd((there - there.mean(axis=0)).T @ (seen - seen.mean(axis=0)))
+        predicted, _ = attached_poses(self.chain, self.angles, setup.targets[0])
+        measured = self.states.position[:, 0]
+        left, _, right = np.linalg.svd((predicted - predicted.mean(axis=0)).T @ (measured - measured.mean(axis=0)))
         turn = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
-        base_from_tracker = transform(turn, there.mean(axis=0) - turn @ seen.mean(axis=0))
+        base_from_tracker = transform(turn, predicted.mean(axis=0) - turn @ measured.mean(axis=0))
         # what the manifest hangs between base and this frame stays
         base_from_now = setup.base_from_tracker
         base_from_parent = base_from_now @ inverse_transform(self.frames[tracker])
@@ -184,8 +184,8 @@ class _RegistrationProblem:
             place, rotation = attached_poses(self.chain, self.angles, target)
             places.append(self.states.position[:, b] @ turn.T + shift - place)
             if self.full_pose:
-                seen = turn @ self.states.rotation[:, b]
-                turns.append(vector_from_rotation(seen @ np.swapaxes(rotation, -1, -2)))
+                measured = turn @ self.states.rotation[:, b]
+                turns.append(vector_from_rotation(measured @ np.swapaxes(rotation, -1, -2)))
         return np.stack(places, axis=1), np.stack(turns, axis=1) if turns else np.zeros((len(self.states), 0, 3))
 
     def _moved(self, step: Floats) -> dict[str, Floats]:
@@ -238,8 +238,8 @@ class _RegistrationProblem:
         for (name, k), value in zip(self.free, spread, strict=True):
             uncertainty[name][k] = value
             if value > (WORST_POSITION_M if k < 3 else WORST_ROTATION_RAD):
-                what = f"{1e3 * value:.0f} mm" if k < 3 else f"{1e3 * value:.0f} mrad"
-                self._refuse(f"leave frame {name} uncertain by {what}")
+                amount = f"{1e3 * value:.0f} mm" if k < 3 else f"{1e3 * value:.0f} mrad"
+                self._refuse(f"leave frame {name} uncertain by {amount}")
         place, turn = self.residuals(self.frames)
         rms_rad = float(np.sqrt(np.mean(np.sum(turn**2, axis=-1)))) if turn.size else float("nan")
         rms_m = float(np.sqrt(np.mean(np.sum(place**2, axis=-1))))

@@ -42,7 +42,7 @@ def _parted(unloaded: Floats) -> tuple[int, Floats, float]:
     m = len(unloaded)
 
     def left(k: int) -> float:
-        return float(sum(((part - part.mean(axis=0)) ** 2).sum() for part in (unloaded[:k], unloaded[k:])))
+        return float(sum(((piece - piece.mean(axis=0)) ** 2).sum() for piece in (unloaded[:k], unloaded[k:])))
 
     k = min(range(1, m), key=left)
     step = unloaded[k:].mean(axis=0) - unloaded[:k].mean(axis=0)
@@ -54,10 +54,10 @@ def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml")
 
     The motion tells the two apart, unless the step is too small beside what springs leave unexplained.
     """
-    told: list[Fault] = []
+    faults: list[Fault] = []
     doubts: list[Fault] = []
     if states.deflection_given or not states.setup.targets or not states.has_poses:
-        return told, doubts
+        return faults, doubts
     looked_at, references = [], np.zeros(len(states), dtype=np.int64)
     for members in members_of(states.run):
         own = np.flatnonzero(states.reference[members])
@@ -67,16 +67,16 @@ def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml")
     motions = motion_of(states, chain).since(references) if looked_at else np.zeros((len(states), 3))
     for members in looked_at:
         motion = motions[members]
-        moved = np.linalg.norm(motion, axis=1)
+        distance = np.linalg.norm(motion, axis=1)
         force = states.wrench[members, :3] - states.wrench[references[members[0]], :3]
         size = np.linalg.norm(force, axis=1)
-        if not np.isfinite(moved).all() or size.max() == 0.0 or moved.max() == 0.0:
+        if not np.isfinite(distance).all() or size.max() == 0.0 or distance.max() == 0.0:
             continue
-        back = np.flatnonzero(moved < BACK * moved.max())  # the reference among them
+        back = np.flatnonzero(distance < BACK * distance.max())  # the reference among them
         if back.size < 2:
             continue
         first, step, scatter = _parted(force[back])
-        ghosts = (moved > AFAR * moved.max()) & (size < NO_FORCE * size.max())
+        ghosts = (distance > AFAR * distance.max()) & (size < NO_FORCE * size.max())
         if (
             np.linalg.norm(step) < max(LEAST_STEP * size.max(), CLEARLY * scatter)
             or back.size - first + ghosts.sum() < LEAST_RETURNS
@@ -88,11 +88,11 @@ def rezeroed_runs(states: LoadStates, chain: Chain, file: str = "campaign.toml")
             continue
         run = states.runs[int(states.run[members[0]])].name
         numbers = ", ".join(f"{value:.0f}" for value in step)
-        what = "was set anew" if sure else "was set anew, or a load has stayed on"
+        finding = "was set anew" if sure else "was set anew, or a load has stayed on"
         reason = (
             f"between states {states.row[members[last]]} and {states.row[members[shifted]]} the force sensor's zero "
-            f"{what}: unloaded it reads ({numbers}) N more than before, and forces are used as they stand"
+            f"{finding}: unloaded it reads ({numbers}) N more than before, and forces are used as they stand"
         )
         mend = "split the run there (two [[runs]], each with its own reference), or take the step out in a copy"
-        (told if sure else doubts).append(Fault(FaultCode.WRENCH_REZEROED, file, f"run {run}", reason, mend))
-    return told, doubts
+        (faults if sure else doubts).append(Fault(FaultCode.WRENCH_REZEROED, file, f"run {run}", reason, mend))
+    return faults, doubts

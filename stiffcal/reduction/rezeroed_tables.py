@@ -58,7 +58,8 @@ def _springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
     levers = jacobians(chain, angles, states.setup.wrench_point)
     drives = chain.drive_axes
     torque = np.concatenate(
-        [np.einsum("njk,nka->nja", levers[:, part].swapaxes(1, 2), axes) for part in (slice(0, 3), slice(3, 6))], axis=2
+        [np.einsum("njk,nka->nja", levers[:, columns].swapaxes(1, 2), axes) for columns in (slice(0, 3), slice(3, 6))],
+        axis=2,
     )
     known = 6 if np.any(states.wrench[:, 3:]) else 3
     motion = motion_of(states, chain, every=True)
@@ -103,10 +104,10 @@ def _scan(springs: Floats, give: Floats, measured: Floats, starts: NDArray[np.in
     right[:, :J] = np.einsum("ncj,nc->j", springs, measured)
     right[:, J:] = from_each_start_on(np.einsum("ncq,nc->nq", give, measured))
     normal += 1e-10 * np.eye(J + q)
-    found = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
-    left = float(np.sum(measured**2)) - np.einsum("sk,sk->s", found, right)
+    solution = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
+    left = float(np.sum(measured**2)) - np.einsum("sk,sk->s", solution, right)
     k = int(np.argmin(left))
-    return int(starts[k]), found[k, J:] / size, max(float(left[k]), 1e-300)
+    return int(starts[k]), solution[k, J:] / size, max(float(left[k]), 1e-300)
 
 
 def _left(design: Floats, measured: Floats) -> float:

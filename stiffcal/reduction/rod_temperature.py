@@ -46,8 +46,8 @@ def grown_lengths(states: LoadStates) -> Floats:
 
 def rod_growth(states: LoadStates) -> Floats:
     """Return (R,) m/K of all rods, in the order of ``LoadStates.lengths``; NaN where not known."""
-    each = [rods.growth if len(rods.growth) else np.full(len(rods.names), np.nan) for rods in states.setup.rods]
-    return np.concatenate(each) if each else np.zeros(0)
+    growths = [rods.growth if len(rods.growth) else np.full(len(rods.names), np.nan) for rods in states.setup.rods]
+    return np.concatenate(growths) if growths else np.zeros(0)
 
 
 def smooth_in_time(time: Floats, temperature: Floats) -> Floats:

@@ -76,11 +76,11 @@ def tabled_states(
             continue
         parts = []
         for run, files in _files(manifest, name):
-            shown = next(iter(files.values()), "")
-            seen = None if observer is None else partial(observer, name, shown)
-            rows = _joined(list(read_rows(folder, name, source, files, seen)))
-            parts.append(_labelled(manifest, name, run, rows, shown))
-            _check_order(parts[-1], shown, partial(_place, folder, source, files))
+            display_name = next(iter(files.values()), "")
+            observe = None if observer is None else partial(observer, name, display_name)
+            rows = _joined(list(read_rows(folder, name, source, files, observe)))
+            parts.append(_labelled(manifest, name, run, rows, display_name))
+            _check_order(parts[-1], display_name, partial(_place, folder, source, files))
         table = _concatenated(parts)
         gathered = table if gathered is None else _joined_side_by_side(gathered, table, name)
     return gathered
@@ -96,14 +96,14 @@ def _files(manifest: Manifest, source: str) -> list[tuple[Run | None, dict[str, 
 
 def _joined(parts: Sequence[Rows]) -> Rows:
     return Rows(
-        np.concatenate([part.number for part in parts]),
-        np.concatenate([part.time for part in parts]),
-        [word for part in parts for word in part.run],
-        {name: np.concatenate([part.signals[name] for part in parts], axis=1) for name in parts[0].signals},
+        np.concatenate([rows.number for rows in parts]),
+        np.concatenate([rows.time for rows in parts]),
+        [word for rows in parts for word in rows.run],
+        {name: np.concatenate([rows.signals[name] for rows in parts], axis=1) for name in parts[0].signals},
     )
 
 
-def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown: str) -> RawStates:
+def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, display_name: str) -> RawStates:
     """Give every row its run, its exclusion, and states first."""
     source = manifest.sources[name]
     n = len(rows)
@@ -127,7 +127,7 @@ def _labelled(manifest: Manifest, name: str, run: Run | None, rows: Rows, shown:
         rows_out = set(exclusion.rows)
         beyond = rows_out - set(rows.number.tolist())
         if beyond and exclusion.run is None:
-            reason = f"there is no data row {min(beyond)} in {shown}"
+            reason = f"there is no data row {min(beyond)} in {display_name}"
             raise InputError.at(
                 FaultCode.ROW_UNKNOWN, "campaign.toml", "exclude", reason, "count data rows from 1, the header left out"
             )
@@ -153,14 +153,14 @@ def _by_run(gathered: RawStates) -> RawStates:
     return pick(gathered, order)
 
 
-def _check_order(states: RawStates, shown: str, place: Callable[[int], str]) -> None:
+def _check_order(states: RawStates, display_name: str, place: Callable[[int], str]) -> None:
     """Raise where time runs backwards within a run."""
     same = np.array([a == b for a, b in pairwise(states.run)], dtype=np.bool_)
     back = np.flatnonzero(same & (np.diff(states.time) < 0.0))
     if back.size:
         k = int(back[0]) + 1
         raise InputError.at(
-            FaultCode.TIME_ORDER, shown, place(int(states.number[k])),
+            FaultCode.TIME_ORDER, display_name, place(int(states.number[k])),
             f"time runs backwards in run {states.run[k]}: {states.time[k]:g} s after {states.time[k - 1]:g} s",
             "put the rows in the order in which the states were reached, or leave time out",
         )  # fmt: skip
@@ -194,14 +194,14 @@ def _concatenated(parts: Sequence[RawStates]) -> RawStates:
     if len(parts) == 1:
         return parts[0]
     return RawStates(
-        run=[name for part in parts for name in part.run],
-        number=np.concatenate([part.number for part in parts]),
-        time=np.concatenate([part.time for part in parts]),
-        hold=np.concatenate([part.hold for part in parts]),
-        signals=_stacked_signals([part.signals for part in parts], [len(part.run) for part in parts]),
-        scatter=_stacked_signals([part.scatter for part in parts], [len(part.run) for part in parts]),
-        n_readings=np.concatenate([part.n_readings for part in parts]),
-        set_aside=[reason for part in parts for reason in part.set_aside],
+        run=[name for states in parts for name in states.run],
+        number=np.concatenate([states.number for states in parts]),
+        time=np.concatenate([states.time for states in parts]),
+        hold=np.concatenate([states.hold for states in parts]),
+        signals=_stacked_signals([states.signals for states in parts], [len(states.run) for states in parts]),
+        scatter=_stacked_signals([states.scatter for states in parts], [len(states.run) for states in parts]),
+        n_readings=np.concatenate([states.n_readings for states in parts]),
+        set_aside=[reason for states in parts for reason in states.set_aside],
     )
 
 
@@ -211,30 +211,33 @@ def stacked(parts: Sequence[RawStates]) -> RawStates:
 
 
 def _stacked_signals(parts: Sequence[Mapping[str, Floats]], counts: Sequence[int]) -> dict[str, Floats]:
-    widths = {name: values.shape[1] for part in parts for name, values in part.items()}
+    widths = {name: values.shape[1] for signals in parts for name, values in signals.items()}
     return {
         name: np.concatenate(
-            [part[name] if name in part else np.full((n, width), np.nan) for part, n in zip(parts, counts, strict=True)]
+            [
+                signals[name] if name in signals else np.full((n, width), np.nan)
+                for signals, n in zip(parts, counts, strict=True)
+            ]
         )
         for name, width in widths.items()
     }
 
 
-def _joined_side_by_side(one: RawStates, other: RawStates, source: str) -> RawStates:
+def _joined_side_by_side(first: RawStates, second: RawStates, source: str) -> RawStates:
     """Put the signals of a second table beside the first's, row by row; below it where it holds other runs."""
-    if not set(one.run) & set(other.run):
-        return _concatenated([one, other])
-    if one.run != other.run:
-        reason = f"has {len(other.run)} states in other runs than the first table's {len(one.run)}"
+    if not set(first.run) & set(second.run):
+        return _concatenated([first, second])
+    if first.run != second.run:
+        reason = f"has {len(second.run)} states in other runs than the first table's {len(first.run)}"
         raise InputError.at(
             FaultCode.SHAPE_MISMATCH, "campaign.toml", f"[sources.{source}]", reason, "tables of states go row by row"
         )
     return replace(
-        one,
-        signals=one.signals | other.signals,
-        time=np.where(np.isfinite(one.time), one.time, other.time),
-        hold=np.where(np.isfinite(one.hold), one.hold, other.hold),
-        set_aside=[a if a.code else b for a, b in zip(one.set_aside, other.set_aside, strict=True)],
+        first,
+        signals=first.signals | second.signals,
+        time=np.where(np.isfinite(first.time), first.time, second.time),
+        hold=np.where(np.isfinite(first.hold), first.hold, second.hold),
+        set_aside=[a if a.code else b for a, b in zip(first.set_aside, second.set_aside, strict=True)],
     )
 
 
@@ -340,15 +343,15 @@ def _poses(gathered: RawStates, manifest: Manifest, setup: MeasurementSetup) -> 
             continue
         markers = setup.markers[b] if b < len(setup.markers) else None
         if markers is not None:
-            shown = np.stack([gathered.signals[f"marker.{body}.{name}"] for name in markers.names], axis=1)
-            seen, turned, shows = fitted_poses(markers, shown)
+            marker_places = np.stack([gathered.signals[f"marker.{body}.{name}"] for name in markers.names], axis=1)
+            measured, turned, shows = fitted_poses(markers, marker_places)
             markers_measured[:, b, : shows.shape[1]] = shows
         else:
             missing = np.full((n, 3), np.nan)
-            seen = gathered.signals.get(f"position.{body}", missing)
+            measured = gathered.signals.get(f"position.{body}", missing)
             quaternion = gathered.signals.get(f"quaternion.{body}")
             turned = np.full((n, 3, 3), np.nan) if quaternion is None else rotation_from_quaternion(quaternion)
-        position[:, b] = seen @ turn.T + shift
+        position[:, b] = measured @ turn.T + shift
         rotation[:, b] = turn @ turned
     return position, rotation, markers_measured
 
@@ -370,8 +373,8 @@ def _deflections(gathered: RawStates, manifest: Manifest, setup: MeasurementSetu
 def _side_by_side(gathered: RawStates, signals: Sequence[str]) -> Floats:
     """Return (n, c) of signals of one channel each; NaN where a run does not log one."""
     nothing = np.full((len(gathered.run), 1), np.nan)
-    found = [gathered.signals.get(signal, nothing) for signal in signals]
-    return np.concatenate(found, axis=1) if found else np.zeros((len(gathered.run), 0))
+    columns = [gathered.signals.get(signal, nothing) for signal in signals]
+    return np.concatenate(columns, axis=1) if columns else np.zeros((len(gathered.run), 0))
 
 
 def _scatter(gathered: RawStates, setup: MeasurementSetup) -> Floats:

@@ -61,9 +61,9 @@ def swept_load(time: Floats, values: Floats) -> Floats:
     time : (n,) s. values : (n, c) force and moment (zero where not measured), any units.
     """
     rest = values[: max(len(time) // 50, 1)].mean(axis=0)
-    moved = values - rest
-    _, _, axes = np.linalg.svd(moved, full_matrices=False)
-    along = moved @ axes[0]
+    change = values - rest
+    _, _, axes = np.linalg.svd(change, full_matrices=False)
+    along = change @ axes[0]
     return np.asarray(along if along.max() >= -along.min() else -along)
 
 
@@ -188,8 +188,8 @@ def _rest(time: Floats) -> list[tuple[float, float]]:
 
 def _windows_of(time: Floats, load: Floats, begin: int, end: int, step: float) -> list[tuple[float, float]]:
     """Return when a pass goes through each level, in order of time, and the turn at its end."""
-    part = slice(begin, end + 1)
-    moment, course = time[part], load[part]
+    samples = slice(begin, end + 1)
+    moment, course = time[samples], load[samples]
     # A wavy load comes back now and then: the time of a level is told by the course without its waves.
     rising = bool(course[-1] > course[0])
     smooth = np.maximum.accumulate(course) if rising else np.minimum.accumulate(course)
@@ -211,9 +211,9 @@ def _windows_of(time: Floats, load: Floats, begin: int, end: int, step: float) -
 
 def _apart(windows: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return the windows in order of time, none reaching into the one before."""
-    found: list[tuple[float, float]] = []
+    disjoint: list[tuple[float, float]] = []
     for start, end in sorted(windows):
-        begin = max(start, found[-1][1]) if found else start
+        begin = max(start, disjoint[-1][1]) if disjoint else start
         if end > begin:
-            found.append((begin, end))
-    return found
+            disjoint.append((begin, end))
+    return disjoint

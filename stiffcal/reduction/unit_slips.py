@@ -40,8 +40,8 @@ def check_displacement_unit(states: LoadStates, declared: str, place: str, file:
         return []
     # a body nearer the base than the load may well stand still
     outer = [k for k, target in enumerate(states.setup.targets) if target.body >= states.setup.wrench_point.body]
-    moved = np.linalg.norm(states.deflection[:, outer, :3], axis=2)
-    largest = float(np.nanmax(moved, initial=0.0))
+    distance = np.linalg.norm(states.deflection[:, outer, :3], axis=2)
+    largest = float(np.nanmax(distance, initial=0.0))
     force = float(np.linalg.norm(states.wrench[:, :3], axis=1).max())
     if force < LEAST_LOAD_N or largest <= 0.0 or force < STIFFEST_N_PER_M * largest:
         return []
@@ -50,9 +50,11 @@ def check_displacement_unit(states: LoadStates, declared: str, place: str, file:
         f"the largest displacement is {1e6 * largest:.3g} µm under up to {force:.3g} N: {1e-6 * stiffness:.3g} N/µm, "
         "where robots have 0.1 to 5 N/µm at the tool"
     )
-    here = unit(declared, "translation").factor
+    factor = unit(declared, "translation").factor
     low, high = USUAL_N_PER_M
-    fitting = [name for name in ("m", "mm", "um") if low <= stiffness * here / unit(name, "translation").factor <= high]
+    fitting = [
+        name for name in ("m", "mm", "um") if low <= stiffness * factor / unit(name, "translation").factor <= high
+    ]
     if not fitting:
         return [
             Fault(
@@ -95,6 +97,6 @@ def check_angle_unit(
     reason = f"all angles of {poses} poses lie within {largest:.3g} degrees of zero: these look like radians"
     gain = explained_by_joints(replace(states, joints=degrees), chain) - explained_by_joints(states, chain)
     if gain > EXPLAINS_MORE:
-        told = f"{reason}, and joint springs explain {100 * gain:.0f} % more of the deflection with them so"
-        return [Fault(FaultCode.UNIT_IMPLAUSIBLE, file, place, told, 'write units = { position = "rad" }')], []
+        full_reason = f"{reason}, and joint springs explain {100 * gain:.0f} % more of the deflection with them so"
+        return [Fault(FaultCode.UNIT_IMPLAUSIBLE, file, place, full_reason, 'write units = { position = "rad" }')], []
     return [], [f'{file}: {place}: {reason}; if they are, write units = {{ position = "rad" }}']

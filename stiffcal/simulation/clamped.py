@@ -37,12 +37,13 @@ _CROWDING = 17.0
 _RIGID = 1e-12
 
 
-def sweep_program(clamping: Clamping, joints: Floats, moved: int) -> MotionProgram:
+def sweep_program(clamping: Clamping, joints: Floats, moved_joint: int) -> MotionProgram:
     """Return the motion of one clamped run: rest, to and fro, rest.
 
     Parameters
     ----------
-    clamping : amplitude, times. joints : (L,) rad, where the robot was clamped. moved : joint from 1.
+    clamping : amplitude, times. joints : (L,) rad, where the robot was clamped.
+    moved_joint : from 1.
 
     Examples
     --------
@@ -72,8 +73,8 @@ def sweep_program(clamping: Clamping, joints: Floats, moved: int) -> MotionProgr
         pieces.append(np.linspace(times[k - 1], times[k], count + 1)[1:])
     node = np.concatenate(pieces)
     path = np.repeat(joints[None], node.size, axis=0)
-    path[:, moved - 1] += np.interp(node, times, places)
-    return motion_program(node, path, moved)
+    path[:, moved_joint - 1] += np.interp(node, times, places)
+    return motion_program(node, path, moved_joint)
 
 
 def simulate_clamped(
@@ -105,10 +106,10 @@ def simulate_clamped(
     done = replace(program, wrench_at_node=wrench[again], torque=torque)
     setup = replace(clamped.setup, targets=tuple(frames.values()), target_names=tuple(frames))
     model = robot.chain.model_angles(program.joints[some])
-    seen = solve_balance(robot, model, wrench, setup, clamped.order)
+    solved = solve_balance(robot, model, wrench, setup, clamped.order)
     position, turn, unloaded = {}, {}, {}
     for body, name in enumerate(frames):
-        places, rotations = seen.target_position[again, body], seen.target_rotation[again, body]
+        places, rotations = solved.target_position[again, body], solved.target_rotation[again, body]
         start = np.eye(4)
         start[:3, :3], start[:3, 3] = rotations[0], places[0]
         position[name], unloaded[name] = places, start
@@ -116,11 +117,11 @@ def simulate_clamped(
     return TrueRun(replace(planned, program=done), program.node, position, turn, unloaded)
 
 
-def _distinct(place: Floats, each: bool) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _distinct(place: Floats, keep_all: bool) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return which nodes to solve, and which of these each node repeats; all of them where the path matters."""
-    if each:
-        whole = np.arange(place.size)
-        return whole, whole
+    if keep_all:
+        every = np.arange(place.size)
+        return every, every
     _, some, again = np.unique(np.round(place, 11), return_index=True, return_inverse=True)
     return some, again
 
@@ -133,11 +134,11 @@ def _nodes_of(program: MotionProgram, some: NDArray[np.int64]) -> MotionProgram:
 def _friction(robot: CompliantRobot, velocity: Floats) -> Floats:
     """Return (s, L) torques that the drives need against friction, N·m, at joint velocities, rad/s."""
     torque = np.zeros_like(velocity)
-    for one in robot.placed:
-        if one.effect.in_motion:
-            k = one.place.joints[0] - 1
-            columns = one.effect.torque_columns(velocity[:, k], one.shape())
-            torque[:, k] += sum(one.amplitude(symbol) * column for symbol, column in columns.items())
+    for placed_effect in robot.placed:
+        if placed_effect.effect.in_motion:
+            k = placed_effect.place.joints[0] - 1
+            columns = placed_effect.effect.torque_columns(velocity[:, k], placed_effect.shape())
+            torque[:, k] += sum(placed_effect.amplitude(symbol) * column for symbol, column in columns.items())
     return torque
 
 
@@ -197,9 +198,9 @@ class _ClampedRobot:
         sagged = drives.angle_of(weight)
 
         def left_of(load: Floats, balance: Balance) -> Floats:
-            moved = balance.target_position[:, 0] - position
+            translation = balance.target_position[:, 0] - position
             turn = vector_from_rotation(balance.target_rotation[:, 0] @ rotation.T)
-            return np.asarray((np.concatenate([moved, turn], axis=1) + load @ self.fixture.T) @ inverse.T)
+            return np.asarray((np.concatenate([translation, turn], axis=1) + load @ self.fixture.T) @ inverse.T)
 
         motion = left_of(none, rest)
         angle = _first_order(drives, motion, coupling, sagged, weight) + sagged
@@ -223,9 +224,9 @@ class _ClampedRobot:
             # A wrench softens drives that stand in their play, and turns them against each other: the slope as it is.
             slopes = np.empty((*angle.shape, angle.shape[1]))
             for k in range(angle.shape[1]):
-                moved = angle.copy()
-                moved[:, k] += _SLOPE_STEP
-                slopes[:, :, k] = (at(moved)[2] - left) / _SLOPE_STEP
+                shifted = angle.copy()
+                shifted[:, k] += _SLOPE_STEP
+                slopes[:, :, k] = (at(shifted)[2] - left) / _SLOPE_STEP
             angle = angle - np.linalg.solve(slopes, left[:, :, None])[:, :, 0]
         raise InputError.at(
             FaultCode.NO_CONVERGENCE,
@@ -257,10 +258,13 @@ class _ClampedRobot:
         """Return (6, 6) the compliance that is not the drives', by unit wrenches."""
         unit = np.concatenate([np.zeros((1, 6)), np.eye(6)])
         poses = np.repeat(model[None], 7, axis=0)
-        rigid = replace(self.robot, placed=tuple(one for one in self.robot.placed if not drives.turns(one)))
-        moved = solve_balance(rigid, poses, unit, self.setup).displacement[:, 0]
-        whole = (moved[1:] - moved[0]).T
-        return np.asarray(0.5 * (whole + whole.T))
+        rigid = replace(
+            self.robot,
+            placed=tuple(placed_effect for placed_effect in self.robot.placed if not drives.turns(placed_effect)),
+        )
+        displacement = solve_balance(rigid, poses, unit, self.setup).displacement[:, 0]
+        compliance = (displacement[1:] - displacement[0]).T
+        return np.asarray(0.5 * (compliance + compliance.T))
 
 
 class _Drives:
@@ -286,9 +290,11 @@ class _Drives:
         turned = np.stack([small[joint_node(k + 1), RZ] for k in range(chain.n_joints)])
         return np.asarray(self._inverse[joint] @ turned)
 
-    def turns(self, one: object) -> bool:
+    def turns(self, placed_effect: object) -> bool:
         """Return True where an effect turns a drive under its own torque: it is in the table."""
-        alone = replace(self._robot, placed=tuple(each for each in self._robot.placed if each is one))
+        alone = replace(
+            self._robot, placed=tuple(candidate for candidate in self._robot.placed if candidate is placed_effect)
+        )
         return any(np.any(self._give(alone, joint)) for joint in range(self._robot.chain.n_joints))
 
     def angle_of(self, torque: Floats) -> Floats:
@@ -301,11 +307,11 @@ class _Drives:
 
     def stiffness(self, angle: Floats) -> Floats:
         """Return (s, J) N·m/rad at angles (s, J), rad."""
-        found = []
+        slopes = []
         for k, row in enumerate(self.angle):
             at = np.clip(np.searchsorted(row, angle[:, k]) - 1, 0, _TABLE - 2)
-            found.append((self.torque[at + 1] - self.torque[at]) / (row[at + 1] - row[at]))
-        return np.stack(found, axis=1)
+            slopes.append((self.torque[at + 1] - self.torque[at]) / (row[at + 1] - row[at]))
+        return np.stack(slopes, axis=1)
 
 
 def _newton(coupling: Floats, stiffness: Floats, left: Floats) -> Floats:
@@ -327,8 +333,8 @@ def _first_order(drives: _Drives, motion: Floats, coupling: Floats, sagged: Floa
         if size.max() < SETTLED:
             break
         tried = angle - step[:, None] * _newton(coupling, drives.stiffness(angle + sagged), left)
-        other = left_of(tried)
-        better = np.sqrt(np.sum(other**2, axis=1)) < size
-        angle, left = np.where(better[:, None], tried, angle), np.where(better[:, None], other, left)
+        next_residual = left_of(tried)
+        better = np.sqrt(np.sum(next_residual**2, axis=1)) < size
+        angle, left = np.where(better[:, None], tried, angle), np.where(better[:, None], next_residual, left)
         step = np.where(better, np.minimum(2.0 * step, 1.0), 0.5 * step)
     return angle

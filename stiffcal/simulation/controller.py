@@ -43,10 +43,12 @@ def controllers_model(robot: CompliantRobot, controller: Controller) -> Complian
     ------
     InputError : the settings name an effect or a parameter that the robot does not have.
     """
-    placed = tuple(one for one in robot.placed if one.effect.name in controller.effects)
-    missing = [name for name in controller.effects if name not in {one.effect.name for one in placed}]
+    placed = tuple(placed_effect for placed_effect in robot.placed if placed_effect.effect.name in controller.effects)
+    missing = [
+        name for name in controller.effects if name not in {placed_effect.effect.name for placed_effect in placed}
+    ]
     if missing:
-        in_model = ", ".join(sorted({one.effect.name for one in robot.placed}))
+        in_model = ", ".join(sorted({placed_effect.effect.name for placed_effect in robot.placed}))
         raise InputError.at(
             FaultCode.EFFECT_ABSENT,
             FILE_NAME,
@@ -127,7 +129,7 @@ def _joined(parts: Iterable[Floats]) -> Floats:
 def _by_run(true_run: Sequence[TrueRun], offsets: Floats) -> dict[str, Floats]:
     """Return run to (s, L), the other way round."""
     ends = np.cumsum([run.node.size for run in true_run])[:-1]
-    return {run.planned.name: part for run, part in zip(true_run, np.split(offsets, ends), strict=True)}
+    return {run.planned.name: run_offsets for run, run_offsets in zip(true_run, np.split(offsets, ends), strict=True)}
 
 
 def _offsets(model: CompliantRobot, true_run: TrueRun, tool: ToolWeight) -> Floats:
@@ -149,31 +151,33 @@ def _offsets(model: CompliantRobot, true_run: TrueRun, tool: ToolWeight) -> Floa
     chain = model.chain
     wrench = true_run.wrench_at(true_run.node)
     angles = chain.model_angles(np.repeat(true_run.planned.joints[None], len(wrench), axis=0))
-    moved = solve_balance(model, angles, wrench, setup).displacement[:, 0]
+    displacement = solve_balance(model, angles, wrench, setup).displacement[:, 0]
     jacobian = jacobians(chain, angles[:1], point)[0] @ chain.coupling
-    return np.asarray(-moved @ np.linalg.pinv(jacobian, rcond=1e-3).T)
+    return np.asarray(-displacement @ np.linalg.pinv(jacobian, rcond=1e-3).T)
 
 
 def _shift(off: TrueRun, on: TrueRun, frame: str) -> Floats:
     """Return (s, 6) how far the corrections move and turn a frame, base axes."""
-    moved = on.position[frame] - off.position[frame]
-    before, after = (rotation_from_vector(one.turn[frame]) @ one.unloaded[frame][:3, :3] for one in (off, on))
-    return np.concatenate([moved, vector_from_rotation(after @ np.swapaxes(before, 1, 2))], axis=1)
+    translation = on.position[frame] - off.position[frame]
+    before, after = (
+        rotation_from_vector(true_run.turn[frame]) @ true_run.unloaded[frame][:3, :3] for true_run in (off, on)
+    )
+    return np.concatenate([translation, vector_from_rotation(after @ np.swapaxes(before, 1, 2))], axis=1)
 
 
 def _in_time(off: TrueRun, on: TrueRun, offset: Floats, names: Sequence[str], controller: Controller) -> Correction:
     """Return what the controller does over time: read each cycle, filtered, and carried out after the delay."""
     program = off.planned.program
     read = np.arange(-_NON_LOAD_RUNS, program.duration + _NON_LOAD_RUNS, controller.cycle_s)
-    whole = np.concatenate([offset, *(_shift(off, on, name) for name in names)], axis=1)
-    seen = off.between(whole, program.path(read))
+    columns = np.concatenate([offset, *(_shift(off, on, name) for name in names)], axis=1)
+    filtered = off.between(columns, program.path(read))
     if controller.filter_hz is not None:
         try:
-            seen = LowPass(controller.filter_hz, 1.0 / controller.cycle_s, seen.shape[1]).run(seen)
+            filtered = LowPass(controller.filter_hz, 1.0 / controller.cycle_s, filtered.shape[1]).run(filtered)
         except ValueError as error:
             raise InputError.at(
                 FaultCode.VALUE_INVALID, FILE_NAME, "controller.filter_hz", str(error), "lower it, or shorten cycle_s"
             ) from error
     n_logged = offset.shape[1]
-    shift = {name: seen[:, n_logged + 6 * k : n_logged + 6 * k + 6] for k, name in enumerate(names)}
-    return Correction(read + controller.delay_s, seen[:, :n_logged], shift)
+    shift = {name: filtered[:, n_logged + 6 * k : n_logged + 6 * k + 6] for k, name in enumerate(names)}
+    return Correction(read + controller.delay_s, filtered[:, :n_logged], shift)

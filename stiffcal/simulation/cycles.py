@@ -199,8 +199,8 @@ def _wrenches(
 ) -> Floats:
     """Return (m, 6) the loads as they are really set: never quite the size, never quite the direction."""
     unit = np.zeros((len(loads.directions), 6))
-    for number, given in enumerate(loads.directions):
-        unit[number, : len(given)] = given
+    for number, components in enumerate(loads.directions):
+        unit[number, : len(components)] = components
         unit[number, :3] /= np.sqrt(np.sum(unit[number, :3] ** 2))
     unit[:, :3] = unit[:, :3] @ base_from_axes.T
     unit[:, 3:] = unit[:, 3:] @ base_from_axes.T

@@ -46,12 +46,13 @@ class StrokesProgram(MotionProgram):
         return velocity
 
 
-def strokes_program(motion: FrictionMotion, joints: Floats, moved: int) -> StrokesProgram:
+def strokes_program(motion: FrictionMotion, joints: Floats, moved_joint: int) -> StrokesProgram:
     """Return the motion of one friction run: rests, and strokes about the pose at one speed after another.
 
     Parameters
     ----------
-    motion : speeds, reach, times. joints : (L,) rad, the pose. moved : joint from 1.
+    motion : speeds, reach, times. joints : (L,) rad, the pose.
+    moved_joint : from 1.
 
     Examples
     --------
@@ -69,15 +70,15 @@ def strokes_program(motion: FrictionMotion, joints: Floats, moved: int) -> Strok
             *((way * length, fastest) for way in ways),
         ]
         for distance, pace in moves:
-            for part in (_rest(motion.rest_s), _stroke(distance, pace, motion.acceleration_rad_s2)):
-                time.append(time[-1][-1] + part[0])
-                place.append(place[-1][-1] + part[1])
-                speed.append(part[2])
-                acceleration.append(part[3])
+            for segment in (_rest(motion.rest_s), _stroke(distance, pace, motion.acceleration_rad_s2)):
+                time.append(time[-1][-1] + segment[0])
+                place.append(place[-1][-1] + segment[1])
+                speed.append(segment[2])
+                acceleration.append(segment[3])
     node = np.concatenate(time)
     path = np.repeat(joints[None], node.size, axis=0)
-    path[:, moved - 1] += np.concatenate(place)
-    plain = motion_program(node, path, moved)
+    path[:, moved_joint - 1] += np.concatenate(place)
+    plain = motion_program(node, path, moved_joint)
     fields = {name: getattr(plain, name) for name in MotionProgram.__dataclass_fields__}
     return StrokesProgram(**fields, speed=np.concatenate(speed), acceleration=np.concatenate(acceleration))
 
@@ -131,15 +132,15 @@ def simulate_friction(
     velocity, acceleration = np.zeros_like(program.joints), np.zeros_like(program.joints)
     velocity[:, k], acceleration[:, k] = program.speed, program.acceleration
     angles = chain.model_angles(program.joints)
-    moving = (each @ chain.coupling.T for each in (velocity, acceleration))
+    moving = (rate @ chain.coupling.T for rate in (velocity, acceleration))
     torque = rigid_torque(_with_tool(chain, tool), angles, *moving) @ drive_matrix(chain)
     torque[:, k] += motion.rotor_inertia_kgm2 * program.acceleration
     torque[:, k] += motion.ripple_Nm * np.sin(motion.ripple_per_turn * program.joints[:, k])
-    for one in robot.placed:
-        if one.effect.in_motion:
-            j = one.place.joints[0] - 1
-            columns = one.effect.torque_columns(velocity[:, j], one.shape())
-            torque[:, j] += sum(one.amplitude(symbol) * column for symbol, column in columns.items())
+    for placed_effect in robot.placed:
+        if placed_effect.effect.in_motion:
+            j = placed_effect.place.joints[0] - 1
+            columns = placed_effect.effect.torque_columns(velocity[:, j], placed_effect.shape())
+            torque[:, j] += sum(placed_effect.amplitude(symbol) * column for symbol, column in columns.items())
     position, turn, unloaded = {}, {}, {}
     for name, frame in frames.items():
         places, rotations = attached_poses(chain, angles, frame)
@@ -156,7 +157,7 @@ def _with_tool(chain: Chain, tool: ToolWeight) -> Chain:
         return chain
     mass, com = chain.link_mass.copy(), chain.link_com.copy()
     place = chain.flange[:3, :3] @ tool.com + chain.flange[:3, 3]
-    whole = mass[-1] + tool.mass
-    com[-1] = (mass[-1] * com[-1] + tool.mass * place) / whole
-    mass[-1] = whole
+    total_mass = mass[-1] + tool.mass
+    com[-1] = (mass[-1] * com[-1] + tool.mass * place) / total_mass
+    mass[-1] = total_mass
     return replace(chain, link_mass=mass, link_com=com)

@@ -102,11 +102,11 @@ class SamplingContext:
         """Return (n, 6) displacement since the run's first hold: position, rotation vector of R R_refᵀ; base axes."""
         start = self.true_run.unloaded[frame]
         rotation = self.true_run.rotation_at(frame, self.path)
-        moved = self.true_run.position_at(frame, self.path) - start[:3, 3]
+        translation = self.true_run.position_at(frame, self.path) - start[:3, 3]
         shift = self._corrected(frame)
         if shift is not None:
-            moved, rotation = moved + shift[:, :3], rotation_from_vector(shift[:, 3:]) @ rotation
-        return np.concatenate([moved, vector_from_rotation(rotation @ start[:3, :3].T)], axis=1)
+            translation, rotation = translation + shift[:, :3], rotation_from_vector(shift[:, 3:]) @ rotation
+        return np.concatenate([translation, vector_from_rotation(rotation @ start[:3, :3].T)], axis=1)
 
     def _corrected(self, frame: str) -> Floats | None:
         """Return (n, 6) how far a correcting controller moves and turns a frame; None where none corrects."""
@@ -166,16 +166,16 @@ def true_reading(signal: Signal, samples: SamplingContext, place: str) -> Signal
         return _joints(signal, samples, place)
     if isinstance(signal, Deflection):
         axes = samples.stand(signal.axes)[1]
-        moved = samples.since_reference(signal.body).reshape(size, 2, 3)
-        turned = np.einsum("nji,nkj->nki", axes, moved).reshape(size, 6)
+        motion = samples.since_reference(signal.body).reshape(size, 2, 3)
+        turned = np.einsum("nji,nkj->nki", axes, motion).reshape(size, 6)
         if signal.rotation is None:
             return SignalSamples(Channels(("translation_m",) * 3), turned[:, :3])
         return SignalSamples(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), turned)
     if isinstance(signal, Displacement):
         along = np.array(signal.direction) / np.sqrt(np.sum(np.square(signal.direction)))
         direction = samples.stand(signal.axes)[1] @ along
-        moved = samples.since_reference(signal.body)[:, :3]
-        return SignalSamples(Channels(("translation_m",)), np.sum(direction * moved, axis=1)[:, None])
+        motion = samples.since_reference(signal.body)[:, :3]
+        return SignalSamples(Channels(("translation_m",)), np.sum(direction * motion, axis=1)[:, None])
     if isinstance(signal, Lengths):
         return _lengths(signal, samples, place)
     if isinstance(signal, Temperature):
@@ -197,18 +197,18 @@ def true_reading(signal: Signal, samples: SamplingContext, place: str) -> Signal
 
 def _lengths(signal: Lengths, samples: SamplingContext, place: str) -> SignalSamples:
     """Changes of rods, of what the displacement of their link's end does to them, and of their getting warmer."""
-    found = []
+    lengths = []
     for name in signal.columns:
         node, row = samples.rods[name]
-        moved = samples.true_run.node_at(node, samples.path)
-        if moved is None:
+        displacement = samples.true_run.node_at(node, samples.path)
+        if displacement is None:
             raise InputError.at(
                 FaultCode.SIMULATION_UNSUPPORTED,
                 "campaign.toml", place, "the robot that answers does not say how its links bend",
                 "take the rods out, or let stiffcal's own balance answer",
             )  # fmt: skip
-        found.append(moved @ row[:6] + row[6] * samples.robot.warming_K_per_hour * samples.hours)
-    return SignalSamples(Channels(("length_m",) * len(found)), np.stack(found, axis=1))
+        lengths.append(displacement @ row[:6] + row[6] * samples.robot.warming_K_per_hour * samples.hours)
+    return SignalSamples(Channels(("length_m",) * len(lengths)), np.stack(lengths, axis=1))
 
 
 def _wrench(signal: Wrench, samples: SamplingContext) -> SignalSamples:
@@ -236,21 +236,21 @@ def _markers(signal: Pose, samples: SamplingContext) -> SignalSamples:
     """Places of a body's markers in the instrument's own axes, (n, 3 m), in the manifest's order."""
     origin, axes = samples.stand(signal.frame)
     position, rotation = samples.place(signal.body or "target")
-    seen = []
+    marker_places = []
     for name, marker in signal.markers.items():
-        there = samples.place(name)[0] if marker.at_m is None else position + rotation @ np.array(marker.at_m)
-        seen.append(np.einsum("nji,nj->ni", axes, there - origin))
-    return SignalSamples(Channels(("translation_m",) * (3 * len(seen))), np.concatenate(seen, axis=1))
+        marker_place = samples.place(name)[0] if marker.at_m is None else position + rotation @ np.array(marker.at_m)
+        marker_places.append(np.einsum("nji,nj->ni", axes, marker_place - origin))
+    return SignalSamples(Channels(("translation_m",) * (3 * len(marker_places))), np.concatenate(marker_places, axis=1))
 
 
 def _pose(signal: Pose, samples: SamplingContext) -> SignalSamples:
     """Place of the body in the instrument's own axes."""
     origin, axes = samples.stand(signal.frame)
     position, rotation = samples.place(signal.body or "target")
-    seen = np.einsum("nji,nj->ni", axes, position - origin)
+    place = np.einsum("nji,nj->ni", axes, position - origin)
     if signal.orientation is None:
-        return SignalSamples(Channels(("translation_m",) * 3), seen)
-    value = np.concatenate([seen, np.zeros_like(seen)], axis=1)
+        return SignalSamples(Channels(("translation_m",) * 3), place)
+    value = np.concatenate([place, np.zeros_like(place)], axis=1)
     turned = np.asarray(np.swapaxes(axes, 1, 2) @ rotation)
     return SignalSamples(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), value, turned)
 

@@ -77,12 +77,12 @@ def dialect_of(
     )
 
 
-def _wrong_preamble(place: str, found: int, skipped: int) -> InputError:
+def _wrong_preamble(place: str, n_lines: int, skipped: int) -> InputError:
     return InputError.at(
         FaultCode.KEY_CONFLICT,
         "simulate.toml",
         place,
-        f"{found} lines of preamble, where campaign.toml skips {skipped}",
+        f"{n_lines} lines of preamble, where campaign.toml skips {skipped}",
         "make skip_rows in campaign.toml the same number",
     )
 

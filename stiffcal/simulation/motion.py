@@ -59,28 +59,29 @@ class MotionProgram(LoadProgram):
         return np.stack([np.interp(path, self.node, column) for column in values.T], axis=1)
 
 
-def motion_program(node: Floats, joints: Floats, moved: int) -> MotionProgram:
+def motion_program(node: Floats, joints: Floats, moved_joint: int) -> MotionProgram:
     """Return a motion without loads: wrench and torques are filled in where it is played.
 
     Parameters
     ----------
-    node : (s,) s, rising from 0. joints : (s, L) rad. moved : joint from 1.
+    node : (s,) s, rising from 0. joints : (s, L) rad.
+    moved_joint : from 1.
     """
-    one, none = np.array([0.0]), np.zeros(1, dtype=np.int64)
+    zero, none = np.array([0.0]), np.zeros(1, dtype=np.int64)
     return MotionProgram(
         wrench=np.zeros((1, 6)),
         direction=none - 1,
         sign=none,
-        level=one,
+        level=zero,
         branch=none,
         cycle=none,
-        ramp_from=one,
-        ramp_to=one,
-        start=one,
+        ramp_from=zero,
+        ramp_to=zero,
+        start=zero,
         end=np.array([float(node[-1])]),
         node=node,
         joints=joints,
-        moved=moved,
+        moved=moved_joint,
         wrench_at_node=np.zeros((node.size, 6)),
         torque=np.zeros_like(joints),
     )

@@ -235,19 +235,19 @@ def _disturbed(
     if device.sensor.starts_anew:
         angles = np.array([quantity == "angle_rad" for quantity in truth.channels.quantity])
         value = np.where(angles, (value + np.pi) % (2.0 * np.pi) - np.pi, value)
-    what = list(device.source.signals().values())[signal]
-    if isinstance(what, Pose) and what.markers and device.sensor.hidden:
+    quantity = list(device.source.signals().values())[signal]
+    if isinstance(quantity, Pose) and quantity.markers and device.sensor.hidden:
         rng = stream(stage.seed, Stream.HIDDEN, *place)
-        hidden = hidden_in_holds(device.sensor.hidden, len(what.markers), len(program), rng)
+        hidden = hidden_in_holds(device.sensor.hidden, len(quantity.markers), len(program), rng)
         value = without_hidden(value, hidden, program.hold_at(samples.time))
     return replace(truth, value=value), errors.bumped
 
 
-def _time_column(axis: TimeAxis, shown: Floats) -> tuple[Column, int]:
+def _time_column(axis: TimeAxis, clock_time: Floats) -> tuple[Column, int]:
     """Return a time column in the manifest's unit, and its decimals in text logs."""
     if axis.unit == "iso8601":
-        moments = [EPOCH + timedelta(seconds=float(value)) for value in shown]
+        moments = [EPOCH + timedelta(seconds=float(value)) for value in clock_time]
         return [moment.isoformat(timespec="microseconds").replace("+00:00", "Z") for moment in moments], 0
     factor = unit(axis.unit or "s", "time").factor
     # a microsecond, as loggers do: a hundredth of what clocks can be aligned to
-    return shown / factor, max(0, round(6 + np.log10(factor)))
+    return clock_time / factor, max(0, round(6 + np.log10(factor)))

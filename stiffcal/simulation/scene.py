@@ -44,13 +44,13 @@ def robot_with_values(campaign: Campaign) -> CompliantRobot:
             Fault(
                 FaultCode.KEY_MISSING,
                 MODEL_FILE,
-                f"parameters.{one.parameter_name(spec.symbol)}",
+                f"parameters.{placed_effect.parameter_name(spec.symbol)}",
                 "a robot that is to be simulated needs a value here",
-                f'write "{one.parameter_name(spec.symbol)}" = {{ value = {spec.typical:g} }} ({spec.unit})',
+                f'write "{placed_effect.parameter_name(spec.symbol)}" = {{ value = {spec.typical:g} }} ({spec.unit})',
             )
-            for one in robot.placed
-            for spec in one.effect.parameters
-            if spec.symbol not in one.values
+            for placed_effect in robot.placed
+            for spec in placed_effect.effect.parameters
+            if spec.symbol not in placed_effect.values
         ]
     )
     return robot
@@ -182,19 +182,23 @@ def draw_acts(
 
 
 def _clamped_run_plan(
-    settings: SimulationSettings, run: SimulatedRun, moved: int | None, frames: Mapping[str, Attachment], begins: float
+    settings: SimulationSettings,
+    run: SimulatedRun,
+    moved_joint: int | None,
+    frames: Mapping[str, Attachment],
+    begins: float,
 ) -> PlannedRun:
     """Return a clamped run; the fixture holds it where its loads would act."""
     clamping = settings.clamping_of(run)
     joints = np.deg2rad(np.array(run.joints_deg))
     loads = settings.loads_of(run).model_copy(update={"point": clamping.point})
-    program = sweep_program(clamping, joints, _driven(run, moved))
+    program = sweep_program(clamping, joints, _driven(run, moved_joint))
     return PlannedRun(run.id, joints, program, loads, frames[clamping.point], begins)
 
 
-def _driven(run: SimulatedRun, moved: int | None) -> int:
+def _driven(run: SimulatedRun, moved_joint: int | None) -> int:
     """Return which joint is driven."""
-    if moved is None:
+    if moved_joint is None:
         raise InputError.at(
             FaultCode.KEY_MISSING,
             "campaign.toml",
@@ -202,15 +206,15 @@ def _driven(run: SimulatedRun, moved: int | None) -> int:
             "which joint is driven is not said",
             "add moved_joint = 1, say",
         )
-    return moved
+    return moved_joint
 
 
 def _check_runs(campaign: Campaign, settings: SimulationSettings) -> None:
     """Raise where manifest and settings speak of different runs, or a pose cannot be."""
     faults: list[Fault] = []
-    given = {run.id for run in settings.runs}
+    planned_names = {run.id for run in settings.runs}
     for run in campaign.manifest.runs:
-        if run.id not in given:
+        if run.id not in planned_names:
             mend = f'add [[runs]] id = "{run.id}" with joints_deg'
             faults.append(
                 Fault(

@@ -47,16 +47,16 @@ class SecantSteps:
             worse = np.linalg.norm(left, axis=1) > _GROWS * np.linalg.norm(self._left, axis=1)
             self._start[worse] *= 2.0
             self._slope[worse] = self._start[worse]
-        moved = np.asarray(np.linalg.solve(self._slope, left[:, :, None])[:, :, 0], dtype=np.float64)
-        self._moved, self._left = moved, left
-        return np.asarray(x + moved)
+        step = np.asarray(np.linalg.solve(self._slope, left[:, :, None])[:, :, 0], dtype=np.float64)
+        self._moved, self._left = step, left
+        return np.asarray(x + step)
 
-    def _learn(self, moved: Floats, change: Floats) -> None:
+    def _learn(self, step: Floats, change: Floats) -> None:
         """Make each slope agree with the last step, where that was long enough to say anything."""
-        square = np.sum(moved**2, axis=1)
+        square = np.sum(step**2, axis=1)
         long = square > _LEAST_STEP**2 * square.max(initial=0.0)
-        missing = -change - np.einsum("bij,bj->bi", self._slope, moved)
-        update = missing[:, :, None] * moved[:, None, :] / np.where(long, square, 1.0)[:, None, None]
+        missing = -change - np.einsum("bij,bj->bi", self._slope, step)
+        update = missing[:, :, None] * step[:, None, :] / np.where(long, square, 1.0)[:, None, None]
         learnt = self._slope + np.where(long[:, None, None], update, 0.0)
         # A slope that has lost a direction would make the next step endless: such a system keeps the one it has.
         singular = np.linalg.svd(learnt, compute_uv=False)[:, -1]

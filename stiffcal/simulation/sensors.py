@@ -149,11 +149,11 @@ def read_out(
     noise, campaign = streams
     readings = max(sensor.readings_per_hold if sensor.rate_hz is None else 1, 1)
     white = channels.amount(sensor.white) / np.sqrt(readings)
-    shown = truth + lasting_error + white * noise.standard_normal(truth.shape)
-    shown = shown + hours[:, None] * channels.along_random_direction(sensor.drift_per_hour, campaign)
+    reading = truth + lasting_error + white * noise.standard_normal(truth.shape)
+    reading = reading + hours[:, None] * channels.along_random_direction(sensor.drift_per_hour, campaign)
     if zero is not None:
-        shown = shown + channels.amount(sensor.zero) * zero.standard_normal(truth.shape[1])
+        reading = reading + channels.amount(sensor.zero) * zero.standard_normal(truth.shape[1])
     limit = channels.amount(sensor.saturation)
-    shown = np.where(limit > 0.0, np.clip(shown, -limit, limit), shown)
+    reading = np.where(limit > 0.0, np.clip(reading, -limit, limit), reading)
     step = channels.amount(sensor.resolution)
-    return np.asarray(np.where(step > 0.0, np.round(shown / np.where(step > 0.0, step, 1.0)) * step, shown))
+    return np.asarray(np.where(step > 0.0, np.round(reading / np.where(step > 0.0, step, 1.0)) * step, reading))

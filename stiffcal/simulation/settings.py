@@ -26,7 +26,7 @@ def _direction(value: object) -> object:
     """Check that a direction is three or six numbers and pulls somewhere."""
     if not isinstance(value, list | tuple) or len(value) not in (3, 6):
         raise WrongValueError(f"found {value!r}", "write three numbers, or six with the moment per newton")
-    if all(isinstance(part, int | float) for part in value) and not any(value[:3]):
+    if all(isinstance(component, int | float) for component in value) and not any(value[:3]):
         raise WrongValueError("the direction of no force", "write where the force points, e.g. [0, 0, -1]")
     return list(value)
 
@@ -264,14 +264,14 @@ def parse_settings(document: dict[str, Any]) -> SimulationSettings:
     """
     settings = validate(document, FILE_NAME, SimulationSettings)
     faults: list[Fault] = []
-    seen: set[str] = set()
+    run_names: set[str] = set()
     for run in settings.runs:
         place = f'runs "{run.id}"'
-        if run.id in seen:
+        if run.id in run_names:
             faults.append(
                 Fault(FaultCode.NAME_DUPLICATE, FILE_NAME, place, "there are two runs of this name", "rename one")
             )
-        seen.add(run.id)
+        run_names.add(run.id)
         kinds: tuple[tuple[str, dict[str, Any], type[TomlTable]], ...] = (
             ("loads", run.loads, Loads),
             ("clamped", run.clamped, Clamping),

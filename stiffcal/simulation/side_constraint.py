@@ -70,10 +70,10 @@ def balance_with_side_constraint(
     side, acting = np.zeros((len(wrench), 3)), wrench
     size = np.zeros(len(wrench))
     for _ in range(MOST_STEPS):
-        moved = places.position[:, point].copy()
+        translation = places.position[:, point].copy()
         for run in runs:
-            moved[run] -= moved[run][0].copy()
-        across = moved - along * np.sum(along * moved, axis=1, keepdims=True)
+            translation[run] -= translation[run][0].copy()
+        across = translation - along * np.sum(along * translation, axis=1, keepdims=True)
         left = -stiffness[:, None] * across - side
         size = np.linalg.norm(left, axis=1)
         if np.all(size <= enough):
@@ -97,14 +97,14 @@ def _directions(wrench: Floats, runs: Sequence[slice]) -> tuple[Floats, Floats]:
     return along, size
 
 
-def _compliances(wrench: Floats, moved: Floats, runs: Sequence[slice]) -> Floats:
+def _compliances(wrench: Floats, translation: Floats, runs: Sequence[slice]) -> Floats:
     """Return (b,) m/N: the most that a newton moves the load point in each run, by the load's own deflection.
 
-    A controller's motion is none of it: ``moved`` (b, 3) is the deflection under the load alone, m.
+    A controller's motion is none of it: ``translation`` (b, 3) is the deflection under the load alone, m.
     """
     gives = np.zeros(len(wrench))
     for run in runs:
-        load, way = np.linalg.norm(wrench[run, :3], axis=1), np.linalg.norm(moved[run], axis=1)
+        load, way = np.linalg.norm(wrench[run, :3], axis=1), np.linalg.norm(translation[run], axis=1)
         telling = load > _SIGNIFICANT_LOAD * load.max(initial=0.0)
         gives[run] = np.max(way[telling] / load[telling], initial=0.0)
     return gives

@@ -127,12 +127,12 @@ def simulate_runs(
             )
     planned_runs = draw_acts(campaign, settings, frames, seed)
     tool = tool_weight(campaign.manifest)
-    held = [planned for planned in planned_runs if not isinstance(planned.program, MotionProgram)]
-    true_run = {one.planned.name: one for one in solve_true_runs(robot, held, frames, tool, settle)}
+    load_runs = [planned for planned in planned_runs if not isinstance(planned.program, MotionProgram)]
+    true_run = {solved.planned.name: solved for solved in solve_true_runs(robot, load_runs, frames, tool, settle)}
     on = {run.id for run in campaign.manifest.runs if run.compensation == "on"}
-    correcting = [one for name, one in true_run.items() if name in on]
-    for one in compensated(robot, correcting, settings.controller, frames, tool, settle):
-        true_run[one.planned.name] = one
+    correcting = [solved for name, solved in true_run.items() if name in on]
+    for compensated_run in compensated(robot, correcting, settings.controller, frames, tool, settle):
+        true_run[compensated_run.planned.name] = compensated_run
     for planned, run in zip(planned_runs, settings.runs, strict=True):
         if isinstance(planned.program, StrokesProgram):
             true_run[planned.name] = simulate_friction(robot, planned, frames, tool, settings.friction_of(run))
@@ -166,8 +166,8 @@ def _check_out(out: Path, source: Path) -> None:
 @contextmanager
 def _only_whole(out: Path) -> Iterator[None]:
     """Make the folder; take away what was written into an empty one where not all of it can be."""
-    there = out.exists()
-    empty = not there or not any(out.iterdir())
+    exists = out.exists()
+    empty = not exists or not any(out.iterdir())
     out.mkdir(parents=True, exist_ok=True)
     try:
         yield
@@ -176,7 +176,7 @@ def _only_whole(out: Path) -> Iterator[None]:
             with suppress(OSError):
                 for path in out.iterdir():
                     shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink(missing_ok=True)
-                if not there:
+                if not exists:
                     out.rmdir()
         raise
 
@@ -223,7 +223,7 @@ def _write_file(path: Path, file: str, source: Source, device: Device, parts: Se
     """Write one log: of one run, or of all runs one after the other."""
     columns: dict[str, Column] = {}
     for name, first in parts[0].columns.items():
-        pieces = [part.columns[name] for part in parts]
+        pieces = [table.columns[name] for table in parts]
         if isinstance(first, np.ndarray):
             columns[name] = np.concatenate([np.asarray(piece) for piece in pieces])
         else:

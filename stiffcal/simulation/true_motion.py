@@ -138,7 +138,7 @@ def solve_true_runs(
     frames: Mapping[str, Attachment],
     tool: ToolWeight,
     settle: RestSolver | None = None,
-    told: Mapping[str, Floats] | None = None,
+    commanded_change: Mapping[str, Floats] | None = None,
 ) -> list[TrueRun]:
     """Solve all runs in one batch.
 
@@ -150,7 +150,7 @@ def solve_true_runs(
     tool : what hangs on the flange.
     settle : who says where the robot comes to rest; None: the exact balance of ``robot``. Effects of observation
         (drift, a slip) are ``robot``'s in either case.
-    told : run to (s, L) rad, by how much a controller moves the joints at each solved place.
+    commanded_change : run to (s, L) rad, by how much a controller moves the joints at each solved place.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def solve_true_runs(
     for point in dict.fromkeys(planned.loads.point for planned in planned_runs):
         group = [planned for planned in planned_runs if planned.loads.point == point]
         nodes = [_nodes_of(planned) for planned in group]
-        joints = [_joints_of(planned, mine, told) for planned, mine in zip(group, nodes, strict=True)]
+        joints = [_joints_of(planned, mine, commanded_change) for planned, mine in zip(group, nodes, strict=True)]
         wrench = [planned.program.wrench_at(mine.path[mine.first]) for planned, mine in zip(group, nodes, strict=True)]
         batch = _LoadPointBatch(group, nodes, np.concatenate(joints), frames, tool)
         solve = partial(_solve, robot, batch, settle=settle or _balanced(robot))
@@ -182,13 +182,13 @@ def solve_true_runs(
         start = 0
         for planned, mine in zip(group, nodes, strict=True):
             stop = start + mine.first.size
-            one = _cut(planned, mine, places, slice(start, stop), names)
+            run = _cut(planned, mine, places, slice(start, stop), names)
             if planned.loads.guide_N_per_m > 0.0:
-                one = replace(one, wrench=acting[start:stop][mine.solved])
-            true_run.append(one)
+                run = replace(run, wrench=acting[start:stop][mine.solved])
+            true_run.append(run)
             start = stop
     order = {planned.name: number for number, planned in enumerate(planned_runs)}
-    return sorted(true_run, key=lambda one: order[one.planned.name])
+    return sorted(true_run, key=lambda run: order[run.planned.name])
 
 
 @dataclass(frozen=True)
@@ -227,10 +227,10 @@ def _nodes_of(planned: PlannedRun) -> _Nodes:
     return _Nodes(np.array(path), numbers, first)
 
 
-def _joints_of(planned: PlannedRun, nodes: _Nodes, told: Mapping[str, Floats] | None) -> Floats:
+def _joints_of(planned: PlannedRun, nodes: _Nodes, commanded_change: Mapping[str, Floats] | None) -> Floats:
     """Return (b, L) the logged angles at which each balance of a run is solved, rad."""
     joints = np.repeat(planned.joints[None], nodes.first.size, axis=0)
-    return joints if told is None else joints + told[planned.name][nodes.first]
+    return joints if commanded_change is None else joints + commanded_change[planned.name][nodes.first]
 
 
 @dataclass(frozen=True)
@@ -295,7 +295,7 @@ def _order_of(robot: CompliantRobot, planned_runs: Sequence[PlannedRun], nodes: 
         time.append(planned.begins + moment)
         hold.append(np.where(in_hold, moment - program.start[which], 0.0))
         since.append(moment - 0.5 * (program.start[0] + program.end[0]))
-    size = sum(part.size for part in run)
+    size = sum(positions.size for positions in run)
     return StateOrder(
         run=np.concatenate(run),
         time=np.concatenate(time),
@@ -321,18 +321,18 @@ def _observed_shift(robot: CompliantRobot, displacement: Floats, order: StateOrd
     """Return (n, B, 6) what observation effects (drift, a slip) add to the places of the targets."""
     observed = Observed(np.moveaxis(displacement, 0, -1), order)
     total = np.zeros_like(observed.displacement)
-    for one in robot.placed:
-        columns = one.effect.observation_columns(one.place, observed, one.shape())
+    for placed_effect in robot.placed:
+        columns = placed_effect.effect.observation_columns(placed_effect.place, observed, placed_effect.shape())
         for symbol, column in columns.items():
-            total = total + one.amplitude(symbol) * column
+            total = total + placed_effect.amplitude(symbol) * column
     return np.moveaxis(total, -1, 0)
 
 
 def _refuse_setup_effects(robot: CompliantRobot) -> None:
     """Raise where the model holds turned or shifted frames: those are said in simulate.toml, where nothing can mix."""
-    for one in robot.placed:
-        if one.specs(ParameterRole.SETUP):
-            name = one.effect.name
+    for placed_effect in robot.placed:
+        if placed_effect.specs(ParameterRole.SETUP):
+            name = placed_effect.effect.name
             raise InputError.at(
                 FaultCode.SIMULATION_UNSUPPORTED,
                 "model.toml",
@@ -342,11 +342,11 @@ def _refuse_setup_effects(robot: CompliantRobot) -> None:
             )
 
 
-def _cut(planned: PlannedRun, nodes: _Nodes, places: Places, part: slice, names: Sequence[str]) -> TrueRun:
+def _cut(planned: PlannedRun, nodes: _Nodes, places: Places, rows: slice, names: Sequence[str]) -> TrueRun:
     """Take one run out of a batch."""
     position, turn, unloaded = {}, {}, {}
     for body, name in enumerate(names):
-        positions, rotations = places.position[part, body], places.rotation[part, body]
+        positions, rotations = places.position[rows, body], places.rotation[rows, body]
         start = np.eye(4)
         start[:3, :3], start[:3, 3] = rotations[0], positions[0]
         position[name] = positions[nodes.solved]
@@ -354,5 +354,5 @@ def _cut(planned: PlannedRun, nodes: _Nodes, places: Places, part: slice, names:
         unloaded[name] = start
     if places.nodes is None:
         return TrueRun(planned, nodes.path, position, turn, unloaded)
-    own = places.nodes[part]
+    own = places.nodes[rows]
     return TrueRun(planned, nodes.path, position, turn, unloaded, (own - own[0])[nodes.solved])

@@ -45,10 +45,10 @@ def truth_document(
     """
     corrected = {} if controller is None else {"controller": _delays(controller)}
     stiffness = {
-        one.parameter_name(spec.symbol): 1.0 / one.values[spec.symbol]
-        for one in robot.placed
-        for spec in one.effect.parameters
-        if spec.compliance and one.values[spec.symbol] > 0.0
+        placed_effect.parameter_name(spec.symbol): 1.0 / placed_effect.values[spec.symbol]
+        for placed_effect in robot.placed
+        for spec in placed_effect.effect.parameters
+        if spec.compliance and placed_effect.values[spec.symbol] > 0.0
     }
     return {
         "schema": TRUTH_SCHEMA,

@@ -176,7 +176,7 @@ def current_diagnosis(data: Ingested, identified: Document) -> tuple[DiagnoseRes
     if stored.get("key") != diagnosis_key(data, identified):
         of_fit = f" (it is of fit {stored['fit_id']})" if stored.get("fit_id") != identified["fit_id"] else ""
         return None, f"the last diagnosis is stale{of_fit}: run “stiffcal diagnose” again"
-    return result_from(DiagnoseResult, stored, data.store.shown, DIAGNOSE), ""
+    return result_from(DiagnoseResult, stored, data.store.display_name, DIAGNOSE), ""
 
 
 def diagnosis_key(data: Ingested, identified: Document) -> str:

@@ -42,7 +42,7 @@ def _earlier(data: Ingested, diagnosis: DiagnoseResult) -> tuple[EarlierDiagnosi
     states = key_of_table(data.table)
     in_model = [evidence for evidence in diagnosis.evidence if evidence.status == "in the model"]
     entries = (
-        result_from(EarlierDiagnosis, entry, data.store.shown, DIAGNOSES)
+        result_from(EarlierDiagnosis, entry, data.store.display_name, DIAGNOSES)
         for entry in stored["entries"]
         if entry["states_key"] == states
     )
