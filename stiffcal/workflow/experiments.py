@@ -39,7 +39,7 @@ def measured_runs(data: Ingested) -> MeasuredRuns:
     """Return what kinds of experiment are asked about."""
     from stiffcal.experiments.measured import MeasuredRuns
 
-    return MeasuredRuns(data.campaign, data.non_load, len(data.states), data.store.shown)
+    return MeasuredRuns(data.campaign, data.non_load, len(data.states), data.store.display_name)
 
 
 def merge_experiment_fits(document: Document, parts: Sequence[ExperimentFit]) -> Document:

@@ -13,6 +13,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.data_quality import check_load_states
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
@@ -83,8 +84,8 @@ def test_a_deflection_that_is_given_needs_no_second_state(states: LoadStates) ->
 def test_states_that_are_set_aside_do_not_count(states: LoadStates) -> None:
     first = np.array([np.flatnonzero(states.run == run)[:2] for run in range(RUNS)])
     pairs = states.select(first.ravel())
-    aside = np.array(["", "bumped"] * RUNS)
-    faults = check_displacement_measured(replace(pairs, set_aside=aside))
+    aside = pairs.with_set_aside(np.arange(1, 2 * RUNS, 2), SetAsideCode.BUMPED, "bumped")
+    faults = check_displacement_measured(aside)
     assert "no run has two usable states" in faults[0].reason
 
 

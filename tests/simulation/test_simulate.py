@@ -227,7 +227,7 @@ PLUGIN = '''
 
 import numpy as np
 
-from stiffcal.model.effect import RZ, DocumentedEffect, Kind, ParameterSpec, Term, joint_node
+from stiffcal.effects_api import RZ, DocumentedEffect, Kind, ParameterSpec, Term, joint_node
 
 
 class Wandering(DocumentedEffect):
