@@ -112,7 +112,7 @@ class TrialStore(Store):
     """
 
     def __init__(self, store: Store, results: TrialResults) -> None:
-        self.shown, self.remote, self.folder = store.shown, store.remote, store.folder
+        self.display_name, self.remote, self.folder = store.display_name, store.remote, store.folder
         self.results = results
 
     @contextmanager
