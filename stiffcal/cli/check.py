@@ -11,6 +11,7 @@ from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.clocks import clock_rates
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, angle, length, significant
 
@@ -67,6 +68,7 @@ def show_check(console: Console, result: CheckResult) -> None:
         words += f", {length(kinematics.worst_m)} (worst)" if kinematics.worst_m is not None else ""
         console.print(words + (f", {angle(turned)} turned" if turned is not None else ""))
     _show_joints(console, result.joints or [])
+    show_suspects(console, result.suspects)
     for view in result.rods or []:
         for sentence in view.says:
             console.print(sentence, soft_wrap=True)

@@ -55,6 +55,7 @@ def check_campaign(
     from stiffcal.ingest.non_load_runs import NonLoadRuns
     from stiffcal.ingest.reducing import ReadingOptions, collect_raw_states, placed_states
     from stiffcal.reduction.outliers import reject_outliers
+    from stiffcal.workflow.suspects import suspects_in
 
     campaign = load_campaign(Path(folder), check_files=False)
     _check_run(campaign, run)
@@ -97,6 +98,8 @@ def check_campaign(
             if not quick or any_table:
                 joints, unidentifiable = _joints(campaign, states)
                 result, missing = replace(result, joints=joints), missing + unidentifiable
+            if not quick:
+                result = replace(result, suspects=suspects_in(campaign, states, progress=progress))
     elif gathered is None and not faults and not non_load and not (quick and _read_in_full(campaign)):
         missing.append("no load states yet: measure a run")
     if non_load and not faults:

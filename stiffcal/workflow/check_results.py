@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent
 from stiffcal.ingest.proposals import ProposedSource
 from stiffcal.planning.rod_views import CheckedRods
@@ -121,6 +122,8 @@ class CheckResult(CommandResult):
     """Frames that were found from the unloaded poses."""
     joints: OrAbsent[list[CheckedJoint]] = None
     """How well each joint can be identified; not with --quick."""
+    suspects: OrAbsent[list[Suspect]] = None
+    """Runs and rows that disagree with all the others; not with --quick."""
     proposals: OrAbsent[list[ProposedSource]] = None
     """Logs that the manifest does not name, where there are any."""
     ready: bool

@@ -36,6 +36,8 @@ UNEXPLAINED_LEVEL, UNEXPLAINED_GAP = 4.0, 2.0
 WITHIN_NOISE, UNEXPLAINED_GAP_BEYOND = 2.6, 4.0
 # Two runs of which each has what belongs to the other are far more likely than a displacement that happens to agree.
 MUTUAL = 20.0
+# Squared misfits that differ by less are told apart by one reading more: odds of twenty to one (2 log 20).
+NEARLY_AS_LIKELY = 6.0
 # A run's place stands apart beyond five times what the runs have in common, and twice the next one's.
 PLACE_LEVEL, PLACE_GAP = 5.0, 2.0
 # With the mistake taken back a run is like the others: no worse than this, in noise and in the worst of the others.
@@ -228,9 +230,12 @@ class _Search:
         if order and not (explained and offset is not None and self._offset_wins(
             offset, worth[order[0]], scores[run], freedom, unit
         )):  # fmt: skip
-            near = [variants[k] for k in order[1:] if worth[k] < worth[order[0]] + 6.0]
             first = variants[order[0]]
-            return self._suspect(run, first.kind, held, scores, next_score, variant=first, also=tuple(near[:2]))
+            near: dict[SuspectKind, Variant] = {}
+            for k in order[1:]:
+                if worth[k] < worth[order[0]] + NEARLY_AS_LIKELY and variants[k].kind is not first.kind:
+                    near.setdefault(variants[k].kind, variants[k])
+            return self._suspect(run, first.kind, held, scores, next_score, variant=first, also=tuple(near.values()))
         gap = UNEXPLAINED_GAP if next_score <= WITHIN_NOISE else UNEXPLAINED_GAP_BEYOND
         clear = scores[run] >= UNEXPLAINED_LEVEL and scores[run] >= gap * next_score
         if not clear and not misplaced:

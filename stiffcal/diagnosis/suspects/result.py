@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Annotated
 
-from stiffcal.documents import Number
+from stiffcal.documents import NOT_PROMISED, Number
 
 
 class SuspectKind(StrEnum):
@@ -60,24 +61,28 @@ class Suspect:
     """By what the readings are to be multiplied, where that is the cure."""
     without: FitWithout
     """The fit without this and all other suspects."""
+    exclude: Annotated[list[str], NOT_PROMISED] = field(default_factory=list)
+    """Lines of campaign.toml that leave it out."""
 
 
-def exclusion_lines(source: str, rows: list[int], why: str) -> str:
-    """Return the lines of campaign.toml that leave rows of a table out.
+def exclusion_lines(source: str, rows: list[int], why: str, run: str = "") -> list[str]:
+    r"""Return the lines of campaign.toml that leave rows of a table out.
 
     Parameters
     ----------
     source : the table's name in the manifest.
     rows : data rows, from 1.
     why : the reason, as it will stand in the manifest.
+    run : whose file the rows are counted in, "" where one table serves all runs.
 
     Examples
     --------
-    >>> print(exclusion_lines("table", [3, 4], "forces in lbf"))
+    >>> print("\n".join(exclusion_lines("table", [3, 4], "forces in lbf")))
     [[exclude]]
     source = "table"
     rows = [3, 4]
     why = "forces in lbf"
     """
-    text = json.dumps(why, ensure_ascii=False)
-    return f"[[exclude]]\nsource = {json.dumps(source)}\nrows = {rows}\nwhy = {text}"
+    of_run = [f"run = {json.dumps(run, ensure_ascii=False)}"] if run else []
+    words = json.dumps(why, ensure_ascii=False)
+    return ["[[exclude]]", f"source = {json.dumps(source)}", *of_run, f"rows = {rows}", f"why = {words}"]

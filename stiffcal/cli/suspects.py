@@ -1,0 +1,24 @@
+"""Runs that disagree with all the others, as lines of a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from stiffcal.diagnosis.suspects.result import Suspect
+
+
+def show_suspects(console: Console, suspects: Sequence[Suspect] | None) -> None:
+    """Draw each suspect: why, the likely cause and cure, and the lines to copy; nothing was left out."""
+    for suspect in suspects or ():
+        row = "" if suspect.row is None else f", row {suspect.row}"
+        console.print(f"suspect: run {suspect.run}{row}: {suspect.kind}: {suspect.why}", soft_wrap=True, markup=False)
+        console.print(f"  likely: {suspect.likely}", soft_wrap=True, markup=False)
+    if suspects:
+        console.print("nothing was left out; to leave them out, lines to copy into campaign.toml:")
+        for suspect in suspects:
+            for line in suspect.exclude:
+                console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)

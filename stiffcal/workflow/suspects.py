@@ -1,0 +1,79 @@
+"""Runs that disagree with all the others, with the lines of campaign.toml that leave them out."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from stiffcal.errors import InputError, Progress, no_progress
+
+if TYPE_CHECKING:
+    from stiffcal.campaign.loading import Campaign
+    from stiffcal.diagnosis.suspects.find import Suspicion
+    from stiffcal.diagnosis.suspects.result import Suspect
+    from stiffcal.measurements.load_states import LoadStates
+
+
+def suspicion_of(
+    campaign: Campaign, states: LoadStates, loss: str = "linear", progress: Progress = no_progress
+) -> Suspicion:
+    """Hold each run of a campaign against all the others, with the campaign's present model.
+
+    Parameters
+    ----------
+    campaign : the folder's three files. states : its load states.
+    loss : as for a fit. progress : called with what is being done.
+
+    Returns
+    -------
+    Suspicion
+        Nothing is judged where the model cannot be fitted: whatever is wrong then is said by the fit itself.
+    """
+    from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
+    from stiffcal.identification.identify import Settings
+    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.model.campaign_effects import placed_robot
+    from stiffcal.model.equilibrium import NoBalanceError
+
+    try:
+        settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
+        return find_suspects(states, placed_robot(campaign), settings, progress)
+    except (InputError, NoBalanceError):
+        return Suspicion(checked=False)
+
+
+def described(suspicion: Suspicion, campaign: Campaign, states: LoadStates) -> list[Suspect]:
+    """Return the suspects as results, each with the lines that leave it out.
+
+    Parameters
+    ----------
+    suspicion : what was found in these states. campaign : the folder's three files.
+    """
+    from stiffcal.diagnosis.suspects.words import suspects_of
+
+    suspects = suspects_of(suspicion, states, campaign.chain)
+    return [replace(suspect, exclude=_exclusion(suspect, campaign, states)) for suspect in suspects]
+
+
+def suspects_in(
+    campaign: Campaign, states: LoadStates, loss: str = "linear", progress: Progress = no_progress
+) -> list[Suspect]:
+    """Return the runs of a campaign that disagree with all the others; parameters as of `suspicion_of`."""
+    return described(suspicion_of(campaign, states, loss, progress), campaign, states)
+
+
+def _exclusion(suspect: Suspect, campaign: Campaign, states: LoadStates) -> list[str]:
+    """Return the lines of campaign.toml that leave a suspect out."""
+    from stiffcal.diagnosis.suspects.result import exclusion_lines
+
+    why = f"disagrees with all other runs: {suspect.kind}"
+    tables = [(name, source) for name, source in campaign.manifest.sources.items() if source.is_states]
+    if not tables:
+        # of logs that were sampled in time the rows are many; a run that is held out is not fitted
+        return ["[[runs]]", f"id = {json.dumps(suspect.run, ensure_ascii=False)}", "holdout = true"]
+    name, source = tables[0]
+    names = [run.name for run in states.runs]
+    own = states.row[states.run == names.index(suspect.run)]
+    rows = [suspect.row] if suspect.row is not None else [int(row) for row in own]
+    return exclusion_lines(name, rows, why, "" if source.run is not None else suspect.run)
