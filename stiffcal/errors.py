@@ -53,6 +53,7 @@ class Fault:
     place : line, column, key or run inside the file, e.g. ``line 12, column Fx`` or ``[sources.ft] units.force``.
     reason : what is wrong, with the value that was found.
     mend : what to do about it.
+    names : what of the manifest the reason is about (frames, sources, runs, columns), for who sorts faults.
     """
 
     code: FaultCode
@@ -60,6 +61,7 @@ class Fault:
     place: str
     reason: str
     mend: str
+    names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("file", "place", "reason", "mend"):

@@ -70,8 +70,11 @@ def complaints_of(outcome: Document) -> list[str]:
     error = outcome["error"]
     if error is None:
         return list(outcome["failed"])
-    lines = [fault_text(one) for one in (error, *outcome["others"])]
-    return [line if line.startswith(str(outcome["folder"])) else f"{outcome['folder']}: {line}" for line in lines]
+    folder = str(outcome["folder"])
+    return [
+        fault_text(fault) if fault["file"].startswith(folder) else f"{folder}: {fault_text(fault)}"
+        for fault in (error, *outcome["others"])
+    ]
 
 
 def totals_of(document: Document) -> str:

@@ -48,24 +48,31 @@ class _Run:
 
     Attributes
     ----------
+    began : True where the step had something to do.
     choices : of the campaign's author, as soon as they are known.
     """
 
     steps: dict[str, Document] = field(default_factory=dict)
     step: str = STEPS[0]
     why: str = ""
+    began: bool = False
     choices: list[AuthorChoice] = field(default_factory=list)
 
+    def starting(self, step: str, reason: str) -> None:
+        """Take note of why a step, or an earlier one that it needs, is run."""
+        self.began, self.why = True, reason
+
     def notify(self, text: str) -> None:
-        """Take note of why a step is run."""
-        self.why = text.partition(": ")[2] or text
+        """Keep what a step that had nothing to do says of it."""
+        if not self.began:
+            self.why = text
 
     @contextmanager
     def doing(self, step: str) -> Iterator[None]:
-        """Time a step; what `notify` was given meanwhile is why it ran."""
-        self.step, self.why, began = step, "", time.monotonic()
+        """Time a step; what `starting` was given meanwhile is why it ran."""
+        self.step, self.why, self.began, began = step, "", False, time.monotonic()
         yield
-        self.steps[step] = {"done": bool(self.why), "why": self.why, "seconds": round(time.monotonic() - began, 3)}
+        self.steps[step] = {"done": self.began, "why": self.why, "seconds": round(time.monotonic() - began, 3)}
 
 
 def run_task(task: Document) -> Document:
@@ -101,8 +108,9 @@ def run_task(task: Document) -> Document:
 def _all_steps(task: Document, run: _Run) -> Document:
     folder, store = Path(task["folder"]), task["store"]
     context = RunContext(
-        store=store, notify=run.notify, reach=tuple(Path(path) for path in task["reach"]), thorough=True
-    )
+        store=store, notify=run.notify, on_step=run.starting, reach=tuple(Path(path) for path in task["reach"]),
+        thorough=True,
+    )  # fmt: skip
     file = None if task["thresholds"] is None else ThresholdsFile.model_validate(task["thresholds"])
     with run.doing("ingest"):
         data = ingested(folder, context)
@@ -113,13 +121,13 @@ def _all_steps(task: Document, run: _Run) -> Document:
         loss = str(stored.get("loss", "linear")) if stored else "linear"
         identified, fit = current_fit(data, loss), None
         if identified is None:
-            run.notify("the model or the load states have changed" if stored else "nothing is fitted yet")
+            run.starting("identify", "the model or the load states have changed" if stored else "nothing is fitted yet")
             fit = fit_now(data, loss, context)
             identified = store_fit(data, fit, loss)
     with run.doing("validate"):
         current = current_validation(data, identified)
         if current is None:
-            run.notify("the present fit is not validated yet")
+            run.starting("validate", "the present fit is not validated yet")
             current = validate_now(data, identified, context, fit)
         validation = with_present_verdict(data, identified, current, context, file)
     found = _numbers(data, identified, validation) | {"origin": data.store.origin_of(VALIDATE)}
@@ -166,7 +174,7 @@ def _report(data: Ingested, task: Document, context: RunContext, run: _Run) -> s
     then = {} if foreign else stored_document(data.store, REPORT) or {}
     if then.get("key") == key and then.get("sha256") == _digest(file):
         return str(file)
-    run.notify("there is no report yet" if not file.exists() else "the report was of something else")
+    run.starting("report", "there is no report yet" if not file.exists() else "the report was of something else")
     file.parent.mkdir(parents=True, exist_ok=True)
     report_campaign(folder, RunContext(store=context.store, reach=context.reach), output=file)
     written = {"schema": "stiffcal/report-made/1", "key": key, "sha256": _digest(file)}

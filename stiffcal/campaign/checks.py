@@ -198,8 +198,8 @@ def _paths(manifest: Manifest) -> Iterator[tuple[tuple[int | str, ...], str, boo
         yield ("plugins", number), file, True
 
 
-def _fault(code: FaultCode, place: str, reason: str, mend: str) -> Fault:
-    return Fault(code, MANIFEST_FILE, place, reason, mend)
+def _fault(code: FaultCode, place: str, reason: str, mend: str, *names: str) -> Fault:
+    return Fault(code, MANIFEST_FILE, place, reason, mend, names)
 
 
 def _source_faults(manifest: Manifest) -> Iterator[Fault]:
@@ -219,6 +219,7 @@ def _source_faults(manifest: Manifest) -> Iterator[Fault]:
                     f"{place}.files.{signal}",
                     f'the source has no signal "{signal}"',
                     choices(signal, signals),
+                    signal,
                 )
         if not source.is_states and source.time is None:
             mend = (
@@ -244,8 +245,9 @@ def _source_run_faults(manifest: Manifest, name: str, source: Source) -> Iterato
         )
     if own and in_runs:
         yield _fault(
-            FaultCode.KEY_CONFLICT, place, f'a file is named here and in run "{in_runs[0]}"', "name it in one place"
-        )
+            FaultCode.KEY_CONFLICT, place, f'a file is named here and in run "{in_runs[0]}"', "name it in one place",
+            in_runs[0],
+        )  # fmt: skip
     if own and source.run is None and len(manifest.runs) != 1:
         mend = 'add run = { column = "run" } or run = { each = "row" }'
         if not source.is_states:
@@ -301,6 +303,7 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
                         f"{place}.columns",
                         reason,
                         f"add [ids.{column}] with link, start_m, end_m",
+                        column,
                     )
         if isinstance(signal, Pose):
             for marker, point in signal.markers.items():
@@ -316,6 +319,7 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
                 f"ids.{name}.link",
                 f'the robot has no link "{rod.link}"',
                 choices(rod.link, links),
+                rod.link,
             )
 
 

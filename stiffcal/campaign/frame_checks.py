@@ -27,7 +27,7 @@ def frame_fault(manifest: Manifest, links: tuple[str, ...] | None, frame: str, p
         return None
     near = get_close_matches(frame, known, n=1)
     mend = f'did you mean "{near[0]}"?' if near else f"add [frames.{frame}], or use one of " + ", ".join(known)
-    return Fault(FaultCode.FRAME_UNKNOWN, _MANIFEST, place, f'there is no frame "{frame}"', mend)
+    return Fault(FaultCode.FRAME_UNKNOWN, _MANIFEST, place, f'there is no frame "{frame}"', mend, (frame,))
 
 
 def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[Fault]:
@@ -41,6 +41,7 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
                 place,
                 f'the frame "{name}" is the robot\'s own',
                 "give this one another name",
+                (name,),
             )
         mistake = frame.rotation_mistake()
         if mistake is not None:
@@ -108,4 +109,5 @@ def _moving_axes(manifest: Manifest) -> Iterator[Fault]:
         if carrier != "base" and carrier not in manifest.frames:
             reason = f'the frame "{frame}" moves with the robot (it hangs on {carrier})'
             place = f"sources.{source}.{name}.{key}"
-            yield Fault(FaultCode.FRAME_UNSUITABLE, _MANIFEST, place, reason, "measure in a frame whose parent is base")
+            mend = "measure in a frame whose parent is base"
+            yield Fault(FaultCode.FRAME_UNSUITABLE, _MANIFEST, place, reason, mend, (frame,))

@@ -64,8 +64,9 @@ def _solved(link: str, entry: LinkBeamEntry, robot_file: str) -> BeamSection | N
             FaultCode.VALUE_INVALID, robot_file, place, str(error), "draw the corners in order around the section, in m"
         ) from None
     except MissingSolverError as error:
-        needs, _, install = str(error).partition(": ")
-        raise InputError.at(FaultCode.LIBRARY_MISSING, robot_file, f"{place}.outline", needs, install) from None
+        raise InputError.at(
+            FaultCode.LIBRARY_MISSING, robot_file, f"{place}.outline", error.needs, error.install
+        ) from None
 
 
 @lru_cache(maxsize=16)

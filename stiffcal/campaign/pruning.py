@@ -66,14 +66,14 @@ def apart_from(doubtful: Sequence[str], faults: Sequence[Fault]) -> list[Fault]:
     ----------
     doubtful : of `validate_without_wrong_keys`. faults : of the checks on what was left.
     """
-    names = [f'"{place.rsplit(".", 1)[1]}"' for place in doubtful if "." in place]
+    names = {place.rsplit(".", 1)[1] for place in doubtful if "." in place}
     around = {place.rsplit(".", 1)[0] for place in doubtful if "." in place}
     return [
         fault
         for fault in faults
         if fault.place not in around
         and not any(fault.place == place or fault.place.startswith((f"{place}.", f"{place}[")) for place in doubtful)
-        and not any(name in fault.reason for name in names)
+        and not names.intersection(fault.names)
     ]
 
 

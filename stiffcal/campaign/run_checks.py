@@ -30,6 +30,7 @@ def run_faults(manifest: Manifest) -> Iterator[Fault]:
                 place,
                 f'{counts[run.id]} runs have the name "{run.id}"',
                 "give each run a name of its own",
+                run.id,
             )
         known.add(run.id)
         for key, names in (("files", run.files), ("clock_ahead_s", run.clock_ahead_s)):
@@ -37,7 +38,7 @@ def run_faults(manifest: Manifest) -> Iterator[Fault]:
                 if name not in manifest.sources:
                     reason = f'there is no source "{name}"'
                     yield _fault(
-                        FaultCode.SOURCE_UNKNOWN, f"{place}.{key}.{name}", reason, choices(name, manifest.sources)
+                        FaultCode.SOURCE_UNKNOWN, f"{place}.{key}.{name}", reason, choices(name, manifest.sources), name
                     )
         yield from logs.faults(number, place)
         if not run.files and manifest.sources and no_source_has_a_file:
@@ -77,7 +78,8 @@ def exclusion_faults(manifest: Manifest) -> Iterator[Fault]:
         place = f"exclude[{number + 1}]"
         if entry.source not in manifest.sources:
             reason = f'there is no source "{entry.source}"'
-            yield _fault(FaultCode.SOURCE_UNKNOWN, f"{place}.source", reason, choices(entry.source, manifest.sources))
+            mend = choices(entry.source, manifest.sources)
+            yield _fault(FaultCode.SOURCE_UNKNOWN, f"{place}.source", reason, mend, entry.source)
         elif entry.run is None and entry.source in in_later_runs:
             yield _fault(
                 FaultCode.KEY_MISSING,
@@ -91,6 +93,7 @@ def exclusion_faults(manifest: Manifest) -> Iterator[Fault]:
                 f"{place}.run",
                 f'there is no run "{entry.run}"',
                 choices(entry.run, sorted(runs)),
+                entry.run,
             )
 
 
@@ -103,5 +106,5 @@ def choices(wrong: str, known: Collection[str]) -> str:
     return "use one of " + ", ".join(names) if names else "describe it first"
 
 
-def _fault(code: FaultCode, place: str, reason: str, mend: str) -> Fault:
-    return Fault(code, MANIFEST_FILE, place, reason, mend)
+def _fault(code: FaultCode, place: str, reason: str, mend: str, *names: str) -> Fault:
+    return Fault(code, MANIFEST_FILE, place, reason, mend, names)

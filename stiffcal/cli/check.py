@@ -76,8 +76,7 @@ def show_check(console: Console, result: CheckResult) -> None:
         files, device = proposal.files, proposal.device
         named = files[0] + (f" and {len(files) - 1} more" if len(files) > 1 else "")
         words = f"{named}: not named in campaign.toml" + (f", looks like a log of: {device}" if device else "")
-        copied = any(line.startswith("[") for line in proposal.lines)
-        console.print(words + ("; lines to copy:" if copied else ""), soft_wrap=True)
+        console.print(words + ("; lines to copy:" if proposal.understood else ""), soft_wrap=True)
         for line in proposal.lines:
             console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
     if result.ready:

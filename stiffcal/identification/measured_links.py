@@ -86,10 +86,8 @@ def _measured(
     time = data.order.time[index]
     compliance = regress_compliance(estimate, carried, run)
     bounded = bounded_by_load(estimate.torsion, carried[:, 3], np.diag(compliance.matrix)[4:])
-    unidentified = tuple(
-        sentence.replace(estimate.torsion.why, bounded.why) for sentence in compliance.not_identifiable
-    )
-    estimate, compliance = replace(estimate, torsion=bounded), replace(compliance, not_identifiable=unidentified)
+    estimate = replace(estimate, torsion=bounded)
+    compliance = compliance if compliance.twist is None else replace(compliance, twist=bounded)
     return MeasuredLink(
         link=rods.link,
         index=index,

@@ -58,10 +58,11 @@ class DataQuality:
 
     def causes(self) -> list[Fault]:
         """Return channels that stand still or are stuck, as faults: where load and motion contradict, that is why."""
+        mend = "see to the sensor, or leave the channel out"
         return [
-            Fault(FaultCode.READING_IMPLAUSIBLE, file, "", remark, "see to the sensor, or leave the channel out")
-            for (_, file, _), watch in self.logs.items()
-            for remark in (line.removeprefix(f"{file}: ") for line in watch.still_remarks())
+            Fault(FaultCode.READING_IMPLAUSIBLE, remark.file, "", remark.text, mend)
+            for watch in self.logs.values()
+            for remark in watch.still_channels()
         ]
 
     def remarks(self) -> list[str]:

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.store import Provenance, Snapshot, Store
 
-NOTHING = "nothing is ingested yet"
 OTHERWISE = "this stiffcal computes otherwise than the one that wrote the store"
 NOT_YOURS = "the store was not written by you: computed again"
 
@@ -26,6 +25,7 @@ class Freshness:
     Attributes
     ----------
     reason : why the logs have to be read, "" where not.
+    first : True where nothing is ingested yet: there is nothing that changed.
     missing : logs that are not there, where all else is as it was: what is stored is all there is.
     origin : from whom the stored states come: "own", "trusted place" or "foreign".
     """
@@ -33,6 +33,12 @@ class Freshness:
     reason: str = ""
     missing: tuple[str, ...] = ()
     origin: str = OWN
+    first: bool = False
+
+    @property
+    def changed(self) -> str:
+        """What differs from the store, in words; "" where nothing does or there is none."""
+        return "" if self.first else self.reason
 
 
 def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Freshness:
@@ -48,7 +54,7 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
         The store was written by a newer stiffcal, or a source or a part of the store cannot be read.
     """
     if not store.exists or INGEST not in store.documents:
-        return Freshness(NOTHING)
+        return Freshness("nothing is ingested yet", first=True)
     with store.snapshot() as snapshot:
         origin = snapshot.origin_of(*needed_parts())
         broken = [name for name in snapshot.damaged(thorough=thorough) if is_needed(name)]

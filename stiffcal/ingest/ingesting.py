@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.experiments import tables_of_logs
 from stiffcal.fault_codes import FaultCode
-from stiffcal.ingest.freshness import NOTHING
 from stiffcal.ingest.parts import INGEST, PROVENANCE, RECORDINGS, STATES
 from stiffcal.ingest.sources import ingest_settings, manifest_data_files, sources_elsewhere
 
@@ -16,14 +15,14 @@ if TYPE_CHECKING:
     from stiffcal.store import Store
 
 
-def ingest_now(campaign: Campaign, target: Store, reason: str, progress: Progress = no_progress) -> dict[str, Any]:
+def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progress = no_progress) -> dict[str, Any]:
     """Read the logs, whatever the store holds.
 
     Parameters
     ----------
     campaign : as it was read, its files checked.
     target : the store, written only where all of the logs could be read.
-    reason : why, for the document's ``changed``.
+    changed : why, for the document; "" where nothing was ingested before.
     progress : called with what is being read.
 
     Returns
@@ -39,7 +38,6 @@ def ingest_now(campaign: Campaign, target: Store, reason: str, progress: Progres
     folder = campaign.folder
     files, settings = manifest_data_files(campaign), ingest_settings(campaign)
     outside = sources_elsewhere(campaign)
-    changed = "" if reason == NOTHING else reason
     from stiffcal.ingest.reducing import reduce_campaign
     from stiffcal.measurements.tables import states_table
 

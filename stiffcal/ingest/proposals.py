@@ -10,9 +10,10 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from stiffcal.campaign.file_formats import format_of
+from stiffcal.documents import NOT_IN_DOCUMENT
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
 
@@ -68,6 +69,8 @@ class ProposedSource:
     """Whose export they seem to be, "" not known."""
     lines: list[str]
     """Of the manifest, to copy."""
+    understood: Annotated[bool, NOT_IN_DOCUMENT] = True
+    """False where the lines are comments on why no signal was found."""
 
 
 def propose_sources(campaign: Campaign) -> list[ProposedSource]:
@@ -82,28 +85,28 @@ def propose_sources(campaign: Campaign) -> list[ProposedSource]:
         sniffed = _sniff(campaign.folder, file)
         if sniffed is None:
             continue
-        device, name, lines = sniffed
-        group = groups.setdefault((device, *lines), {"files": [], "device": device, "name": name, "lines": lines})
+        group = groups.setdefault((sniffed.device, *sniffed.lines), {"files": [], "log": sniffed})
         group["files"].append(file)
     taken_names, frames = set(campaign.manifest.sources), set(campaign.manifest.frames)
     return [_proposal(group, taken_names, frames) for group in groups.values()]
 
 
 def _proposal(group: Mapping[str, Any], taken_names: set[str], frames: set[str]) -> ProposedSource:
-    if group["lines"][0].startswith("#"):  # a maker's log that is not understood: why, and what helps
-        return ProposedSource(files=list(group["files"]), device=group["device"], lines=list(group["lines"]))
+    log: _SniffedLog = group["log"]
+    if not log.understood:  # a maker's log: why, and what helps
+        return ProposedSource(files=list(group["files"]), device=log.device, lines=list(log.lines), understood=False)
     name = next(
-        candidate for k in range(1, 100) if (candidate := group["name"] + (str(k) if k > 1 else "")) not in taken_names
+        candidate for k in range(1, 100) if (candidate := log.name + (str(k) if k > 1 else "")) not in taken_names
     )
     taken_names.add(name)
     files = list(group["files"])
-    signals, missing = _in_frames(group["lines"], frames)
+    signals, missing = _in_frames(log.lines, frames)
     lines = [f"[sources.{name}]", *signals]
     for file in files[:3]:
         lines.append(f'# in its run: files = {{ {name} = "{file}" }}')
     if len(files) > 3:
         lines.append(f"# … and {len(files) - 3} more files like these")
-    return ProposedSource(files=files, device=group["device"], lines=lines + missing)
+    return ProposedSource(files=files, device=log.device, lines=lines + missing)
 
 
 def _in_frames(lines: Sequence[str], frames: set[str]) -> tuple[list[str], list[str]]:
@@ -136,15 +139,25 @@ def _unnamed(campaign: Campaign) -> list[str]:
     return unnamed
 
 
-def _sniff(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
-    """Return (device, name for its source, lines), or None where nothing is understood."""
+class _SniffedLog(NamedTuple):
+    """What a log seems to be: its device, a name for its source, the manifest's lines or comments instead of them."""
+
+    device: str
+    name: str
+    lines: list[str]
+    understood: bool = True
+
+
+def _sniff(folder: Path, file: str) -> _SniffedLog | None:
+    """Return what a log seems to be, or None where neither device nor signals are understood."""
     path, kind = folder / file, format_of(file)
     text = _first_bytes(path).decode("latin-1")
     device, name = _maker(path.name.replace("_", " ") + "\n" + (text if kind == "csv" else ""))
     try:
         table, layout_lines = _text_table(path) if kind == "csv" else _other_table(folder, file, str(kind))
     except InputError as error:
-        return (device, name, [f"# {error.faults[0].reason}: {error.faults[0].mend}"]) if device else None
+        comment = f"# {error.reason}: {error.mend}"
+        return _SniffedLog(device, name, [comment], understood=False) if device else None
     from stiffcal.campaign.column_roles import recognise
     from stiffcal.campaign.from_table import signal_lines
 
@@ -153,14 +166,16 @@ def _sniff(folder: Path, file: str) -> tuple[str, str, list[str]] | None:
     if not signals:
         headers = ", ".join(column.header for column in table.columns[:12])
         mend = "export it with one header line, one time column and names like A1 … A6, Fx, X"
-        return (device, name, [f"# no signal is seen in its columns ({headers}): {mend}"]) if device else None
+        comment = f"# no signal is seen in its columns ({headers}): {mend}"
+        return _SniffedLog(device, name, [comment], understood=False) if device else None
     if not name:
         name = "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
     counts = _COUNTS.search(text)
     force = max((column.size for column in roles.force.columns), default=0.0) if roles.force is not None else 0.0
     if counts is not None and force > _LARGEST_FORCE:
         signals.append(f"{GUESS} up to {force:.3g}: counts, {counts[2]} to a unit? Log or write units, not counts")
-    return device, name, [f'format = "{kind}"', *layout_lines, 'sampling = "time"', _time_line(table, text), *signals]
+    lines = [f'format = "{kind}"', *layout_lines, 'sampling = "time"', _time_line(table, text), *signals]
+    return _SniffedLog(device, name, lines)
 
 
 def _first_bytes(path: Path) -> bytes:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.links.rods import LEAST_TORSION, LinkEstimate, RodDesign
+from stiffcal.links.rods import LEAST_TORSION, LinkEstimate, RodDesign, Torsion
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.beam import (
@@ -54,7 +54,8 @@ class LinkCompliance:
     structure : "symmetric": any C = Cᵀ; "beam": an even beam, where the rods leave out a bending moment.
     reduced_chi2 : of the readings against the stated uncertainty; NaN where none is stated.
     dof : readings beyond coefficients and offsets. factor : of the 95 % interval.
-    not_identifiable : in words.
+    twist : the rods' verdict on the twist, where its compliance is not known; None where it is.
+    gaps : in words, what else these loads do not tell.
     """
 
     link: str
@@ -67,7 +68,13 @@ class LinkCompliance:
     reduced_chi2: float
     dof: int
     factor: float
-    not_identifiable: tuple[str, ...] = ()
+    twist: Torsion | None = None
+    gaps: tuple[str, ...] = ()
+
+    @property
+    def not_identifiable(self) -> tuple[str, ...]:
+        """In words, what is not known."""
+        return self.gaps if self.twist is None else (f"the link's twist: {self.twist.why}", *self.gaps)
 
     @property
     def interval(self) -> Floats:
@@ -124,7 +131,7 @@ def regress_compliance(estimate: LinkEstimate, wrench: Floats, run: Integers | N
     return LinkCompliance(
         estimate.rods.link, matrix, np.where(identified, std, np.nan), slopes, solved.coefficients, solved.covariance,
         "symmetric" if symmetric else "beam", solved.chi2 if stated else np.nan, solved.dof,
-        _factor(solved.dof, stated), _unidentified(estimate, identified),
+        _factor(solved.dof, stated), None if identified[3, 3] else estimate.torsion, _gaps(identified),
     )  # fmt: skip
 
 
@@ -211,18 +218,16 @@ def _factor(dof: int, stated: bool) -> float:
     return float(ndtri(0.975) if stated else stdtrit(max(dof, 1), 0.975))
 
 
-def _unidentified(estimate: LinkEstimate, identified: NDArray[np.bool_]) -> tuple[str, ...]:
-    sentences = []
-    if not identified[3, 3]:
-        sentences.append(f"the link's twist: {estimate.torsion.why}")
+def _gaps(identified: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Return in words which elements other than the twist's (6, 6) are not identified."""
     without_twist = identified.copy()
     without_twist[3], without_twist[:, 3] = True, True
-    if not without_twist.all():
-        names = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
-        loads = ("F1", "F2", "F3", "M1", "M2", "M3")
-        missing = ", ".join(f"{names[i]} per {loads[j]}" for i, j in np.argwhere(~without_twist) if i <= j)
-        sentences.append(f"these loads do not tell {missing}")
-    return tuple(sentences)
+    if without_twist.all():
+        return ()
+    names = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
+    loads = ("F1", "F2", "F3", "M1", "M2", "M3")
+    missing = ", ".join(f"{names[i]} per {loads[j]}" for i, j in np.argwhere(~without_twist) if i <= j)
+    return (f"these loads do not tell {missing}",)
 
 
 def carried_to_target(

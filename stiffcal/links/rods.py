@@ -9,6 +9,7 @@ is taken up as long as the rods can carry it. What they cannot carry counts as z
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -52,12 +53,28 @@ class Torsion:
     ----------
     identifiable : True where the estimate's fourth component is an estimate.
     bound : rad; where it is not: the largest twist that the end can have had. None where nothing bounds it.
-    why : in words, what the bound rests on among them.
+    cause : in words, what of the rods lets them carry the twist or not.
+    bounded_by : what the bound rests on: the rods' readings, or the moment about the link.
     """
 
     identifiable: bool
     bound: float | None
-    why: str
+    cause: str
+    bounded_by: Literal["readings", "load"] = "readings"
+
+    @property
+    def why(self) -> str:
+        """In words, what the bound rests on among them."""
+        if self.bound is None:
+            return self.cause
+        if self.bounded_by == "load":
+            return (
+                f"{self.cause}; under these loads a closed section no flatter than 3:1, as "
+                f"stiff in bending as this one, twists by {1e3 * self.bound:.3g} mrad at most"
+            )
+        return (
+            f"{self.cause}; a twist above {1e3 * self.bound:.3g} mrad would have lengthened a rod by more than it read"
+        )
 
 
 @dataclass(frozen=True)
@@ -295,19 +312,14 @@ def _torsion(rods: Rods, shape: BeamProperties, design: RodDesign, lengths: Floa
     if TORSION in design.carried:
         return Torsion(True, None, "the rods see the link's twist")
     bound = twist_bound(rods, shape, lengths, sigma)
-    says = (
-        ""
-        if bound is None
-        else f"; a twist above {1e3 * bound:.3g} mrad would have lengthened a rod by more than it read"
-    )
     if TORSION in design.blind:
-        why = (
+        cause = (
             "no rod sees an even twist: all run along the fibre. A rod that runs obliquely would see it, or "
             "warping_decay_m with the warping at the rods' ends"
         )
     else:
-        why = f"{len(rods.names)} rods carry {', '.join(design.names)}, and not the twist beside them"
-    return Torsion(False, bound, why + says)
+        cause = f"{len(rods.names)} rods carry {', '.join(design.names)}, and not the twist beside them"
+    return Torsion(False, bound, cause)
 
 
 def twist_bound(rods: Rods, shape: BeamProperties, lengths: Floats, sigma: Floats) -> float | None:
@@ -347,11 +359,7 @@ def bounded_by_load(torsion: Torsion, moment: Floats, bending: Floats) -> Torsio
     bound = float(np.abs(moment).max(initial=0.0) / (LEAST_TORSION * np.sum(1.0 / bending)))
     if torsion.bound is not None and torsion.bound <= bound:
         return torsion
-    why = (
-        f"{torsion.why.partition('; a twist above')[0]}; under these loads a closed section no flatter than 3:1, as "
-        f"stiff in bending as this one, twists by {1e3 * bound:.3g} mrad at most"
-    )
-    return Torsion(False, bound, why)
+    return Torsion(False, bound, torsion.cause, "load")
 
 
 def describe_design(design: RodDesign) -> tuple[str, ...]:

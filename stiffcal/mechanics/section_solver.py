@@ -28,7 +28,16 @@ NO_WARPING = 1e-6
 
 
 class MissingSolverError(ImportError):
-    """The extra `section` is not installed."""
+    """The extra `section` is not installed.
+
+    Attributes
+    ----------
+    needs, install : what needs which library, and the command that installs it.
+    """
+
+    def __init__(self, needs: str, install: str) -> None:
+        super().__init__(f"{needs}: {install}")
+        self.needs, self.install = needs, install
 
 
 def solve_section(
@@ -52,7 +61,7 @@ def solve_section(
     try:
         import skfem
     except ImportError as error:
-        raise MissingSolverError('drawn sections need scikit-fem: pip install "stiffcal[section]"') from error
+        raise MissingSolverError("drawn sections need scikit-fem", 'pip install "stiffcal[section]"') from error
     loops = [np.asarray(loop, dtype=np.float64) for loop in (outline, *holes)]
     area = abs(signed_area(loops[0])) - sum(abs(signed_area(hole)) for hole in loops[1:])
     edge = sum(float(np.sum(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1))) for loop in loops)

@@ -139,17 +139,16 @@ def check_work(
     if 2 * negative <= present.size and sign.explained > FOLLOWS_NOT:
         return []
     turns = {axis: np.diag([1.0 if k == axis else -1.0 for k in range(3)]) for axis in range(3)}
-    variants = [("acts_on", explained_by_joints(chosen, chain, sign=-1.0))]
-    variants += [
-        (f"turned about {'xyz'[axis]}", explained_by_joints(chosen, chain, flip)) for axis, flip in turns.items()
-    ]
-    name, best = max(variants, key=lambda entry: entry[1])
+    against = explained_by_joints(chosen, chain, sign=-1.0)
+    by_axis = {axis: explained_by_joints(chosen, chain, flip) for axis, flip in turns.items()}
+    axis = max(by_axis, key=lambda number: by_axis[number])
+    best = max(against, by_axis[axis])
     if best > FOLLOWS and best > sign.explained + 0.25:
-        if name == "acts_on":
+        if against == best:
             opposite = "robot" if acts_on == "environment" else "environment"
             mend = f'acts_on is the wrong way round: write acts_on = "{opposite}"'
         else:
-            mend = f"the sensor is upside down, half a turn {name.split(' ', 1)[1]} of its axes: correct its frame"
+            mend = f"the sensor is upside down, half a turn about {'xyz'[axis]} of its axes: correct its frame"
         reason = f"force and deflection run against each other ({negative} of {present.size} runs do negative work)"
         return [Fault(FaultCode.WRENCH_MISMATCH, file, place, reason, mend)]
     if 2 * negative > present.size:

@@ -35,6 +35,16 @@ HOUR_S = 3600.0  # what daylight saving takes or gives
 SATURATED = 20  # readings in a row at the very same extreme
 
 
+@dataclass(frozen=True)
+class ChannelRemark:
+    """What may be wrong with a log or a channel of it."""
+
+    file: str
+    text: str
+    still: bool = False
+    """True where a channel stands still or is stuck."""
+
+
 @dataclass
 class LogQuality:
     """Watch one log while it streams past.
@@ -197,34 +207,34 @@ class LogQuality:
 
     def remarks(self) -> list[str]:
         """Return what may be wrong: gaps, channels that stand still next to moving ones, saturation."""
-        return [text for text, _ in self._remarks()]
+        return [f"{remark.file}: {remark.text}" for remark in self._remarks()]
 
-    def still_remarks(self) -> list[str]:
+    def still_channels(self) -> list[ChannelRemark]:
         """Return those of `remarks` that are of channels that stand still or are stuck."""
-        return [text for text, still in self._remarks() if still]
+        return [remark for remark in self._remarks() if remark.still]
 
-    def _remarks(self) -> list[tuple[str, bool]]:
-        """Return what may be wrong, and whether it is of a channel that stands still or is stuck."""
-        remarks: list[tuple[str, bool]] = []
+    def _remarks(self) -> list[ChannelRemark]:
+        """Return what may be wrong with the log and its channels."""
+        remarks: list[ChannelRemark] = []
         file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         if self.sampled and self.longest > GAP * self.interval:
             where = ", ".join(f"{begin:.3f} … {end:.3f} s" for begin, end in self.gaps)
             more = f" and {self.n_gaps - len(self.gaps)} more" if self.n_gaps > len(self.gaps) else ""
             text = (
-                f"{self.file}: a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
+                f"a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
                 f"(usual interval {self.interval:.3g} s; all: {where}{more}); nothing is filled in, "
                 "a hold is the mean of the readings that are there"
             )
-            remarks.append((text, False))
+            remarks.append(ChannelRemark(self.file, text))
         still = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
         if still.any() and not still.all() and self.n_rows > SATURATED:
             for k in np.flatnonzero(still & (self.high["wrench"] != 0.0)):
-                text = f"{file}: {self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}"
-                remarks.append((text, True))
+                text = f"{self._column('wrench', int(k))} stands still at {self.high['wrench'][k]:g}"
+                remarks.append(ChannelRemark(file, text, still=True))
         ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
         stuck = {key: watch for key, watch in self.frozen.items() if watch.frozen}
-        remarks += [(self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)), False) for k in ends]
-        return remarks + [(self._frozen_remark(name, channel, watch), True) for (name, channel), watch in stuck.items()]
+        remarks += [self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)) for k in ends]
+        return remarks + [self._frozen_remark(name, channel, watch) for (name, channel), watch in stuck.items()]
 
     def dead(self) -> list[int]:
         """Return the channels of the wrench that read zero all through the log, and nothing else."""
@@ -239,23 +249,26 @@ class LogQuality:
             "stands: see to the sensor, or leave this run out"
         )
 
-    def _end_remark(self, k: int, watch: FrozenChannels | None) -> str:
+    def _end_remark(self, k: int, watch: FrozenChannels | None) -> ChannelRemark:
         file, place = self.elsewhere.get("wrench", (self.file, self.place_of_row))
         column, times = self._column("wrench", k), int(self.at_high["wrench"][k])
         ends = (self.low["wrench"][k], self.high["wrench"][k])
         if watch is None or watch.value is None or float(watch.value[0]) not in ends:
-            return (
-                f"{file}: {column} stays at its extreme for {times} readings: saturated? they are used as they stand: "
+            text = (
+                f"{column} stays at its extreme for {times} readings: saturated? they are used as they stand: "
                 "leave them out with [[exclude]], or the run"
             )
-        return f"{file}: {column} stays at its extreme over {_rows(watch, place)}: saturated? {_AS_THEY_STAND}"
+        else:
+            text = f"{column} stays at its extreme over {_rows(watch, place)}: saturated? {_AS_THEY_STAND}"
+        return ChannelRemark(file, text)
 
-    def _frozen_remark(self, name: str, k: int, watch: FrozenChannels) -> str:
+    def _frozen_remark(self, name: str, k: int, watch: FrozenChannels) -> ChannelRemark:
         file, place = self.elsewhere.get(name, (self.file, self.place_of_row))
         target = name.split(".")[0] in ("position", "marker")
         channel_text = f"the position ({', '.join(self.columns.get(name, ()))})" if target else self._column(name, k)
         end = "the target was lost, or the tracker stopped" if target else "the channel was stuck"
-        return f"{file}: {channel_text} does not change over {_rows(watch, place)}: {end}; {_AS_THEY_STAND}"
+        text = f"{channel_text} does not change over {_rows(watch, place)}: {end}; {_AS_THEY_STAND}"
+        return ChannelRemark(file, text, still=True)
 
 
 def _rows(watch: FrozenChannels, place: Callable[[int], str]) -> str:

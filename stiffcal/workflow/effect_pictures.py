@@ -167,14 +167,12 @@ def _examples(effect: Effect, places: Sequence[Place], chain: Chain) -> Iterator
     """Return load cycles along each line; for effects that follow a joint's angle, poses under one load."""
     if not places:
         return
-    probe = NodeLoads(np.zeros((6, 6, 1)), np.zeros((2, 1)), _order(1))
+    # Without load, what differs between two poses follows the joints' own angles.
+    probe = NodeLoads(np.zeros((6, 6, 2)), np.array([[0.0, 1.0], [0.0, 1.0]]), _order(2))
     covariate = effect.covariate(places[0], chain, probe)
+    by_angle = covariate is not None and covariate.unit == "rad" and bool(np.ptp(covariate.value) > 0.0)
     for line in LINES:
-        yield (
-            _poses(np.array(line))
-            if covariate is not None and covariate.unit == "rad" and "angle" in covariate.label
-            else (_cycles(np.array(line)))
-        )
+        yield _poses(np.array(line)) if by_angle else _cycles(np.array(line))
 
 
 def _cycles(line: Floats) -> LeverExample:

@@ -52,7 +52,7 @@ def ingest_campaign(
         if fresh.origin != FOREIGN:
             target.remove_leftovers()
         return stored | {"unchanged": True, "changed": "", "origin": fresh.origin}
-    return ingest_now(campaign, target, fresh.reason, progress)
+    return ingest_now(campaign, target, fresh.changed, progress)
 
 
 def is_stale(folder: str | Path, store: str | Path | None = None) -> str:

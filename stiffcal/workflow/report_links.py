@@ -169,6 +169,6 @@ def _sentences(link: MeasuredLink) -> tuple[str, ...]:
     """Return what must be known of the pictures, in words."""
     told = [fault.sentence for fault in link.faults]
     told += link.compliance.not_identifiable
-    if not link.estimate.torsion.identifiable and not any(link.estimate.torsion.why in one for one in told):
+    if not link.estimate.torsion.identifiable and link.compliance.twist is None:
         told.append(f"the twist is not known: {link.estimate.torsion.why}")
     return tuple(dict.fromkeys(told))

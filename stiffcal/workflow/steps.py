@@ -40,6 +40,10 @@ def ignore_note(text: str) -> None:
     """Let a note pass; the default of `RunContext.notify`."""
 
 
+def ignore_step(step: str, reason: str) -> None:
+    """Let a step pass; the default of `RunContext.on_step`."""
+
+
 @dataclass(frozen=True)
 class Trial:
     """A model that is tried: what is computed with it stays in memory, and the folder and its store as they are."""
@@ -61,7 +65,8 @@ class RunContext:
     store : where the store is; None: DIR/store.
     update : False: refuse where an earlier step is missing or stale, instead of running it.
     progress : told what is being done.
-    notify : told one line when an earlier step is run first.
+    notify : called with a line for people, also when an earlier step is run first.
+    on_step : called with an earlier step that is run first, and why.
     reach : folders and files that the user has named; a manifest may point to a baseline in them.
     thorough : hash all logs and all files of the store, whatever is known of them.
     trial : a model to work with instead of model.toml; nothing is written then.
@@ -71,6 +76,7 @@ class RunContext:
     update: bool = True
     progress: Progress = no_progress
     notify: Callable[[str], None] = ignore_note
+    on_step: Callable[[str, str], None] = ignore_step
     reach: tuple[Path, ...] = ()
     thorough: bool = False
     trial: Trial | None = None
@@ -178,7 +184,7 @@ def ingested(folder: Path, context: RunContext) -> Ingested:
             # Logs that are not there are named before anything is announced.
             campaign = load_campaign(campaign.folder)
             announce("ingest", reason, campaign.folder, context)
-            ingest_now(campaign, store, reason, context.progress)
+            ingest_now(campaign, store, "" if fresh.first else reason, context.progress)
     table, states = stored_table(store)
     non_load = {name: store.read_table(name) for name in tables_of_logs() if name in store.tables}
     origin = store.origin_of(STATES, *tables_of_logs(), INGEST)
@@ -227,6 +233,7 @@ def announce(step: str, reason: str, folder: Path, context: RunContext) -> None:
     if not context.update:
         mend = f"run stiffcal {step} {folder}, or leave --no-update out"
         raise InputError.at(FaultCode.STORE_OUTDATED, str(folder), step, reason, mend)
+    context.on_step(step, reason)
     context.notify(f"{step} first: {reason}")
 
 

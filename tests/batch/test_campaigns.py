@@ -164,6 +164,17 @@ def test_unchanged_campaigns_are_not_computed_again(copied: Path) -> None:
 
 
 @pytest.mark.usefixtures("in_this_process")
+def test_a_note_about_missing_logs_is_no_step(copied: Path) -> None:
+    """What is stored is used; nothing was computed, and the campaign counts as unchanged."""
+    shutil.rmtree(copied / "a" / "raw")
+    document = batch_campaigns([copied / "a"], BatchOptions(jobs=1, report=False))
+    outcome = by_name(document)["a"]
+    assert done(outcome) == []
+    assert outcome["steps"]["ingest"]["why"].startswith("the logs are missing (raw/")
+    assert document["counts"]["unchanged"] == 1
+
+
+@pytest.mark.usefixtures("in_this_process")
 def test_thresholds_of_a_file(copied: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "thresholds.toml"
     shutil.rmtree(copied / "broken")

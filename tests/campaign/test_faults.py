@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.pruning import apart_from
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.check import check_campaign
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed, write_campaign
 
@@ -189,6 +191,13 @@ def test_a_wrong_key_does_not_hide_the_other_faults(tmp_path: Path) -> None:
 def test_no_fault_follows_from_a_frame_that_could_not_be_read(tmp_path: Path) -> None:
     manifest = changed(MANIFEST, ('parent = "flange"\n', ""))
     assert one_fault(write_campaign(tmp_path / "c", manifest)).place == "frames.tool.parent"
+
+
+def test_a_fault_is_a_consequence_by_the_names_it_is_about_not_by_its_words() -> None:
+    words, names = 'a sentence that quotes "tool"', ("tool",)
+    about_it = Fault(FaultCode.FRAME_UNKNOWN, "campaign.toml", "sources.a.pose.body", "any words", "mend", names)
+    quoting = Fault(FaultCode.VALUE_INVALID, "campaign.toml", "sources.b.time", words, "mend")
+    assert apart_from(["frames.tool"], [about_it, quoting]) == [quoting]
 
 
 def test_a_run_without_a_name_is_one_fault(tmp_path: Path) -> None:

@@ -312,4 +312,5 @@ def refusal_of(out: str, err: str, as_json: bool) -> InputError:
     faulty = [line for line in lines if "; " in line]
     if not faulty or "; " not in lines[-1]:
         raise AssertionError(f"a refusal without a mend: {err}")
-    return InputError(*(Fault(FaultCode.VALUE_INVALID, "", "", *line.rsplit("; ", 1)) for line in faulty))
+    split = (line.rsplit("; ", 1) for line in faulty)
+    return InputError(*(Fault(FaultCode.VALUE_INVALID, "", "", reason, mend) for reason, mend in split))

@@ -16,6 +16,7 @@ from stiffcal.experiments.friction.results import (
     OptionalTerm,
     SymbolCovariance,
 )
+from stiffcal.experiments.friction.rows import UnknownKind
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.results import Document
 
@@ -161,18 +162,17 @@ def between_directions(data: MeasuredRuns, fit: FrictionFit, joint: int) -> Betw
 
 def bearing_frictions(fit: FrictionFit) -> list[BearingFriction]:
     """Return the friction of bearings that turn otherwise than a drive's shaft, as in a coupled wrist."""
-    columns: dict[int, dict[str, int]] = {}
-    for k, name in enumerate(fit.rows.unknown):
-        if name.startswith("bearing "):
-            _, kind, place = name.split()
-            columns.setdefault(int(place[1:]), {})[kind] = k
+    columns: dict[int, dict[UnknownKind, int]] = {}
+    for k, unknown in enumerate(fit.rows.unknown):
+        if unknown.kind in (UnknownKind.BEARING_COULOMB, UnknownKind.BEARING_VISCOUS):
+            columns.setdefault(unknown.number, {})[unknown.kind] = k
     return [
         BearingFriction(
             joint=joint,
-            coulomb=float(fit.unknowns[of["coulomb"]]),
-            coulomb_std=float(fit.unknowns_std[of["coulomb"]]),
-            viscous=float(fit.unknowns[of["viscous"]]),
-            viscous_std=float(fit.unknowns_std[of["viscous"]]),
+            coulomb=float(fit.unknowns[of[UnknownKind.BEARING_COULOMB]]),
+            coulomb_std=float(fit.unknowns_std[of[UnknownKind.BEARING_COULOMB]]),
+            viscous=float(fit.unknowns[of[UnknownKind.BEARING_VISCOUS]]),
+            viscous_std=float(fit.unknowns_std[of[UnknownKind.BEARING_VISCOUS]]),
         )
         for joint, of in columns.items()
     ]

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum, auto
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +26,31 @@ PIECE_S = 1.0
 ROUNDING = 1e-12
 
 
+class UnknownKind(Enum):
+    """What an unknown next to friction stands for."""
+
+    STRETCH = auto()
+    """The mean weight over a stretch of angle, N·m."""
+    INERTIA = auto()
+    """One of the ten numbers of a link's mass, first moments and inertia."""
+    ROTOR = auto()
+    """Inertia of a drive, kg·m²."""
+    TORQUE_ZERO = auto()
+    """What a drive's torque reads without load, N·m."""
+    BEARING_COULOMB = auto()
+    """Friction of a joint's own bearing that does not depend on speed, N·m."""
+    BEARING_VISCOUS = auto()
+    """The part of it that grows with the velocity, N·m·s/rad."""
+
+
+class Unknown(NamedTuple):
+    """An unknown of the equations next to friction."""
+
+    kind: UnknownKind
+    number: int
+    """Of the stretch, the inertial number (from 1), or the joint (from 1)."""
+
+
 @dataclass(frozen=True)
 class FrictionRows:
     """k equations: ``torque = friction of its joint at its velocity + beside @ unknowns``.
@@ -31,7 +58,7 @@ class FrictionRows:
     Attributes
     ----------
     joint : (k,) from 1. velocity : (k,) rad/s, of the drive at the joint's side. torque : (k,) N·m.
-    nuisance : (k, m) what weight, inertia and zeros add per unit of their m unknowns. unknown : names of these.
+    nuisance : (k, m) what weight, inertia and zeros add per unit of their m unknowns. unknown : which these are.
     steady : (k,) True for a pass at constant velocity, False for a sample of other motion.
     repeat : (k,) rows with one number here are repeats of each other.
     piece : (k,) what stays together when a part is left out: a speed, or a second of motion.
@@ -48,7 +75,7 @@ class FrictionRows:
     piece: Integers
     source: Integers
     run: NDArray[np.str_]
-    unknown: tuple[str, ...]
+    unknown: tuple[Unknown, ...]
 
     def __len__(self) -> int:
         return int(self.joint.size)
@@ -93,7 +120,7 @@ def steady_rows(readings: SteadyReadings) -> FrictionRows:
         piece=number,
         source=index,
         run=names,
-        unknown=tuple(f"stretch {number}" for number in stretches),
+        unknown=tuple(Unknown(UnknownKind.STRETCH, int(number)) for number in stretches),
     )
 
 
@@ -105,10 +132,11 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
     rotor, zero = np.zeros((n, count, count)), np.zeros((n, count, count))
     for j in range(count):
         rotor[:, j, j], zero[:, j, j] = motion.drive_acceleration[:, j], 1.0
-    bearing, names_of_bearing, clear = _bearings(motion, chain)
+    bearing, unknowns_of_bearing, clear = _bearings(motion, chain)
     nuisance = np.concatenate([inertia, rotor, zero, bearing], axis=2)
-    unknown = [f"inertia {k + 1}" for k in range(inertia.shape[2])]
-    unknown += [f"rotor j{j + 1}" for j in range(count)] + [f"zero j{j + 1}" for j in range(count)] + names_of_bearing
+    unknown = [Unknown(UnknownKind.INERTIA, k + 1) for k in range(inertia.shape[2])]
+    unknown += [Unknown(UnknownKind.ROTOR, j + 1) for j in range(count)]
+    unknown += [Unknown(UnknownKind.TORQUE_ZERO, j + 1) for j in range(count)] + unknowns_of_bearing
     sample, joint = np.nonzero(motion.one_way & clear)
     rows = nuisance[sample, joint]
     second = np.floor((motion.time - motion.time.min()) / PIECE_S).astype(np.int64)
@@ -129,7 +157,7 @@ def motion_rows(motion: FreeMotion, chain: Chain) -> FrictionRows:
     return _felt(found)
 
 
-def _bearings(motion: FreeMotion, chain: Chain) -> tuple[Floats, list[str], Booleans]:
+def _bearings(motion: FreeMotion, chain: Chain) -> tuple[Floats, list[Unknown], Booleans]:
     """Return friction of the joints' own bearings where drives sit on combined axes, as in a wrist.
 
     There a drive's friction follows its shaft, which turns with several joints, and the bearing's follows the joint; on
@@ -137,23 +165,23 @@ def _bearings(motion: FreeMotion, chain: Chain) -> tuple[Floats, list[str], Bool
 
     Returns
     -------
-    (n, J, b) torque on each drive per unit, the b names ("bearing coulomb j6", "bearing viscous j6"), and (n, J) True
-    where the sign of every bearing that a drive feels is one number.
+    (n, J, b) torque on each drive per unit, the b unknowns, and (n, J) True where the sign of every bearing that a
+    drive feels is one number.
     """
     n, count = motion.torque.shape
     matrix = drive_matrix(chain)
     columns: list[Floats] = []
-    names: list[str] = []
+    unknowns: list[Unknown] = []
     clear = np.ones((n, count), dtype=np.bool_)
     for joint in np.flatnonzero(chain.mechanical & (np.count_nonzero(matrix, axis=1) > 1)):
         velocity = motion.velocity[:, joint]
         sign = np.sign(velocity)
         same = (sign == np.roll(sign, 1)) & (sign == np.roll(sign, -1)) & (sign != 0.0)
         clear[:, matrix[joint] != 0.0] &= same[:, None]
-        for kind, value in (("coulomb", sign), ("viscous", velocity)):
+        for kind, value in ((UnknownKind.BEARING_COULOMB, sign), (UnknownKind.BEARING_VISCOUS, velocity)):
             columns.append(value[:, None] * matrix[joint])
-            names.append(f"bearing {kind} j{joint + 1}")
-    return (np.stack(columns, axis=2) if columns else np.zeros((n, count, 0))), names, clear
+            unknowns.append(Unknown(kind, int(joint) + 1))
+    return (np.stack(columns, axis=2) if columns else np.zeros((n, count, 0))), unknowns, clear
 
 
 def stacked_rows(parts: Sequence[FrictionRows]) -> FrictionRows:
@@ -185,7 +213,7 @@ def stacked_rows(parts: Sequence[FrictionRows]) -> FrictionRows:
         piece=np.concatenate(piece),
         source=np.asarray(joined("source"), dtype=np.int64),
         run=np.asarray(joined("run"), dtype=np.str_),
-        unknown=tuple(name for part in parts for name in part.unknown),
+        unknown=tuple(unknown for part in parts for unknown in part.unknown),
     )
 
 
