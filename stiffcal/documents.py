@@ -87,12 +87,14 @@ class ListsOf:
     """The mark of an array that is nested lists of numbers in the document."""
 
     dimensions: int
+    gaps: bool = False
+    """Whether a number may be null, which is NaN in the array."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Read lists of numbers as an array."""
         from pydantic_core.core_schema import no_info_after_validator_function
 
-        kind: Any = float
+        kind: Any = float | None if self.gaps else float
         for _ in range(self.dimensions):
             kind = list[kind]
         return no_info_after_validator_function(_array, handler(kind))
@@ -111,6 +113,7 @@ Number: TypeAlias = float | None
 """A number, null where it is not known."""
 Vector: TypeAlias = Annotated[NDArray[np.float64], ListsOf(1)]
 Matrix: TypeAlias = Annotated[NDArray[np.float64], ListsOf(2)]
+VectorWithGaps: TypeAlias = Annotated[NDArray[np.float64], ListsOf(1, gaps=True)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

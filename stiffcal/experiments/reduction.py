@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
-from stiffcal.experiments.results import Document
 from stiffcal.reduction.blocks import Blocks
-from stiffcal.reduction.holds import UnusedStretch
+from stiffcal.reduction.results import IngestedRun
 from stiffcal.reduction.states import RawStates
 
 if TYPE_CHECKING:
@@ -30,8 +29,8 @@ class RunsReduction(ABC):
 
     def __init__(self, campaign: Campaign) -> None:
         self.campaign = campaign
-        self.entries: list[Document] = []
-        """Of the ingest document, one for each run: id, clock_ahead_s, n_states, n_readings, dropped."""
+        self.entries: list[IngestedRun] = []
+        """What `ingest` answers of each run."""
         self.warnings: list[str] = []
         """What the user ought to know, in words."""
 
@@ -78,19 +77,3 @@ class RunsReduction(ABC):
             A run cannot be understood.
         """
         return [], []
-
-
-def sum_up_dropped(dropped: Sequence[UnusedStretch]) -> list[Document]:
-    """Sum up what was not used of a run's logs, by reason."""
-    stretches: dict[str, list[tuple[float, float]]] = {}
-    for stretch in dropped:
-        stretches.setdefault(stretch.reason, []).append((stretch.start, stretch.end))
-    return [
-        {
-            "why": reason,
-            "pieces": len(pieces),
-            "seconds": float(sum(end - start for start, end in pieces)),
-            "first_s": [float(pieces[0][0]), float(pieces[0][1])],
-        }
-        for reason, pieces in stretches.items()
-    ]

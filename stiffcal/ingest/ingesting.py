@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.experiments import tables_of_logs
 from stiffcal.fault_codes import FaultCode
@@ -12,22 +14,23 @@ from stiffcal.ingest.sources import ingest_settings, manifest_data_files, source
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.ingest.results import IngestResult
     from stiffcal.store import Store
 
 
-def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progress = no_progress) -> dict[str, Any]:
+def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progress = no_progress) -> IngestResult:
     """Read the logs, whatever the store holds.
 
     Parameters
     ----------
     campaign : as it was read, its files checked.
     target : the store, written only where all of the logs could be read.
-    changed : why, for the document; "" where nothing was ingested before.
+    changed : why, for the result; "" where nothing was ingested before.
     progress : called with what is being read.
 
     Returns
     -------
-    The ingest document.
+    IngestResult
 
     Raises
     ------
@@ -43,11 +46,11 @@ def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progre
 
     with hash_sources(folder, files) as hashes, target.begin("ingest") as writing:
         reduced = reduce_campaign(campaign, progress, writing)
-        document = reduced.document | {"unchanged": False, "changed": changed}
+        result = replace(reduced.result, changed=changed)
         writing.write_table(STATES, states_table(reduced.states, campaign.chain.joint_names))
         for name, table in reduced.non_load.tables(settings).items():
             writing.write_table(name, table)
-        writing.write_document(INGEST, document)
+        writing.write_document(INGEST, document_of(result))
         progress("hashing the sources", None)
         if outside != sources_elsewhere(campaign):
             names = ", ".join(source.file for source in outside)
@@ -63,7 +66,7 @@ def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progre
         writing.sources_state = hashes.state
         _keep_what_others_wrote(writing, target.tables, target.documents)
         writing.commit()
-    return document | {"origin": "own"}
+    return replace(result, origin="own")
 
 
 def _keep_what_others_wrote(writing: Any, tables: tuple[str, ...], documents: tuple[str, ...]) -> None:

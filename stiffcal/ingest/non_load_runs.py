@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from stiffcal.campaign.loading import Campaign
 from stiffcal.experiments import all_kinds
 from stiffcal.experiments.reduction import RunsReduction
-from stiffcal.experiments.results import Document
+from stiffcal.reduction.results import IngestedRun
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -33,8 +33,8 @@ class NonLoadRuns:
         return self._reductions.get(experiment)
 
     @property
-    def entries(self) -> list[Document]:
-        """Of the ingest document, one for each such run."""
+    def entries(self) -> list[IngestedRun]:
+        """What `ingest` answers of each such run."""
         return [entry for reduction in self._reductions.values() for entry in reduction.entries]
 
     @property

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -13,16 +12,15 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import frames_to_estimate, holding, measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run, Source
-from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
 from stiffcal.experiments import all_kinds
-from stiffcal.experiments.reduction import sum_up_dropped
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.data_quality import DataQuality, check_load_states
 from stiffcal.ingest.logged_runs import log_files, logged_runs
 from stiffcal.ingest.logged_runs import of_run as rows_of_run
 from stiffcal.ingest.non_load_runs import NonLoadRuns
 from stiffcal.ingest.recording_tables import recording_columns, recording_name, recording_table
+from stiffcal.ingest.results import IngestResult
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.blocks import BlockAverager, Blocks
@@ -32,21 +30,23 @@ from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.outliers import reject_outliers
 from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
 from stiffcal.reduction.registration import Registration, in_instrument_axes, register_frames
+from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
 from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
 from stiffcal.reduction.states import RawStates, load_states, no_states, of_run, stacked, tabled_states
 from stiffcal.store import TableStream, Writing
 
-SCHEMA = "stiffcal/ingest/1"
 PIECE_BYTES = 1 << 22  # what a reader of text takes at a time
 
 
 @dataclass(frozen=True)
 class ReducedCampaign:
-    """Load states, the ingest document that tells how they came about, and what was seen of each file."""
+    """Everything that was made of a campaign's logs."""
 
     states: LoadStates
-    document: dict[str, Any]
+    result: IngestResult
+    """How they came about, as `ingest` answers it."""
     quality: DataQuality
+    """What was noticed in each file."""
     non_load: NonLoadRuns
 
 
@@ -101,21 +101,33 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     faults, warnings = check_load_states(states, campaign, registration is not None)
     raise_faults(quality.causes() + faults if faults else [])
     states = reject_outliers(states)
-    document = _document(states, runs)
     grown = float(np.abs(grown_lengths(states)).max(initial=0.0))
-    if grown > 0.0:
-        document["rods_grew_m"] = grown
-    listed = {entry["id"]: entry for entry in document["runs"]}
-    for entry in non_load.entries:
+    result = IngestResult(
+        warnings=[warning for run in runs for warning in run.warnings]
+        + non_load.warnings
+        + quality.remarks()
+        + warnings,
+        n_states=int(states.used.sum()),
+        n_set_aside=int((~states.used).sum()),
+        runs=_with_non_load_runs(_ingested_runs(states, runs), non_load.entries),
+        rods_grew_m=grown if grown > 0.0 else None,
+        registration=None if registration is None else registration.summary,
+        unchanged=False,
+        changed="",
+    )
+    return ReducedCampaign(states, result, quality, non_load)
+
+
+def _with_non_load_runs(runs: Sequence[IngestedRun], entries: Sequence[IngestedRun]) -> list[IngestedRun]:
+    """Return the runs, and after them those that make no load states."""
+    listed = {run.id: run for run in runs}
+    for entry in entries:
+        run = listed.get(entry.id)
         # a clamped run that is fitted with the others has both readings and states
-        if entry["id"] in listed:
-            listed[entry["id"]] |= {key: value for key, value in entry.items() if key not in ("n_states", "dropped")}
-        else:
-            document["runs"].append(entry)
-    document["warnings"] += non_load.warnings + quality.remarks() + warnings
-    if registration is not None:
-        document["registration"] = document_of(registration.summary)
-    return ReducedCampaign(states, document, quality, non_load)
+        listed[entry.id] = (
+            entry if run is None else replace(run, clock_ahead_s=entry.clock_ahead_s, n_readings=entry.n_readings)
+        )
+    return list(listed.values())
 
 
 def collect_raw_states(
@@ -214,36 +226,24 @@ def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, 
     return without_growth(load_states(gathered, manifest, chain, holding(setup) if held else setup)), found
 
 
-def _document(states: LoadStates, runs: Sequence[ReducedRun]) -> dict[str, Any]:
-    """Return the ingest document: clocks, numbers of states, what was dropped and set aside, passes of swept loads."""
+def _ingested_runs(states: LoadStates, runs: Sequence[ReducedRun]) -> list[IngestedRun]:
+    """Return of each run with load states its clocks, number of states, what is not used, passes of swept loads."""
     by_name = {run.states.run[0]: run for run in runs}
-    entries = []
+    ingested = []
     used = states.used
     for info, members in zip(states.runs, states.members(), strict=True):
         reduced = by_name.get(info.name)
-        aside = [{"state": int(states.row[k]), "why": str(states.set_aside[k])} for k in members[~used[members]]]
-        entries.append(
-            {
-                "id": info.name,
-                "clock_ahead_s": {}
-                if reduced is None
-                else {source: document_of(offset) for source, offset in reduced.clocks.items()},
-                "n_states": int(used[members].sum()),
-                "dropped": ([] if reduced is None else _dropped(reduced)) + aside,
-                **({"passes": reduced.passes} if reduced is not None and reduced.passes else {}),
-            }
+        aside = [UnusedData(state=int(states.row[k]), why=str(states.set_aside[k])) for k in members[~used[members]]]
+        ingested.append(
+            IngestedRun(
+                id=info.name,
+                clock_ahead_s={} if reduced is None else dict(reduced.clocks),
+                n_states=int(used[members].sum()),
+                dropped=([] if reduced is None else sum_up_dropped(reduced.dropped)) + aside,
+                passes=None if reduced is None else reduced.passes or None,
+            )
         )
-    return {
-        "schema": SCHEMA,
-        "warnings": [warning for run in runs for warning in run.warnings],
-        "n_states": int(states.used.sum()),
-        "n_set_aside": int((~states.used).sum()),
-        "runs": entries,
-    }
-
-
-def _dropped(reduced: ReducedRun) -> list[dict[str, Any]]:
-    return sum_up_dropped(reduced.dropped)
+    return ingested
 
 
 def _read_log(

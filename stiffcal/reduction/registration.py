@@ -16,7 +16,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.transforms import placement_matrix
-from stiffcal.documents import Matrix, Number, Vector
+from stiffcal.documents import Matrix, Number, VectorWithGaps
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
@@ -39,7 +39,7 @@ class RegisteredFrame:
 
     parent_from_frame: Matrix
     """(4, 4), m."""
-    std: Vector
+    std: VectorWithGaps
     """(6,) standard uncertainty: translation m, rotation rad; NaN where it was not looked for."""
 
 

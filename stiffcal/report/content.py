@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
+from stiffcal.ingest.results import IngestResult
 from stiffcal.model.summary import EffectAt
 
 Strings = NDArray[np.str_]
@@ -286,7 +287,8 @@ class ReportContent:
     runs : the runs, in the manifest's order.
     joint_names : names of the logged joints (L).
     states : the load states; None where there are none (then all curves are left out).
-    identify, validate, history, ingest : JSON documents of the interface, section 4; None where not made.
+    identify, validate, history : JSON documents of the interface, section 4; None where not made.
+    ingest : how the load states came about; None where that is not known.
     instruments : the sensors.
     set_aside : what was not used and why.
     covariates : what residuals are to be plotted against, most telling first.
@@ -305,7 +307,7 @@ class ReportContent:
     identify: Document | None = None
     validate: Document | None = None
     history: Document | None = None
-    ingest: Document | None = None
+    ingest: IngestResult | None = None
     instruments: tuple[Instrument, ...] = ()
     set_aside: tuple[SetAside, ...] = ()
     covariates: tuple[ResidualCovariate, ...] = ()

@@ -13,6 +13,7 @@ from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.documents import schema_of
+from stiffcal.ingest.results import IngestResult
 from stiffcal.validation.compare_result import CompareResult
 from stiffcal.workflow.check_results import CheckResult
 from stiffcal.workflow.command_documents import Run
@@ -25,7 +26,7 @@ from stiffcal.workflow.command_results import (
     ReportResult,
     SimulateResult,
 )
-from stiffcal.workflow.documents import Error, Identify, Ingest, Validate
+from stiffcal.workflow.documents import Error, Identify, Validate
 from stiffcal.workflow.history_results import HistoryResult
 from stiffcal.workflow.improve_results import ImproveResult
 from stiffcal.workflow.trust_results import TrustResult
@@ -37,7 +38,7 @@ DOCUMENTS: dict[str, Any] = {
     "predict": PredictResult,
     "map": MapResult,
     "compensate": CompensateResult,
-    "ingest": Ingest,
+    "ingest": IngestResult,
     "diagnose": DiagnoseResult,
     "improve": ImproveResult,
     "compare": CompareResult,

@@ -11,7 +11,6 @@ from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faul
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.proposals import propose_sources
 from stiffcal.planning.rod_views import rod_views
-from stiffcal.reduction.clocks import SourceClockOffset
 from stiffcal.workflow.check_results import (
     CheckedColumn,
     CheckedJoint,
@@ -125,7 +124,7 @@ def _with_non_load_runs(campaign: Campaign, runs: Sequence[CheckedRun], non_load
     experiments = {run.id: run.experiment for run in campaign.manifest.runs}
     listed = {run.id: run for run in runs}
     for entry in non_load.entries:
-        name, n_readings = entry["id"], entry.get("n_readings", 0)
+        name, n_readings = entry.id, entry.n_readings or 0
         if name in listed:  # fitted with the load runs: it has states too
             listed[name] = replace(listed[name], n_readings=n_readings)
             continue
@@ -134,9 +133,9 @@ def _with_non_load_runs(campaign: Campaign, runs: Sequence[CheckedRun], non_load
             experiment=experiments.get(name, ""),
             n_states=0,
             n_readings=n_readings,
-            set_aside=[str(dropped["why"]) for dropped in entry["dropped"]],
+            set_aside=[unused.why for unused in entry.dropped],
             largest_force_N=None,
-            clock_ahead_s={source: SourceClockOffset(**clock) for source, clock in entry["clock_ahead_s"].items()},
+            clock_ahead_s=entry.clock_ahead_s,
         )
     return list(listed.values())
 

@@ -5,7 +5,7 @@ Documents may hold more than stands here: what does stand here is what other pro
 
 from __future__ import annotations
 
-from typing import Any, Literal, NotRequired
+from typing import Literal, NotRequired
 
 from typing_extensions import TypedDict
 
@@ -142,41 +142,6 @@ class Validate(TypedDict):
     failed: list[str]
     not_judged: list[str]
     checks: list[Threshold]
-    origin: NotRequired[Origin]
-
-
-class Clock(TypedDict):
-    """How far a source's clock is ahead of the first source's, s; null with a reason where no signal is shared.
-
-    ``rate``: how much it gains on that of the source ``rate_against``, s per s, where the run tells.
-    """
-
-    value: Number
-    std: Number
-    reason: NotRequired[str | None]
-    rate: NotRequired[Number]
-    rate_std: NotRequired[Number]
-    rate_against: NotRequired[str]
-
-
-class IngestedRun(TypedDict):
-    """What was made of a run; ``passes``: where the load was swept, up and down apart."""
-
-    id: str
-    clock_ahead_s: dict[str, Clock]
-    n_states: int
-    dropped: list[dict[str, Any]]
-    passes: NotRequired[int]
-
-
-class Ingest(TypedDict):
-    """Answer of ``ingest``; ``rods_grew_m``: the most that rods' growth with the temperature made within a run."""
-
-    schema: Literal["stiffcal/ingest/1"]
-    warnings: list[str]
-    runs: list[IngestedRun]
-    rods_grew_m: NotRequired[float]
-    unchanged: bool
     origin: NotRequired[Origin]
 
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
+    from stiffcal.documents import Origin
+    from stiffcal.ingest.results import IngestResult
     from stiffcal.measurements.load_states import LoadStates
 
 
 def ingest_campaign(
     folder: str | Path, store: str | Path | None = None, progress: Progress = no_progress
-) -> dict[str, Any]:
+) -> IngestResult:
     """Turn the logs of a campaign into load states in its store.
 
     Parameters
@@ -25,8 +28,8 @@ def ingest_campaign(
 
     Returns
     -------
-    The ingest document (interface, section 4): per run ``clock_ahead_s``, ``n_states``, ``dropped``; ``unchanged`` is
-    True where nothing had to be done, and ``changed`` names the sources and settings that made it necessary.
+    IngestResult
+        What was made of each run, now or, where nothing has changed since, the last time.
 
     Raises
     ------
@@ -37,7 +40,9 @@ def ingest_campaign(
     from stiffcal.ingest.freshness import freshness_of
     from stiffcal.ingest.ingesting import ingest_now
     from stiffcal.ingest.parts import INGEST
+    from stiffcal.ingest.results import IngestResult
     from stiffcal.store import Store
+    from stiffcal.store.document_shape import result_from
     from stiffcal.store.index import FOREIGN
     from stiffcal.workflow.stored import stored_document
 
@@ -51,7 +56,8 @@ def ingest_campaign(
     if stored is not None:
         if fresh.origin != FOREIGN:
             target.remove_leftovers()
-        return stored | {"unchanged": True, "changed": "", "origin": fresh.origin}
+        result = result_from(IngestResult, stored, target.display_name, INGEST)
+        return replace(result, unchanged=True, changed="", origin=cast("Origin", fresh.origin))
     return ingest_now(campaign, target, fresh.changed, progress)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from stiffcal.reduction.commanded import compensated_states
 from stiffcal.report.compensation_content import ComparedPose, HalfRun, TimePair, Trace, WithAndWithout
 from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.store import values_of
-from stiffcal.workflow.steps import INGEST, Ingested, stored_document
+from stiffcal.workflow.steps import Ingested, stored_ingest
 
 # The same pose: what a program is told twice; drives repeat within arc seconds, tables are rounded to less than this.
 _SAME_POSE = np.radians(1.0)
@@ -177,8 +176,8 @@ _WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 def _clocks(data: Ingested, run: str) -> dict[str, float]:
     """Return source to the seconds that its clock shows more than the first source's, in a run."""
-    document: dict[str, Any] = stored_document(data.store, INGEST) or {"runs": []}
-    for entry in document["runs"]:
-        if entry["id"] == run:
-            return {source: float(one["value"] or 0.0) for source, one in entry["clock_ahead_s"].items() if one}
+    ingest = stored_ingest(data.store)
+    for entry in () if ingest is None else ingest.runs:
+        if entry.id == run:
+            return {source: offset.value or 0.0 for source, offset in entry.clock_ahead_s.items()}
     return {}

@@ -45,7 +45,15 @@ from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import diagnosis_content
 from stiffcal.workflow.report_friction import friction_curves, friction_set_aside
 from stiffcal.workflow.report_links import link_pictures
-from stiffcal.workflow.steps import FIT_STATES, HELDOUT_STATES, INGEST, LOAD_PATHS, Document, Ingested, stored_document
+from stiffcal.workflow.steps import (
+    FIT_STATES,
+    HELDOUT_STATES,
+    LOAD_PATHS,
+    Document,
+    Ingested,
+    stored_document,
+    stored_ingest,
+)
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import LoadStates
@@ -99,7 +107,7 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
         identify=identified,
         validate=validation,
         history=history,
-        ingest=stored_document(data.store, INGEST),
+        ingest=stored_ingest(data.store),
         instruments=tuple(_instruments(data)),
         set_aside=(*_set_aside(states), *friction_set_aside(data)),
         covariates=() if report_states is None else tuple(most_correlated_covariates(data, identified, report_states)),

@@ -25,6 +25,7 @@ from stiffcal.revision import REVISION
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from stiffcal.ingest.results import IngestResult
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.store import Store
@@ -155,6 +156,15 @@ def stored_document(store: Store, name: str) -> Document | None:
             raise
         notice(f"{store.folder}: {name}: {error.faults[0].reason}: not used")
         return None
+
+
+def stored_ingest(store: Store) -> IngestResult | None:
+    """Return how the load states of a store came about, None where the store does not hold that."""
+    from stiffcal.ingest.results import IngestResult
+    from stiffcal.store.document_shape import result_from
+
+    document = stored_document(store, INGEST)
+    return None if document is None else result_from(IngestResult, document, store.display_name, INGEST)
 
 
 def ingested(folder: Path, context: RunContext) -> Ingested:

@@ -71,13 +71,14 @@ _SCHEMAS = {"history": "stiffcal/history/1", "load_paths": "stiffcal/load-paths/
 def _document_types() -> dict[str, tuple[Any, str]]:
     """Return the type and the schema of each document by name; imported only where somebody else's are read."""
     from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.ingest.results import IngestResult
     from stiffcal.workflow import stored_types as types
 
     return {
         "identify": (types.StoredIdentify, "stiffcal/identify/1"),
         "validate": (types.StoredValidate, "stiffcal/validate/1"),
         "diagnose": (DiagnoseResult, "stiffcal/diagnose/1"),
-        "ingest": (types.Ingest, "stiffcal/ingest/1"),
+        "ingest": (IngestResult, "stiffcal/ingest/1"),
         "provenance": (StoredProvenance, "stiffcal/provenance/1"),
         "report": (types.ReportMade, "stiffcal/report-made/1"),
     }

@@ -7,9 +7,7 @@ from typing import Literal
 from typing_extensions import TypedDict
 
 from stiffcal.workflow.document_types import Number
-from stiffcal.workflow.documents import Identify, Ingest, Validate
-
-__all__ = ["Ingest"]
+from stiffcal.workflow.documents import Identify, Validate
 
 
 class StoredIdentify(Identify):

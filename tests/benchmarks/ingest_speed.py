@@ -166,8 +166,8 @@ def run_ingest(log: Path, folder: Path) -> None:
     """Ingest the campaign that the log belongs to."""
     from stiffcal.workflow.ingest import ingest_campaign
 
-    document = ingest_campaign(log.parent, folder / "store")
-    assert sum(run["n_states"] for run in document["runs"]) >= N_LOADS
+    result = ingest_campaign(log.parent, folder / "store")
+    assert sum(run.n_states for run in result.runs) >= N_LOADS
 
 
 RUNS = {

@@ -21,6 +21,7 @@ from stiffcal.documents import (
     Number,
     OrAbsent,
     Vector,
+    VectorWithGaps,
     document_of,
     result_of,
     schema_of,
@@ -168,3 +169,19 @@ def test_what_is_not_promised_is_written_and_stands_in_no_schema() -> None:
 
     assert document_of(Fit(1.0, 3)) == {"rms": 1.0, "iterations": 3}
     assert list(schema_of(Fit)["properties"]) == ["rms"]
+
+
+def test_a_gap_in_an_array_is_null_and_nan_where_gaps_may_be() -> None:
+    @dataclass(frozen=True)
+    class Frame:
+        std: VectorWithGaps
+
+    @dataclass(frozen=True)
+    class Whole:
+        std: Vector
+
+    text = json.dumps(document_of(Frame(np.array([1e-3, np.nan]))))
+    assert text == '{"std": [0.001, null]}'
+    assert np.array_equal(result_of(Frame, text).std, [1e-3, np.nan], equal_nan=True)
+    with pytest.raises(ValidationError):
+        result_of(Whole, text)

@@ -60,7 +60,7 @@ def campaign_of(folder: Path, *parts: str) -> Path:
 
 
 def states_of(folder: Path) -> dict[str, int]:
-    return {run["id"]: run["n_states"] for run in ingest_campaign(folder)["runs"]}
+    return {run.id: run.n_states for run in ingest_campaign(folder).runs}
 
 
 @pytest.mark.parametrize("listed", [(), ("a", "b")])
@@ -92,6 +92,6 @@ def test_the_log_of_the_only_run_may_stand_with_its_source(tmp_path: Path) -> No
 
 def test_a_gauge_is_kept_and_used(tmp_path: Path) -> None:
     folder = campaign_of(tmp_path / "c", HEAD, GAUGE, '[[runs]]\nid = "only"\n')
-    for document in (ingest_campaign(folder), document_of(check_campaign(folder))):
-        assert not [line for line in document["warnings"] if "not used" in line]
+    for result in (ingest_campaign(folder), check_campaign(folder)):
+        assert not [line for line in result.warnings if "not used" in line]
     assert "log_displacement_m" in Store(folder / "store").read_table("recordings/only/log").column_names

@@ -54,8 +54,8 @@ def test_every_format_gives_the_same_stiffness(
 def test_changed_rows_of_a_database_are_seen(tmp_path: Path, database: Database) -> None:
     folder = write_campaign(tmp_path / "campaign", "postgres", database)
     with trusted(folder):
-        assert ingest_campaign(folder)["unchanged"] is False
-        assert ingest_campaign(folder)["unchanged"] is True
+        assert ingest_campaign(folder).unchanged is False
+        assert ingest_campaign(folder).unchanged is True
         assert is_stale(folder) == ""
         database.run('update ft set "Fx" = "Fx" + 1 where run = \'pose1\'')
         assert is_stale(folder) == "changed: ft: select * from ft where run = 'pose1' order by t"

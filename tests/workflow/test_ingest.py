@@ -55,8 +55,8 @@ def test_the_store_is_read_with_one_line(ingested: Path) -> None:
 def test_nothing_changed_is_nothing_done(ingested: Path) -> None:
     store = Store(ingested / "store")
     before = store.generation
-    document = ingest_campaign(ingested)
-    assert document["unchanged"] is True
+    result = ingest_campaign(ingested)
+    assert result.unchanged is True
     assert store.generation == before
     assert is_stale(ingested) == ""
     assert len(stored_states(ingested, update=False)) == 49
@@ -71,9 +71,9 @@ def test_changes_are_named(tmp_path: Path) -> None:
     assert is_stale(folder) == "changed: raw/states.csv"
     with pytest.raises(InputError, match="out of date"):
         stored_states(folder, update=False)
-    document = ingest_campaign(folder)
-    assert document["unchanged"] is False
-    assert "raw/states.csv" in document["changed"]
+    result = ingest_campaign(folder)
+    assert result.unchanged is False
+    assert "raw/states.csv" in result.changed
     assert "history" in store.documents
     edit(folder / "robot.toml", ("d_m = 0.68", "d_m = 0.681"))
     assert "robot" in is_stale(folder)
@@ -85,26 +85,32 @@ def test_frames_to_be_estimated_are_found(tmp_path: Path) -> None:
     begin, end = text.index("[frames.tracker]"), text.index("[frames.ft_sensor]")
     frame = '[frames.tracker]\nparent = "base"\nestimate = true\n'
     (folder / "campaign.toml").write_text(text[:begin] + frame + text[end:])
-    document = ingest_campaign(folder)
-    assert document["registration"]["rms_m"] < 0.005
-    found = np.array(document["registration"]["frames"]["tracker"]["parent_from_frame"])
+    registration = ingest_campaign(folder).registration
+    assert registration is not None
+    assert registration.rms_m < 0.005
+    found = registration.frames["tracker"].parent_from_frame
     assert np.linalg.norm(found[:3, 3] - [3.4, -1.1, 0.35]) < 0.01
     assert np.linalg.norm(stored_states(folder).setup.base_from_tracker - found) < 1e-12
+    # from the store it is the same
+    again = ingest_campaign(folder)
+    assert again.unchanged
+    assert again.registration is not None
+    assert np.array_equal(again.registration.frames["tracker"].parent_from_frame, found)
 
 
 def test_holds_may_be_given(tmp_path: Path) -> None:
     folder = first_run_alone(tmp_path)
     edit(folder / "campaign.toml", ('id = "pose01"', 'id = "pose01"\nstates = "raw/holds.csv"'))
     (folder / "raw" / "holds.csv").write_text("start,end\n1.945,3.945\n4.745,6.745\n7.545,9.545\n")
-    assert ingest_campaign(folder)["runs"][0]["n_states"] == 3
+    assert ingest_campaign(folder).runs[0].n_states == 3
     assert stored_states(folder).time == pytest.approx([2.945, 5.745, 8.545])
 
 
 def test_given_clocks_are_respected(tmp_path: Path) -> None:
     folder = first_run_alone(tmp_path)
     edit(folder / "campaign.toml", ('id = "pose01"', 'id = "pose01"\nclock_ahead_s = { tracker = 1.35 }'))
-    (run,) = ingest_campaign(folder)["runs"]
-    assert run["clock_ahead_s"]["tracker"]["value"] == 1.35
+    (run,) = ingest_campaign(folder).runs
+    assert run.clock_ahead_s["tracker"].value == 1.35
 
 
 # ---- one fault each

@@ -63,7 +63,7 @@ def change(path: Path, act: Callable[[Table], Table]) -> None:
 
 def said(folder: Path) -> list[str]:
     """Return the warnings of ingest, which are check's too."""
-    told = list(ingest_campaign(folder)["warnings"])
+    told = list(ingest_campaign(folder).warnings)
     assert sorted(document_of(check_campaign(folder))["warnings"]) == sorted(told)
     return told
 
@@ -148,12 +148,15 @@ def test_a_drift_that_harms_no_hold_is_measured_all_the_same(folder: Path) -> No
         table[:, 0] *= 1.0 + 150e-6
         return table
 
-    before = ingest_campaign(folder)["runs"][0]["clock_ahead_s"]["digitizer"]
+    before = ingest_campaign(folder).runs[0].clock_ahead_s["digitizer"]
     change(folder / DIGITIZER, stretch)
-    after = ingest_campaign(folder)["runs"][0]["clock_ahead_s"]["digitizer"]
+    after = ingest_campaign(folder).runs[0].clock_ahead_s["digitizer"]
     # both by the same holds and the same noise: what lies between them is known better than each
-    assert after["rate"] - before["rate"] == pytest.approx(150e-6, abs=2.0 * after["rate_std"])
-    assert after["rate_std"] < 60e-6
+    assert before.rate is not None
+    assert after.rate is not None
+    assert after.rate_std is not None
+    assert after.rate - before.rate == pytest.approx(150e-6, abs=2.0 * after.rate_std)
+    assert after.rate_std < 60e-6
 
 
 def test_a_clock_that_is_set_by_a_minute(folder: Path) -> None:

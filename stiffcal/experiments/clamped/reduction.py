@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
-from stiffcal.documents import document_of
 from stiffcal.experiments.clamped.states import clamped_states
 from stiffcal.experiments.clamped.sweeps import clamped_readings, moved_joint
 from stiffcal.experiments.reduction import RunsReduction
 from stiffcal.measurements.clamped_readings import ClampedReadings, readings_table, stacked_readings
 from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.results import IngestedRun
 from stiffcal.reduction.states import RawStates
 
 if TYPE_CHECKING:
@@ -34,13 +34,7 @@ class ClampedReduction(RunsReduction):
         joint = moved_joint(run.id, readings.joints, run.moved_joint, self.campaign.chain.joint_names)
         self._readings.append(readings)
         self.entries.append(
-            {
-                "id": run.id,
-                "clock_ahead_s": {source: document_of(offset) for source, offset in clocks.items()},
-                "n_states": 0,
-                "n_readings": len(readings),
-                "dropped": [],
-            }
+            IngestedRun(id=run.id, clock_ahead_s=clocks, n_states=0, n_readings=len(readings), dropped=[])
         )
         # alone, clamped runs are identified joint by joint, from all their readings
         together = any(other.experiment == "load" for other in self.campaign.manifest.runs)

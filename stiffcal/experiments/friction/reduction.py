@@ -9,12 +9,11 @@ import numpy as np
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
-from stiffcal.documents import document_of
 from stiffcal.experiments.friction.runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
-from stiffcal.experiments.reduction import RunsReduction, sum_up_dropped
-from stiffcal.experiments.results import Document
+from stiffcal.experiments.reduction import RunsReduction
 from stiffcal.measurements.friction_readings import motion_table, steady_table
 from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -70,8 +69,8 @@ class FrictionRunsReduction(RunsReduction):
         return [f"joint {names[joint - 1]}: no run tells its friction: move it both ways" for joint in missing], []
 
 
-def _entry(run: FrictionRun, friction: FrictionReduction) -> Document:
-    """Return what the ingest document holds of a run: readings that are used, strokes that gave none."""
+def _entry(run: FrictionRun, friction: FrictionReduction) -> IngestedRun:
+    """Return what `ingest` answers of a run: readings that are used, strokes that gave none."""
     name, steady, motion = run.info.name, friction.steady, friction.motion
     readings, dropped = 0, sum_up_dropped(friction.dropped.get(name, ()))
     if steady is not None:
@@ -80,8 +79,7 @@ def _entry(run: FrictionRun, friction: FrictionReduction) -> Document:
         codes = steady.set_aside_code
         for code in np.unique(codes[own & ~steady.used]):
             alike = own & (codes == code)
-            dropped.append({"why": str(steady.set_aside[alike][0]), "pieces": int(alike.sum())})
+            dropped.append(UnusedData(why=str(steady.set_aside[alike][0]), pieces=int(alike.sum())))
     if motion is not None:
         readings += int(np.sum([motion.runs[k].name == name for k in motion.run]))
-    clocks = {source: document_of(offset) for source, offset in run.clocks.items()}
-    return {"id": name, "clock_ahead_s": clocks, "n_states": 0, "n_readings": readings, "dropped": dropped}
+    return IngestedRun(id=name, clock_ahead_s=dict(run.clocks), n_states=0, n_readings=readings, dropped=dropped)

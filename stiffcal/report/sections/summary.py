@@ -26,11 +26,9 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         sentences += _heldout_sentences(content.validate)
     if sentences:
         blocks.append(Paragraph(" ".join(sentences), "key"))
-    warnings = [
-        str(text)
-        for document in (content.ingest, content.identify, content.validate)
-        for text in (document or {}).get("warnings", [])
-    ]
+    warnings = [] if content.ingest is None else list(content.ingest.warnings)
+    for document in (content.identify, content.validate):
+        warnings += (document or {}).get("warnings", [])
     if warnings:
         blocks.append(Paragraph("To be kept in mind:"))
         blocks.append(Items(tuple(dict.fromkeys(warnings))))
