@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
 
@@ -73,6 +74,11 @@ def effect_words(effect: EffectAt | ProposedEffect) -> str:
 def show_diagnosis(console: Console, result: DiagnoseResult) -> None:
     """Draw the answer first, then the evidence, the ranking, and what was not tried."""
     console.print(result.summary, soft_wrap=True)
+    show_suspects(console, result.suspects)
+    if result.with_suspects is not None:
+        named = ", ".join(effect_words(effect) for effect in result.with_suspects.missing) or "nothing"
+        unexplained = "; something is left unexplained" if result.with_suspects.unexplained else ""
+        console.print(f"with them the answer would be: missing: {named}{unexplained}", soft_wrap=True)
     for effect in result.missing:
         _show_missing(console, result, effect)
     if result.could_be:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, Document, KeyIf, Number, OrAbsent, Origin
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
@@ -179,6 +180,16 @@ class EffectEvidenceSummary:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class WithSuspects:
+    """What the answer is where the runs that disagree with all the others are kept."""
+
+    missing: list[ProposedEffect]
+    """Effects to add, in order."""
+    unexplained: bool | None
+    """Whether something is left that nothing accounts for; null where the noise is not known."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnoseResult(CommandResult):
     """Answer of ``diagnose``."""
 
@@ -223,6 +234,10 @@ class DiagnoseResult(CommandResult):
     """Effects of the model without which the error is no larger."""
     evidence: Annotated[list[EffectEvidenceSummary], NOT_PROMISED]
     """What speaks for what is missing, and for what the model holds beyond the joints' compliances."""
+    suspects: OrAbsent[list[Suspect]] = None
+    """Runs and rows that disagree with all the others; the answer is without them, steps inside a run apart."""
+    with_suspects: OrAbsent[WithSuspects] = None
+    """The answer with them, where there are any."""
     fit_id: Annotated[str, NOT_PROMISED]
     """The fit that was diagnosed."""
     key: Annotated[str, NOT_PROMISED]

@@ -7,7 +7,7 @@ from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, SeparatingMeasurement, UntestableEffect
+from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, SeparatingMeasurement, UntestableEffect, WithSuspects
 from stiffcal.documents import Origin, document_of, section_of
 from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms, VarianceRatio
@@ -16,9 +16,11 @@ from stiffcal.store.document_shape import result_from
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, diagnoses_with, evidence_of
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested, key_of, stored_document
+from stiffcal.workflow.suspects import described, suspicion_of
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.search import Search
+    from stiffcal.diagnosis.suspects.find import Suspicion
 
 DIAGNOSE = "diagnose"
 NOT_JUDGED = HeldoutSection(scheme="none", n_readings=0, rms={}, noise={}, zero_model={})
@@ -52,11 +54,16 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
         diagnosis = replace(without_states(data, identified, context), **made)
         data.commit({}, {DIAGNOSE: document_of(diagnosis)}, command="diagnose")
         return replace(diagnosis, origin=cast(Origin, data.origin))
-    search = search_now(data, str(identified["loss"]), context)
-    diagnosis = diagnosis_of(data, search)
+    loss = str(identified["loss"])
+    suspicion = suspicion_of(data.campaign, data.states, loss, context.progress)
+    sound = _without(data, suspicion)
+    search = search_now(sound, loss, context)
+    diagnosis = diagnosis_of(sound, search)
     context.progress("gathering the evidence", 0.9)
-    table, evidence = evidence_of(data, search)
-    diagnosis = replace(diagnosis, evidence=evidence, **made)
+    table, evidence = evidence_of(sound, search)
+    diagnosis = replace(diagnosis, evidence=evidence, suspects=described(suspicion, data.campaign, data.states), **made)
+    if sound is not data:
+        diagnosis = _with_answer_for_all(diagnosis, data, loss, context)
     data.commit(
         {EVIDENCE: table},
         lambda stored: {
@@ -66,6 +73,27 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
         command="diagnose",
     )
     return replace(diagnosis, origin=cast(Origin, data.origin))
+
+
+def _without(data: Ingested, suspicion: Suspicion) -> Ingested:
+    """Return the campaign without its suspects; a step inside a run stays, as an effect explains it."""
+    from stiffcal.diagnosis.suspects.words import without_steps
+
+    firm = without_steps(suspicion)
+    return replace(data, states=data.states.select(firm.keep(data.states))) if firm.suspects else data
+
+
+def _with_answer_for_all(diagnosis: DiagnoseResult, data: Ingested, loss: str, context: RunContext) -> DiagnoseResult:
+    """Add what the answer is with the suspects, and that they were left out."""
+    from stiffcal.diagnosis.document import diagnosis_result
+
+    everything = diagnosis_result(data.states, search_now(data, loss, context))
+    named = ", ".join(dict.fromkeys(suspect.run for suspect in diagnosis.suspects or ()))
+    return replace(
+        diagnosis,
+        with_suspects=WithSuspects(missing=everything.missing, unexplained=everything.unexplained),
+        summary=f"Without what disagrees with all other runs ({named}): {diagnosis.summary}",
+    )
 
 
 def without_states(data: Ingested, identified: Document, context: RunContext) -> DiagnoseResult:

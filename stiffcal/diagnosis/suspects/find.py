@@ -36,6 +36,8 @@ UNEXPLAINED_LEVEL, UNEXPLAINED_GAP = 4.0, 2.0
 WITHIN_NOISE, UNEXPLAINED_GAP_BEYOND = 2.6, 4.0
 # Two runs of which each has what belongs to the other are far more likely than a displacement that happens to agree.
 MUTUAL = 20.0
+# Of two runs that are exchanged both are wrong; where the other one is right, another mistake that fits goes first.
+ONE_SIDED = 12.0
 # Squared misfits that differ by less are told apart by one reading more: odds of twenty to one (2 log 20).
 NEARLY_AS_LIKELY = 6.0
 # A run's place stands apart beyond five times what the runs have in common, and twice the next one's.
@@ -221,9 +223,7 @@ class _Search:
         cured = np.sqrt(misfits / freedom)
         misplaced = self.place_scores[run] >= PLACE_LEVEL
         good = (cured <= limit) & ((cured <= CURED_SHARE * scores[run]) | misplaced)
-        worth = misfits + np.array(
-            [variant.penalty - MUTUAL * ((variant.kind, variant.other) == partner) for variant in variants]
-        )
+        worth = misfits + np.array([_prior(variant, left_out, partner) for variant in variants])
         order = [int(k) for k in np.argsort(worth) if good[k]]
         offset = best_offset(held, run, left_out)
         explained = offset is not None and self._offset_explains(offset, scores[run], freedom, unit, limit)
@@ -326,6 +326,14 @@ class _Search:
         if counts[mine] <= usual:
             return None
         return int(next(k for k in present[group.ravel() == mine] if k != run))
+
+
+def _prior(variant: Variant, left_out: Sequence[int], partner: tuple[SuspectKind, int] | None) -> float:
+    """Return how much less likely a mistake is before any look at the numbers, as a difference of squared misfits."""
+    if variant.other is None:
+        return variant.penalty
+    mutual = (variant.kind, variant.other) == partner
+    return variant.penalty - MUTUAL * mutual + ONE_SIDED * (variant.other not in left_out)
 
 
 def _possible(variant: Variant) -> bool:

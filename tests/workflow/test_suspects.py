@@ -1,0 +1,67 @@
+"""Runs that disagree with all the others are named by the commands, and nothing is left out silently."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.workflow.check import check_campaign
+from stiffcal.workflow.diagnose import diagnose_campaign
+from tests.laboratory import small_campaign
+
+LBF = 4.4482216152605
+STATES_KEPT = (0, 2, 10, 18)
+"""Of the campaign's states: unloaded, and the largest load along each direction."""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Nine poses with four states each; in the third one the forces are in lbf."""
+    rng = np.random.default_rng(3)
+    middle, width = np.array((0, -75, 15, 0, 0, 0)), np.array((65, 38, 40, 110, 95, 140))
+    poses = tuple(tuple((middle + width * rng.uniform(-1.0, 1.0, 6)).tolist()) for _ in range(9))
+    monkeypatch.setattr(small_campaign, "POSES_DEG", poses)
+    folder = small_campaign.write_small_campaign(tmp_path / "lbf", poses=9)
+    table = folder / "raw" / "states.csv"
+    header, *lines = table.read_text(encoding="utf-8").splitlines()
+    per_run = len(lines) // 9
+    kept = [header]
+    for line in (lines[run * per_run + state] for run in range(9) for state in STATES_KEPT):
+        cells = line.split(",")
+        if cells[0] == "pose3":
+            cells[7:10] = [f"{float(cell) / LBF:.9g}" for cell in cells[7:10]]
+        kept.append(",".join(cells))
+    table.write_text("\n".join(kept) + "\n", encoding="utf-8")
+    manifest = folder / "campaign.toml"
+    text = manifest.read_text(encoding="utf-8")
+    sigma = 'units = { position = "mm", rotation = "rad" }\nsigma = { position = 0.01, rotation = 0.00002 }'
+    manifest.write_text(text.replace('units = { position = "mm", rotation = "rad" }', sigma), encoding="utf-8")
+    return folder
+
+
+def test_check_names_the_run_and_the_lines_to_copy_leave_it_out(folder: Path) -> None:
+    (suspect,) = check_campaign(folder).suspects or []
+    assert (suspect.run, suspect.kind, suspect.row) == ("pose3", "unit", None)
+    assert suspect.factor == pytest.approx(LBF)
+    assert "rows = [9, 10, 11, 12]" in suspect.exclude
+    manifest = folder / "campaign.toml"
+    lines = "\n".join(suspect.exclude)
+    manifest.write_text(f"{manifest.read_text(encoding='utf-8')}\n{lines}\n", encoding="utf-8")
+    assert check_campaign(folder).suspects == []
+
+
+def test_a_quick_look_judges_no_run(folder: Path) -> None:
+    assert check_campaign(folder, quick=True).suspects is None
+
+
+def test_diagnose_answers_without_the_suspect_and_with_it(folder: Path) -> None:
+    result = diagnose_campaign(folder)
+    assert [suspect.run for suspect in result.suspects or []] == ["pose3"]
+    assert not result.missing
+    assert not result.unexplained
+    assert result.with_suspects is not None
+    assert result.with_suspects.missing or result.with_suspects.unexplained
+    assert "Without what disagrees with all other runs (pose3)" in result.summary
+    assert diagnose_campaign(folder) == result
