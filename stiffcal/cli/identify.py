@@ -13,6 +13,7 @@ from stiffcal.cli.endings import OK
 from stiffcal.cli.friction import friction_parameters, show_friction
 from stiffcal.cli.links import show_coupling, show_links
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.suspects import show_suspects_of
 from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.wording import deviation, significant
 
@@ -73,6 +74,7 @@ def show_fit(console: Console, document: Document) -> None:
         show_links(console, document["links"])
     if document.get("rejected"):
         console.print(f"{len(document['rejected'])} states set aside before the fit (bumped or excluded)")
+    show_suspects_of(console, document)
     for ambiguity in document["not_identifiable"]:
         if elsewhere and set(ambiguity["parameters"]) <= elsewhere:
             continue

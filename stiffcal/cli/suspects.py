@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from stiffcal.cli.answers import Document
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -22,3 +24,12 @@ def show_suspects(console: Console, suspects: Sequence[Suspect] | None) -> None:
         for suspect in suspects:
             for line in suspect.exclude:
                 console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
+
+
+def show_suspects_of(console: Console, document: Document) -> None:
+    """Draw the suspects of a document, as `show_suspects` does."""
+    if document.get("suspects"):
+        from stiffcal.diagnosis.suspects.result import Suspect
+        from stiffcal.documents import section_of
+
+        show_suspects(console, section_of(list[Suspect], document, "suspects"))

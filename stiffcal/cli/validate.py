@@ -10,6 +10,7 @@ import typer
 from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt, Thresholds
+from stiffcal.cli.suspects import show_suspects_of
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, length, share
 
@@ -64,6 +65,7 @@ def show_validation(console: Console, document: Document) -> None:
         _show_bins(console, title, document.get(f"by_{title}") or [])
     if document.get("worst"):
         console.print(f"worst: {_worst(document['worst'])}")
+    show_suspects_of(console, document)
     for line in document["failed"]:
         console.print(f"NOT held: {line}", soft_wrap=True)
     for line in document["not_judged"]:

@@ -9,6 +9,7 @@ from typing import Literal, NotRequired
 
 from typing_extensions import TypedDict
 
+from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.friction.results import FrictionSection
 from stiffcal.experiments.results import HeldoutSection
@@ -84,6 +85,7 @@ class Identify(TypedDict):
     condition: Number
     not_identifiable: list[Ambiguity]
     rejected: list[Rejected]
+    suspects: NotRequired[list[Suspect]]
     expected_rms: Rms | None
     expected_error: str
     links: NotRequired[list[MeasuredLink]]
@@ -138,6 +140,7 @@ class Validate(TypedDict):
     clamped: NotRequired[HeldoutSection]
     friction: NotRequired[HeldoutSection]
     worst: list[Worst]
+    suspects: NotRequired[list[Suspect]]
     passed: bool
     failed: list[str]
     not_judged: list[str]

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
@@ -176,6 +177,7 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
     from stiffcal.identification.state_tables import observed_table
     from stiffcal.workflow.bodies import bodies_document
     from stiffcal.workflow.experiments import fit_experiments, identify_without_states, merge_experiment_fits
+    from stiffcal.workflow.suspects import suspects_in
 
     parts = fit_experiments(data)
     tables = {name: table for part in parts for name, table in part.tables.items()}
@@ -185,6 +187,8 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
         document = merge_experiment_fits(fit_document(fit, data.states) | _expectation(data, fit), parts)
         document |= bodies_document(data)
         tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
+        suspects = suspects_in(data.campaign, data.states, loss, present=fit)
+        document["suspects"] = [document_of(suspect) for suspect in suspects]
     document |= {"loss": loss, "key": key_of_fit(data, loss)}
 
     def with_history(stored: Stored) -> Documents:

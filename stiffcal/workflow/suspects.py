@@ -12,11 +12,16 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.diagnosis.suspects.result import Suspect
+    from stiffcal.identification.fit import Fit
     from stiffcal.measurements.load_states import LoadStates
 
 
 def suspicion_of(
-    campaign: Campaign, states: LoadStates, loss: str = "linear", progress: Progress = no_progress
+    campaign: Campaign,
+    states: LoadStates,
+    loss: str = "linear",
+    progress: Progress = no_progress,
+    present: Fit | None = None,
 ) -> Suspicion:
     """Hold each run of a campaign against all the others, with the campaign's present model.
 
@@ -24,6 +29,7 @@ def suspicion_of(
     ----------
     campaign : the folder's three files. states : its load states.
     loss : as for a fit. progress : called with what is being done.
+    present : the fit of these states with this model and loss, where it is at hand.
 
     Returns
     -------
@@ -38,7 +44,7 @@ def suspicion_of(
 
     try:
         settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
-        return find_suspects(states, placed_robot(campaign), settings, progress)
+        return find_suspects(states, placed_robot(campaign), settings, progress, present)
     except (InputError, NoBalanceError):
         return Suspicion(checked=False)
 
@@ -57,10 +63,14 @@ def described(suspicion: Suspicion, campaign: Campaign, states: LoadStates) -> l
 
 
 def suspects_in(
-    campaign: Campaign, states: LoadStates, loss: str = "linear", progress: Progress = no_progress
+    campaign: Campaign,
+    states: LoadStates,
+    loss: str = "linear",
+    progress: Progress = no_progress,
+    present: Fit | None = None,
 ) -> list[Suspect]:
     """Return the runs of a campaign that disagree with all the others; parameters as of `suspicion_of`."""
-    return described(suspicion_of(campaign, states, loss, progress), campaign, states)
+    return described(suspicion_of(campaign, states, loss, progress, present), campaign, states)
 
 
 def _exclusion(suspect: Suspect, campaign: Campaign, states: LoadStates) -> list[str]:

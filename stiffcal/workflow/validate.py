@@ -131,6 +131,7 @@ def validate_now(data: Ingested, identified: Document, context: RunContext, fit:
         predicted = heldout.displacement - heldout.residual
         carried = load_columns(data.states, fit.robot)
         tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual, carried)
+    document |= {name: identified[name] for name in ("suspects",) if name in identified}
     document |= {"fit_id": identified["fit_id"], "key": _key(identified)}
     document |= check_thresholds(data, identified, document, context)
 

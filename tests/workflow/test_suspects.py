@@ -9,6 +9,8 @@ import pytest
 
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory import small_campaign
 
 LBF = 4.4482216152605
@@ -54,6 +56,16 @@ def test_check_names_the_run_and_the_lines_to_copy_leave_it_out(folder: Path) ->
 
 def test_a_quick_look_judges_no_run(folder: Path) -> None:
     assert check_campaign(folder, quick=True).suspects is None
+
+
+def test_identify_and_validate_name_the_run_and_fit_it_all_the_same(folder: Path) -> None:
+    identified = identify_campaign(folder)
+    assert [(suspect["run"], suspect["kind"]) for suspect in identified["suspects"]] == [("pose3", "unit")]
+    assert identified["n_runs"] == 9
+    without = {entry["name"]: entry["value"] for entry in identified["suspects"][0]["without"]["parameters"]}
+    for number, stiffness in enumerate(small_campaign.STIFFNESS[:3], start=1):
+        assert 1.0 / without[f"joint-compliance.j{number}.c"] == pytest.approx(stiffness, rel=0.05)
+    assert validate_campaign(folder)["suspects"] == identified["suspects"]
 
 
 def test_diagnose_answers_without_the_suspect_and_with_it(folder: Path) -> None:

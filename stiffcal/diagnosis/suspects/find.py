@@ -100,7 +100,11 @@ class Suspicion:
 
 
 def find_suspects(
-    states: LoadStates, robot: CompliantRobot, settings: Settings | None = None, progress: Progress = no_progress
+    states: LoadStates,
+    robot: CompliantRobot,
+    settings: Settings | None = None,
+    progress: Progress = no_progress,
+    present: Fit | None = None,
 ) -> Suspicion:
     """Return the runs that disagree with all the others.
 
@@ -110,6 +114,7 @@ def find_suspects(
     robot : the present model; values that are set are where the fit starts.
     settings : as for a fit.
     progress : called with what is being done.
+    present : the fit of all these states with these settings, where it is at hand; it is made otherwise.
 
     Raises
     ------
@@ -125,7 +130,7 @@ def find_suspects(
     if most == 0 or n_present > MOST_RUNS or len(chosen) > MOST_STATES or not robot.placed:
         return Suspicion(checked=False)
     progress("holding each run against the others", None)
-    search = _Search(chosen, robot, settings, most)
+    search = _Search(chosen, robot, settings, most, present if len(chosen) == len(states) else None)
     suspects = search.suspects()
     if not suspects:
         return Suspicion()
@@ -140,12 +145,13 @@ def _in_campaign(suspect: FoundSuspect, index: Integers) -> FoundSuspect:
 
 @dataclass
 class _Search:
-    """One campaign's search: the states looked at, the model, and how many runs may be faulty."""
+    """One campaign's search: the states looked at, the model, how many runs may be faulty, and the fit of all."""
 
     states: LoadStates
     robot: CompliantRobot
     settings: Settings
     most: int
+    present: Fit | None
     members: list[Integers] = field(init=False)
     place_scores: Floats = field(init=False)
     place_centre: Floats = field(init=False)
@@ -172,7 +178,8 @@ class _Search:
         if not left_out:
             return []
         others = np.delete(scores, left_out)
-        unit = max(1.0 if bench.noise_known else 0.0, float(np.median(others[others > 0.0])))
+        usual = float(np.median(others[others > 0.0])) if (others > 0.0).any() else 1.0
+        unit = max(1.0, usual) if bench.noise_known else usual
         found = {run: self._judged(run, left_out, bench, held, scores / unit) for run in left_out}
         for run, suspect in list(found.items()):
             other = None if suspect is None or suspect.variant is None else suspect.variant.other
@@ -195,7 +202,8 @@ class _Search:
 
     def _held_without(self, left_out: Sequence[int]) -> tuple[Bench, Held, Floats]:
         keep = ~np.isin(self.states.run, list(left_out))
-        fit = identify_parameters(self.states.select(keep), self.robot, self.settings)
+        fit = None if left_out else self.present
+        fit = fit or identify_parameters(self.states.select(keep), self.robot, self.settings)
         bench, held = Bench.of(fit, self.settings.fixed, self.states)
         return bench, held, held.scores(left_out)
 
