@@ -8,9 +8,8 @@ import typer
 
 from stiffcal.cli.answers import Document, answering, command_line
 from stiffcal.cli.bodies import show_cartesian, show_joints
-from stiffcal.cli.clamped import show_clamped
 from stiffcal.cli.endings import OK
-from stiffcal.cli.friction import friction_parameters, show_friction
+from stiffcal.cli.experiments import overviews, show_overviews
 from stiffcal.cli.links import show_coupling, show_links
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.suspects import show_suspects_of
@@ -56,10 +55,10 @@ def show_fit(console: Console, document: Document) -> None:
         f"{document['n_readings']} readings" if document.get("n_readings") else f"{document['n_states']} load states"
     )
     console.print(f"{taken} in {document['n_runs']} runs")
-    elsewhere = friction_parameters(document)
+    kinds = overviews(document)
+    elsewhere = {name for overview in kinds for name in overview.parameters}
     show_parameters(console, [one for one in document["parameters"] if one["name"] not in elsewhere])
-    show_clamped(console, document)
-    show_friction(console, document)
+    show_overviews(console, kinds)
     noise = document.get("noise")
     against = f", noise {deviation(noise)} (from {document['noise_source']})" if noise else ", noise not known"
     console.print(f"fit {deviation(document['rms'])} rms{against}")

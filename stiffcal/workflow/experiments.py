@@ -7,6 +7,7 @@ A campaign may hold load states, such experiments, or both. Each kind makes one 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.documents import document_of
@@ -40,6 +41,15 @@ def measured_runs(data: Ingested) -> MeasuredRuns:
     from stiffcal.experiments.measured import MeasuredRuns
 
     return MeasuredRuns(data.campaign, data.non_load, len(data.states), data.store.display_name)
+
+
+def runs_with_fits(data: Ingested) -> MeasuredRuns:
+    """Return the same with the tables of the present fit."""
+    from stiffcal.experiments import tables_of_fits
+
+    measured = measured_runs(data)
+    fits = {name: data.store.read_table(name) for name in tables_of_fits() if name in data.store.tables}
+    return replace(measured, tables={**measured.tables, **fits})
 
 
 def merge_experiment_fits(document: Document, parts: Sequence[ExperimentFit]) -> Document:

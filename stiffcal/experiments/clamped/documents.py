@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.documents import Document
 from stiffcal.experiments.clamped.analysis import LEAST_MOTION
 from stiffcal.experiments.clamped.faults import loaded_words
 from stiffcal.experiments.clamped.results import (
@@ -22,7 +23,6 @@ from stiffcal.experiments.clamped.results import (
 )
 from stiffcal.experiments.clamped.torque_angle import SLOPE_SHARE
 from stiffcal.experiments.measured import MeasuredRuns
-from stiffcal.experiments.results import Document
 
 if TYPE_CHECKING:
     import pyarrow as pa

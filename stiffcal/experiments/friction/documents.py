@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.documents import Document
 from stiffcal.experiments.friction.results import (
     BearingFriction,
     BetweenDirections,
@@ -18,7 +19,6 @@ from stiffcal.experiments.friction.results import (
 )
 from stiffcal.experiments.friction.rows import UnknownKind
 from stiffcal.experiments.measured import MeasuredRuns
-from stiffcal.experiments.results import Document
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.documents import Document
 from stiffcal.errors import InputError
+from stiffcal.experiments.friction.curves import FRICTION_FIT
 from stiffcal.experiments.friction.documents import (
     bearing_frictions,
     effects_in_model,
@@ -26,7 +28,7 @@ from stiffcal.experiments.friction.documents import (
 from stiffcal.experiments.friction.reduction import FREE_MOTION, FRICTION
 from stiffcal.experiments.friction.results import FrictionSection
 from stiffcal.experiments.measured import MeasuredRuns
-from stiffcal.experiments.results import Document, ExperimentFit, ExperimentValidation
+from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.model.campaign_effects import moving_effects
@@ -36,9 +38,6 @@ if TYPE_CHECKING:
     from stiffcal.experiments.friction.rows import FrictionRows
     from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings
     from stiffcal.model.composite import PlacedEffect
-
-
-FRICTION_FIT = "friction_fit"
 
 
 def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:

@@ -7,7 +7,6 @@ from typing import Any
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, Subheading, TableBlock, TableColumn
 from stiffcal.report.content import Document, ReportContent
-from stiffcal.report.sections.friction import identified_friction
 
 ORDER = 30
 _TITLE = "Stiffness"
@@ -22,7 +21,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet: run “stiffcal identify”")
     parameters: list[Document] = list(content.identify.get("parameters", []))
-    elsewhere = identified_friction(content)
+    elsewhere = content.parameters_on_pages
     if parameters and len(elsewhere) == len(parameters):
         return LeftOut(_TITLE, "these runs tell friction alone")
     parameters = [each for each in parameters if each["name"] not in elsewhere]

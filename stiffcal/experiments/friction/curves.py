@@ -1,27 +1,61 @@
-"""What the report shows of friction: curves with their readings, and passes that were set aside."""
+"""Friction over velocity, joint by joint: what was read, and the fitted curve."""
 
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.documents import section_of
-from stiffcal.experiments.friction.parts import FRICTION_FIT, friction_readings
+from stiffcal.arrays import Floats
+from stiffcal.documents import Document
 from stiffcal.experiments.friction.results import FrictionSection
-from stiffcal.report.content import SetAside
-from stiffcal.report.friction_curves import FrictionCurve
+from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.experiments.presentation import UnusedReadings
+from stiffcal.measurements.friction_readings import SteadyReadings
 from stiffcal.store import values_of
-from stiffcal.workflow.experiments import measured_runs
-from stiffcal.workflow.steps import Document, Ingested
+
+FRICTION_FIT = "friction_fit"
 
 
-def friction_curves(data: Ingested, identified: Document) -> tuple[FrictionCurve, ...]:
-    """Return the friction of every joint that the present fit tells; none where there are no friction runs."""
-    section = section_of(FrictionSection, identified, "friction")
-    if section is None or not section.joints or FRICTION_FIT not in data.store.tables:
+@dataclass(frozen=True)
+class FrictionCurve:
+    """Friction of one drive over its velocity.
+
+    Attributes
+    ----------
+    joint : its name. steady : True where passes at constant velocity were measured, False for samples of other motion.
+    velocity : (n,) rad/s, signed. friction : (n,) N·m, as measured, weight, inertia and zeros taken off.
+    speed : (m,) rad/s, rising. fitted, std : (m,) N·m, the curve and its standard uncertainty.
+    parameters : (symbol, value, half width of the 95 % interval, unit) of what is known; half width None where held.
+    remarks : what is not seen, and why.
+    rms, noise : N·m; the noise None where no repeats tell it.
+    """
+
+    joint: str
+    steady: bool
+    velocity: Floats
+    friction: Floats
+    speed: Floats
+    fitted: Floats
+    std: Floats
+    parameters: tuple[tuple[str, float, float | None, str], ...]
+    remarks: tuple[str, ...]
+    rms: float
+    noise: float | None
+
+
+def friction_curves(data: MeasuredRuns, section: FrictionSection, identified: Document) -> tuple[FrictionCurve, ...]:
+    """Return the friction of every joint that the present fit holds.
+
+    Parameters
+    ----------
+    data : the campaign, with the fit's rows among its tables.
+    section : of ``identify``. identified : the whole answer.
+    """
+    if not section.joints or FRICTION_FIT not in data.tables:
         return ()
-    table = data.store.read_table(FRICTION_FIT)
+    table = data.tables[FRICTION_FIT]
     names = np.array(table.column("joint").to_pylist(), dtype=np.str_)
     velocity, friction = (values_of(table.column(name)) for name in ("velocity_radps", "friction_measured_Nm"))
     curves = []
@@ -64,9 +98,8 @@ def _is_at(parameter: Document, joint: int) -> bool:
     return bool(parameter["where"].get("joints") == [joint])
 
 
-def friction_set_aside(data: Ingested) -> tuple[SetAside, ...]:
+def unused_passes(steady: SteadyReadings | None) -> tuple[UnusedReadings, ...]:
     """Return the passes of friction runs that were not used, by run and reason."""
-    steady, _ = friction_readings(measured_runs(data))
     if steady is None:
         return ()
     rows: dict[tuple[str, str], list[int]] = defaultdict(list)
@@ -76,4 +109,4 @@ def friction_set_aside(data: Ingested) -> tuple[SetAside, ...]:
         count[name] += 1
         if why:
             rows[name, why].append(count[name])
-    return tuple(SetAside(name, tuple(numbers), f"pass: {why}") for (name, why), numbers in rows.items())
+    return tuple(UnusedReadings(name, tuple(numbers), f"pass: {why}") for (name, why), numbers in rows.items())
