@@ -33,6 +33,7 @@ from stiffcal.experiments.presentation import (
 from stiffcal.experiments.reduction import RunsReduction
 from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.results import IngestedRun
 from stiffcal.store import table_of, values_of
 
 if TYPE_CHECKING:
@@ -72,8 +73,7 @@ class ProbingReduction(RunsReduction):
         """Average the height over a run."""
         (blocks,) = logs.values()
         self._heights[run.id] = float(blocks.mean["position.tip"][:, 2].mean())
-        clocks: dict[str, Any] = {}
-        entry = {"id": run.id, "clock_ahead_s": clocks, "n_states": 0, "n_readings": len(blocks), "dropped": []}
+        entry = IngestedRun(id=run.id, clock_ahead_s={}, n_states=0, n_readings=len(blocks), dropped=[])
         self.entries.append(entry)
 
     def tables(self, settings: dict[str, Any]) -> dict[str, pa.Table]:
