@@ -2,8 +2,8 @@
 
 A result is a frozen dataclass that the room which computes it returns. Its fields are the keys of its document, in
 their order; nested results are objects, arrays are lists, NaN is null. Marks in a field's annotation say more:
-`OrAbsent` (no key where None), `KeyIf` (a key where a property of the result says so), `NOT_IN_DOCUMENT`, and
-`NOT_PROMISED` (in no schema).
+`OrAbsent` (no key where None), `KeyIf` (a key where a property of the result says so), `NOT_IN_DOCUMENT`,
+`NOT_PROMISED` (in no schema), and `HAS_OWN_SCHEMA` (an answer inside another one).
 
 Why not pydantic's own dumping: keys that are absent where nothing is known need a newer pydantic than is required
 here, and a command that only writes would wait for an adapter to be built. Schemas and reading are pydantic's.
@@ -67,6 +67,11 @@ class NotInDocument:
 
 
 @dataclass(frozen=True, slots=True)
+class ManyKeys(NotInDocument):
+    """The mark of results by name, each of which is a key of the document; in no schema, and not read back."""
+
+
+@dataclass(frozen=True, slots=True)
 class NullIsNan:
     """The mark of a number whose null is NaN in Python, because None already says that the key is absent."""
 
@@ -80,6 +85,15 @@ class NullIsNan:
 @dataclass(frozen=True, slots=True)
 class NotPromised:
     """The mark of a field that is written, but stands in no schema: other programs may not rely on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class HasOwnSchema:
+    """The mark of an answer inside another one: what it holds, the schema of its own kind describes."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Accept any object."""
+        return handler(dict[str, Any])
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +119,9 @@ def _array(rows: Any) -> NDArray[np.float64]:
 
 
 NOT_IN_DOCUMENT = NotInDocument()
+MANY_KEYS = ManyKeys()
 NOT_PROMISED = NotPromised()
+HAS_OWN_SCHEMA = HasOwnSchema()
 OrAbsent: TypeAlias = Annotated[Known | None, KeyIf("", null=False)]
 Origin: TypeAlias = Literal["own", "trusted place", "foreign"]
 """From whom results come: the user's own runs, a place that the user trusts, or anybody else."""
@@ -162,7 +178,10 @@ def document_of(result: Any) -> Document:
         value = getattr(result, name)
         if mark is not None and not (getattr(result, mark.condition) if mark.condition else value is not None):
             continue
-        document[name] = value if type(value) in _PLAIN else json_value(value)
+        if name in _many_keys(kind):
+            document |= json_value(value)
+        else:
+            document[name] = value if type(value) in _PLAIN else json_value(value)
     return document
 
 
@@ -209,6 +228,12 @@ def _written(kind: Any) -> tuple[tuple[str, KeyIf | None], ...]:
         if NOT_IN_DOCUMENT not in marks:
             written.append((name, next((mark for mark in marks if isinstance(mark, KeyIf)), None)))
     return tuple(written)
+
+
+@cache
+def _many_keys(kind: Any) -> frozenset[str]:
+    """Return the fields each of whose entries is a key of the document."""
+    return frozenset(name for name, marks in _marks(kind).items() if MANY_KEYS in marks)
 
 
 @cache
@@ -291,7 +316,9 @@ def schema_of(kind: Any) -> Document:
             made = super().dataclass_schema(schema)
             kind: Any = schema["cls"]
             written = _written(kind)
-            promised = [(name, mark) for name, mark in written if NOT_PROMISED not in _marks(kind)[name]]
+            promised = [
+                (name, mark) for name, mark in written if not {NOT_PROMISED, MANY_KEYS} & set(_marks(kind)[name])
+            ]
             made["properties"] = {name: made["properties"][name] for name, _ in promised}
             made["required"] = [name for name, mark in promised if mark is None]
             if not made["required"]:

@@ -17,18 +17,19 @@ from stiffcal import __version__
 from stiffcal.batch.author_choices import AuthorChoice, author_choices
 from stiffcal.batch.outcome import BROKEN, FAULT, GENERATIONS, HELD, NOT_HELD, STEPS, Document, outcome_of
 from stiffcal.campaign.thresholds import ThresholdsFile
+from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.fault_log import write_fault_log
 from stiffcal.files import read_regular
 from stiffcal.model.plugin_loading import plugin_fault
+from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store.index import FOREIGN
 from stiffcal.store.origin import committed_by_this_process
 from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
 from stiffcal.workflow.identify import current_fit, fit_now, store_fit
 from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.steps import (
-    IDENTIFY,
     VALIDATE,
     Ingested,
     RunContext,
@@ -36,6 +37,7 @@ from stiffcal.workflow.steps import (
     key_of,
     key_of_table,
     stored_document,
+    stored_fit,
 )
 from stiffcal.workflow.validate import current_validation, validate_now, with_present_verdict
 
@@ -116,9 +118,9 @@ def _all_steps(task: Document, run: _Run) -> Document:
         data = ingested(folder, context)
         run.choices = author_choices(data.campaign, file, _earlier_thresholds(data))
     with run.doing("identify"):
-        stored = stored_document(data.store, IDENTIFY)
+        stored = stored_fit(data.store)
         # A fit with the robust loss counts as present too: the user asked for it.
-        loss = str(stored.get("loss", "linear")) if stored else "linear"
+        loss = stored.loss if stored else "linear"
         identified, fit = current_fit(data, loss), None
         if identified is None:
             run.starting("identify", "the model or the load states have changed" if stored else "nothing is fitted yet")
@@ -143,24 +145,29 @@ def _earlier_thresholds(data: Ingested) -> Document | None:
     return None if stored is None or data.store.origin_of(VALIDATE) == FOREIGN else stored.get("thresholds")
 
 
-def _numbers(data: Ingested, identified: Document, validation: Document) -> Document:
+def _numbers(data: Ingested, identified: IdentifyResult, validation: Document) -> Document:
     return {
         "name": data.campaign.name,
         "state": HELD if validation["passed"] else NOT_HELD,
-        "n_states": identified["n_states"],
-        "n_runs": identified["n_runs"],
+        "n_states": identified.n_states,
+        "n_runs": identified.n_runs,
         "rms": validation["rms"],
         "noise": validation["noise"],
         "relative": validation["relative"],
         "stiffness": [
-            {key: one[key] for key in ("name", "where", "stiffness", "stiffness_std")}
-            for one in identified["parameters"]
-            if "stiffness" in one
+            {
+                "name": parameter.name,
+                "where": document_of(parameter.where),
+                "stiffness": parameter.known_stiffness,
+                "stiffness_std": parameter.known_stiffness_std,
+            }
+            for parameter in identified.parameters
+            if parameter.is_compliance
         ],
         "checks": validation["checks"],
         "failed": validation["failed"],
         "not_judged": validation["not_judged"],
-        "warnings": list(dict.fromkeys([*identified["warnings"], *validation["warnings"]])),
+        "warnings": list(dict.fromkeys([*identified.warnings, *validation["warnings"]])),
     }
 
 

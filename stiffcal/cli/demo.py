@@ -27,6 +27,6 @@ def demo(
         from stiffcal.workflow.demo import run_demo
         from stiffcal.workflow.steps import RunContext
 
-        document = run_demo(folder, RunContext(progress=answer.progress, notify=answer.notify))
-        answer.give(document, show_run, command_line("diagnose", folder))
-    return OK if document["passed"] else NOT_HELD
+        result = run_demo(folder, RunContext(progress=answer.progress, notify=answer.notify))
+        answer.give(result, show_run, command_line("diagnose", folder))
+    return OK if result.passed else NOT_HELD

@@ -6,18 +6,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.bodies import show_cartesian, show_joints
+from stiffcal.cli.clamped import show_clamped
 from stiffcal.cli.endings import OK
-from stiffcal.cli.experiments import overviews, show_overviews
+from stiffcal.cli.friction import friction_parameters, show_friction
 from stiffcal.cli.links import show_coupling, show_links
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
-from stiffcal.cli.suspects import show_suspects_of
+from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.wording import deviation, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.identification.fit_results import DualQuaternionFit, UnidentifiedParameters
+    from stiffcal.results.identify_result import IdentifyResult
 
 
 def identify(
@@ -44,72 +48,75 @@ def identify(
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
-        document = identify_campaign(folder, context, loss, dual_quaternions, coupling)
-        answer.give(document, show_fit, command_line("validate", folder, store=store))
+        result = identify_campaign(folder, context, loss, dual_quaternions, coupling)
+        answer.give(result, show_fit, command_line("validate", folder, store=store))
     return OK
 
 
-def show_fit(console: Console, document: Document) -> None:
-    """Draw the identify document: the table, how well it fits, what cannot be told."""
-    taken = (
-        f"{document['n_readings']} readings" if document.get("n_readings") else f"{document['n_states']} load states"
-    )
-    console.print(f"{taken} in {document['n_runs']} runs")
-    kinds = overviews(document)
-    elsewhere = {name for overview in kinds for name in overview.parameters}
-    show_parameters(console, [one for one in document["parameters"] if one["name"] not in elsewhere])
-    show_overviews(console, kinds)
-    noise = document.get("noise")
-    against = f", noise {deviation(noise)} (from {document['noise_source']})" if noise else ", noise not known"
-    console.print(f"fit {deviation(document['rms'])} rms{against}")
-    console.print(
-        f"reduced χ² {significant(document['reduced_chi2'])}, condition number {significant(document['condition'])}"
-    )
-    if document.get("joints_by_themselves"):
-        show_joints(console, document["joints_by_themselves"])
-    if document.get("cartesian_stiffness"):
-        show_cartesian(console, document["cartesian_stiffness"])
-    if document.get("links"):
-        show_links(console, document["links"])
-    if document.get("rejected"):
-        console.print(f"{len(document['rejected'])} states set aside before the fit (bumped or excluded)")
-    show_suspects_of(console, document)
-    for ambiguity in document["not_identifiable"]:
-        if elsewhere and set(ambiguity["parameters"]) <= elsewhere:
+def show_fit(console: Console, result: IdentifyResult) -> None:
+    """Draw a fit: the table, how well it fits, what these data do not identify."""
+    taken = f"{result.n_readings} readings" if result.n_readings else f"{result.n_states} load states"
+    console.print(f"{taken} in {result.n_runs} runs")
+    elsewhere = friction_parameters(result)
+    show_parameters(console, [parameter for parameter in result.parameters if parameter.name not in elsewhere])
+    show_clamped(console, result.clamped)
+    show_friction(console, result)
+    known = result.noise is not None
+    against = f", noise {deviation(result.noise)} (from {result.noise_source})" if known else ", noise not known"
+    console.print(f"fit {deviation(result.rms)} rms{against}")
+    console.print(f"reduced χ² {significant(result.reduced_chi2)}, condition number {significant(result.condition)}")
+    if result.joints_by_themselves:
+        show_joints(console, result.joints_by_themselves)
+    if result.cartesian_stiffness:
+        show_cartesian(console, result.cartesian_stiffness)
+    if result.links:
+        show_links(console, result.links)
+    if result.rejected:
+        console.print(f"{len(result.rejected)} states set aside before the fit (bumped or excluded)")
+    show_suspects(console, result.suspects)
+    for group in result.not_identifiable:
+        if elsewhere and set(group.parameters) <= elsewhere:
             continue
-        console.print(f"cannot be told: {ambiguity_in_words(ambiguity)}")
-    if document.get("expected_error"):
-        console.print(document["expected_error"])
-    if document.get("coupling"):
-        show_coupling(console, document["coupling"])
-    if document.get("dual_quaternions"):
-        _show_dual_quaternions(console, document["dual_quaternions"])
+        console.print(f"cannot be told: {unidentified_in_words(group)}")
+    if result.expected_error:
+        console.print(result.expected_error)
+    if result.coupling is not None:
+        show_coupling(console, result.coupling)
+    if result.dual_quaternions is not None:
+        _show_dual_quaternions(console, result.dual_quaternions)
 
 
-def _show_dual_quaternions(console: Console, both: Document) -> None:
-    """Draw the two forms side by side, and the paper's unweighted estimate apart."""
+def _show_dual_quaternions(console: Console, both: DualQuaternionFit) -> None:
+    """Draw the two forms next to each other, and the paper's unweighted estimate apart."""
 
     def stiffness(compliance: float | None) -> str:
         return significant(1.0 / compliance) if compliance else "–"
 
     table = plain_table("stiffness, N·m/rad", "matrices>", "dual quaternions>", "unweighted, m>", "unweighted, mm>")
-    for one in both["parameters"]:
-        keys = ("matrix", "dual_quaternion", "unweighted_in_metres", "unweighted_in_millimetres")
-        table.add_row(one["name"], *(stiffness(one[key]) for key in keys))
+    for parameter in both.parameters:
+        table.add_row(
+            parameter.name,
+            stiffness(parameter.matrix),
+            stiffness(parameter.dual_quaternion),
+            stiffness(parameter.unweighted_in_metres),
+            stiffness(parameter.unweighted_in_millimetres),
+        )
     console.print(table)
     console.print(
-        f"both forms agree to {both['largest_relative_difference']:.1g} (relative); unweighted: 003, eq. 35 as "
+        f"both forms agree to {both.largest_relative_difference:.1g} (relative); unweighted: 003, eq. 35 as "
         "printed, which counts lengths in m or mm and pure numbers alike"
     )
 
 
-def ambiguity_in_words(ambiguity: Document) -> str:
-    """Return what cannot be told apart, why, and what is known of it.
+def unidentified_in_words(group: UnidentifiedParameters) -> str:
+    """Return what these data do not distinguish, why, and what is known of it.
 
     Examples
     --------
-    >>> ambiguity_in_words({"parameters": ["a", "b"], "reason": "they move the target alike", "known": "a + b"})
+    >>> from stiffcal.identification.fit_results import UnidentifiedParameters
+    >>> group = UnidentifiedParameters(parameters=["a", "b"], reason="they move the target alike", known="a + b")
+    >>> unidentified_in_words(group)
     'a, b: they move the target alike; known: a + b'
     """
-    words = f"{', '.join(ambiguity['parameters'])}: {ambiguity['reason']}"
-    return words + (f"; known: {ambiguity['known']}" if ambiguity.get("known") else "")
+    words = f"{', '.join(group.parameters)}: {group.reason}"
+    return words + (f"; known: {group.known}" if group.known else "")

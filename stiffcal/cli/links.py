@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import Document
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, interval, share, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
 
 # Elements of the 6×6 that people look at: the beam's own. (row, column, words, factor from SI, unit)
 _ELEMENTS = (
@@ -22,42 +23,41 @@ _ELEMENTS = (
 )
 
 
-def show_links(console: Console, links: list[Document]) -> None:
-    """Draw what the rods say of each link: what they carry, the compliance of its end, what they cannot tell."""
+def show_links(console: Console, links: list[LinkResult]) -> None:
+    """Draw what the rods show of each link: what they carry, the compliance of its end, what they do not identify."""
     for link in links:
-        part = link["share_of_tool"]
-        apart = "" if link["torsion"]["identifiable"] else ", its twist left out"
+        part = link.share_of_tool
+        apart = "" if link.torsion.identifiable else ", its twist left out"
         of_tool = "" if part is None else f"; {share(part)} of the tool's deflection is the link's{apart}"
-        console.print(f"{link['link']}: {len(link['rods'])} rods carry {', '.join(link['carried'])}{of_tool}")
-        as_beam = " (as a beam)" if link.get("compliance_structure") == "beam" else ""
+        console.print(f"{link.link}: {len(link.rods)} rods carry {', '.join(link.carried)}{of_tool}")
+        as_beam = " (as a beam)" if link.compliance_structure == "beam" else ""
         table = plain_table(f"compliance of the link's end{as_beam}", "value, ± 95 %>", "")
-        low, high = link["compliance_interval"]
+        lowest, highest = link.compliance_interval
         for row, column, words, factor, unit in _ELEMENTS:
-            value = link["compliance"][row][column]
-            ends = (low[row][column], high[row][column])
-            known = value is not None and None not in ends
-            shown = interval(value * factor, ends[0] * factor, ends[1] * factor) if known else "cannot be told"
+            value, low, high = link.compliance[row][column], lowest[row][column], highest[row][column]
+            shown = "cannot be told"
+            if value is not None and low is not None and high is not None:
+                shown = interval(value * factor, low * factor, high * factor)
             table.add_row(words, shown, unit)
         console.print(table)
-        for sentence in link["not_identifiable"]:
-            console.print(f"{link['link']}: {sentence}", soft_wrap=True)
-        for fault in link["faults"]:
-            console.print(f"{link['link']}: {fault['why']}", soft_wrap=True)
+        for sentence in link.not_identifiable:
+            console.print(f"{link.link}: {sentence}", soft_wrap=True)
+        for fault in link.faults:
+            console.print(f"{link.link}: {fault.why}", soft_wrap=True)
 
 
-def show_coupling(console: Console, coupling: Document) -> None:
+def show_coupling(console: Console, coupling: CouplingResult) -> None:
     """Draw what each way makes of each parameter: as a stiffness, against tool and rods together."""
-    ways = coupling["ways"]
-    table = plain_table("parameter", *(f"{_HEADS[way['way']]}>" for way in ways))
-    for one in coupling["parameters"]:
-        cells = ["–" if one["name"] in way["left_out"] else _estimate(one[way["way"]], way["way"]) for way in ways]
-        table.add_row(one["name"], *cells)
+    ways = coupling.ways
+    table = plain_table("parameter", *(f"{_HEADS[way.way]}>" for way in ways))
+    for parameter in coupling.parameters:
+        name = parameter["name"]
+        cells = ["–" if name in way.left_out else _estimate(parameter[way.way], way.way) for way in ways]
+        table.add_row(name, *cells)
     console.print(table)
     for way in ways:
-        unidentified = len(way["not_identifiable"])
-        console.print(
-            f"{way['says']}: fit {deviation(way['rms'])} rms, {unidentified or 'no'} parameters not told apart"
-        )
+        unidentified = len(way.not_identifiable)
+        console.print(f"{way.says}: fit {deviation(way.rms)} rms, {unidentified or 'no'} parameters not told apart")
 
 
 _HEADS = {
@@ -68,11 +68,11 @@ _HEADS = {
 }
 
 
-def _estimate(one: Document | None, way: str) -> str:
-    if one is None:
+def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
+    if estimate is None:
         return "cannot be told"
-    spread = share(1.96 * one["std"] / abs(one["value"])) if one["value"] else "–"
+    spread = share(1.96 * estimate.std / abs(estimate.value)) if estimate.value else "–"
     if way == "with-rods":
-        return f"{significant(one['value'])} ± {spread}"
-    off = "–" if one["against_rods"] is None else f"{100.0 * one['against_rods']:+.1f} %"
+        return f"{significant(estimate.value)} ± {spread}"
+    off = "–" if estimate.against_rods is None else f"{100.0 * estimate.against_rods:+.1f} %"
     return f"{off} (± {spread})"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.answers import Document, answering, command_line
+from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.identify import show_fit
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
@@ -12,6 +12,8 @@ from stiffcal.cli.wording import deviation, share
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from stiffcal.workflow.run_result import RunResult
 
 
 def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -> int:
@@ -24,15 +26,15 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(store=store, progress=answer.progress, notify=answer.notify)
-        document = run_campaign(folder, context)
-        answer.give(document, show_run, command_line("history", folder, store=store))
-    return OK if document["passed"] else NOT_HELD
+        result = run_campaign(folder, context)
+        answer.give(result, show_run, command_line("history", folder, store=store))
+    return OK if result.passed else NOT_HELD
 
 
-def show_run(console: Console, document: Document) -> None:
+def show_run(console: Console, result: RunResult) -> None:
     """Draw the stiffness table, the error in unseen poses, what is missing, and where the PDF is."""
-    show_fit(console, document["identify"])
-    validation = document["validate"]
+    show_fit(console, result.identify)
+    validation = result.validate
     relative = validation["relative"]
     left = relative.get("translation") if isinstance(relative, dict) else relative
     told, of = f"unseen poses: {deviation(validation['rms'])} rms", "the deflection"
@@ -45,5 +47,5 @@ def show_run(console: Console, document: Document) -> None:
         console.print("unseen poses: none, so nothing is judged there")
     if validation["passed"] is False:
         console.print("thresholds NOT held")
-    console.print(document["diagnose"]["summary"], soft_wrap=True)
-    console.print(f"report: {document['report']}", soft_wrap=True)
+    console.print(result.diagnose.summary, soft_wrap=True)
+    console.print(f"report: {result.report}", soft_wrap=True)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiffcal.cli.wording import interval, places, significant
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+
+    from stiffcal.identification.fit_results import IdentifiedParameter
 
 
 def plain_table(*columns: str) -> Table:
@@ -24,50 +26,54 @@ def plain_table(*columns: str) -> Table:
     return table
 
 
-def show_parameters(console: Console, parameters: Sequence[dict[str, Any]]) -> None:
+def show_parameters(console: Console, parameters: Sequence[IdentifiedParameter]) -> None:
     """Draw identified parameters: compliances as the stiffness people ask for, the others as they are.
 
     Parameters
     ----------
     console : where to.
-    parameters : as in the `identify` document.
+    parameters : of a fit.
     """
-    compliances = [p for p in parameters if "stiffness" in p]
-    others = [p for p in parameters if "stiffness" not in p]
+    compliances = [parameter for parameter in parameters if parameter.is_compliance]
+    others = [parameter for parameter in parameters if not parameter.is_compliance]
     if compliances:
         table = plain_table("effect", "place", "stiffness, ± 95 %>", "")
-        for p in compliances:
-            low, high = _ends(p.get("stiffness_interval"))
-            table.add_row(p["effect"], _place(p), _stiffness(p, low, high), _stiffness_unit(p["unit"]) + _in_noise(p))
+        for parameter in compliances:
+            unit = _stiffness_unit(parameter.unit) + _in_noise(parameter)
+            table.add_row(parameter.effect, _place(parameter), _stiffness(parameter), unit)
         console.print(table)
     if others:
         table = plain_table("parameter", "place", "value, ± 95 %>", "")
-        for p in others:
-            low, high = _ends(p.get("interval"))
-            words = interval(p["value"], low, high) if p["value"] is not None else "cannot be told"
+        for parameter in others:
+            low, high = _ends(parameter.interval)
+            words = interval(parameter.value, low, high) if parameter.value is not None else "cannot be told"
             table.add_row(
-                p["name"], places(p["where"]), f"{words} (fixed)" if p["fixed"] else words, p["unit"] + _in_noise(p)
+                parameter.name,
+                places(parameter.where),
+                f"{words} (fixed)" if parameter.fixed else words,
+                parameter.unit + _in_noise(parameter),
             )
         console.print(table)
 
 
-def _in_noise(parameter: dict[str, Any]) -> str:
-    return "  within the noise" if parameter.get("above_noise") is False else ""
+def _in_noise(parameter: IdentifiedParameter) -> str:
+    return "  within the noise" if parameter.above_noise is False else ""
 
 
-def _place(parameter: dict[str, Any]) -> str:
+def _place(parameter: IdentifiedParameter) -> str:
     """Return where a compliance sits, and of which axis it is where its effect has several."""
-    symbol = str(parameter["name"]).rpartition(".")[2]
-    return places(parameter["where"]) + ("" if symbol == "c" else f", {symbol}")
+    symbol = parameter.name.rpartition(".")[2]
+    return places(parameter.where) + ("" if symbol == "c" else f", {symbol}")
 
 
-def _stiffness(parameter: dict[str, Any], low: float | None, high: float | None) -> str:
-    if parameter["value"] is None:
+def _stiffness(parameter: IdentifiedParameter) -> str:
+    low, high = _ends(parameter.stiffness_interval)
+    if parameter.value is None:
         return "cannot be told"
-    # A compliance of zero: these data show no give at all, and only say how stiff the joint is at least.
-    if parameter["stiffness"] is None:
+    # A compliance of zero: these data show no give at all, and only how stiff the joint is at least.
+    if parameter.known_stiffness is None:
         return f"above {significant(low)}" if low else "rigid"
-    return interval(parameter["stiffness"], low, high) + (" (fixed)" if parameter["fixed"] else "")
+    return interval(parameter.known_stiffness, low, high) + (" (fixed)" if parameter.fixed else "")
 
 
 def _ends(ends: Sequence[float | None] | None) -> tuple[float | None, float | None]:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from stiffcal.documents import Document, Number
-from stiffcal.measurements.rms import VarianceRatio
+from stiffcal.documents import Number
+from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
+from stiffcal.identification.noise import NoiseSource
+from stiffcal.model.summary import EffectInModel
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+Document: TypeAlias = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,17 +40,17 @@ class ExperimentFit:
     """Of its section in the document: the kind's."""
     section: object
     """That section, a result."""
-    parameters: list[Document] = field(default_factory=list)
-    """As in the document, to be added there."""
-    not_identifiable: list[Document] = field(default_factory=list)
-    """As in the document, to be added there."""
-    effects: list[Document] = field(default_factory=list)
-    """Of the model, as the document writes them, that this experiment alone identifies."""
+    parameters: list[IdentifiedParameter] = field(default_factory=list)
+    """To be added to those of the load states."""
+    not_identifiable: list[UnidentifiedParameters] = field(default_factory=list)
+    """Likewise."""
+    effects: list[EffectInModel] = field(default_factory=list)
+    """Of the model, those that this experiment alone identifies."""
     rms: dict[str, float | None] = field(default_factory=dict)
     """By measure: "torque", N·m, and "motor_angle", rad."""
     noise: dict[str, float | None] = field(default_factory=dict)
     """Likewise; empty where it is not known."""
-    noise_source: str = "none"
+    noise_source: NoiseSource = "none"
     n_runs: int = 0
     """Runs that it rests on."""
     n_readings: int = 0
@@ -61,7 +66,7 @@ class ExperimentFit:
     """To be stored, by name."""
     free: list[str] = field(default_factory=list)
     """Names of the parameters that were estimated."""
-    covariance: list[list[float]] = field(default_factory=list)
+    covariance: Sequence[Sequence[Number]] = field(default_factory=list)
     """Of these, square."""
 
 
@@ -103,17 +108,3 @@ class ExperimentValidation:
             noise=self.noise,
             zero_model=self.zero_model,
         )
-
-
-@dataclass(frozen=True)
-class FittedLaw:
-    """The law of one kind of experiment, for the judgement whether it holds."""
-
-    name: str
-    """What was fitted: "Torque over angle"."""
-    where: str
-    """Where it was judged: "in poses left out"."""
-    lack_of_fit: VarianceRatio | None = None
-    """What the fit leaves against the scatter of repeats; None where these are too few."""
-    angle_step: float = 0.0
-    """rad, of the encoder: an error within it is none of the law; 0 where no angle is judged."""

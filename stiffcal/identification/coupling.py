@@ -9,7 +9,6 @@ everything from tool and rods together.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -17,18 +16,18 @@ from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Fit, Parameter
 from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
 from stiffcal.identification.link_noise import spread_by_rods
+from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, CouplingWay, Way
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RX, NodeLoads
 from stiffcal.reduction.motion import gauge_directions
-
-Way: TypeAlias = Literal["links-rigid", "tool-alone", "links-taken-out", "with-rods"]
 
 WORDS: dict[Way, str] = {
     "links-rigid": "tool alone, links taken as rigid",
@@ -178,45 +177,45 @@ def without_links(states: LoadStates, chain: Chain, links: tuple[MeasuredLink, .
     return without_rods(freed.with_set_aside(states.used & ~read, SetAsideCode.RODS_NOT_READ, "no reading of the rods"))
 
 
-def coupling_document(coupling: Coupling) -> dict[str, Any]:
-    """Return the four ways side by side; SI, null where a way cannot tell a parameter."""
+def coupling_result(coupling: Coupling) -> CouplingResult:
+    """Return the four ways next to each other; SI, None where a way does not identify a parameter."""
     ways = {way: coupling.values(way) for way in coupling.fits}
     names = [parameter.name for parameter in coupling.fits["with-rods"].parameters]
-    reference = ways["with-rods"]
-    return {
-        "links": list(coupling.links),
-        "ways": [
-            {
-                "way": way,
-                "says": WORDS[way],
-                "rms": fit_rms(fit),
-                "condition": float(fit.condition) if np.isfinite(fit.condition) else None,
-                "not_identifiable": sorted({name for ambiguity in fit.ambiguities for name in ambiguity.names}),
-                "left_out": [
-                    name
-                    for name in names
-                    if name not in {parameter.name for parameter in fit.parameters if not parameter.fixed}
-                ],
-            }
-            for way, fit in coupling.fits.items()
-        ],
-        "parameters": [
+    return CouplingResult(
+        links=list(coupling.links),
+        ways=[_coupling_way(way, fit, names) for way, fit in coupling.fits.items()],
+        parameters=[
             {
                 "name": name,
-                **{
-                    way: None
-                    if name not in values
-                    else {
-                        "value": values[name][0],
-                        "std": values[name][1],
-                        "against_rods": _against(values[name], reference.get(name)),
-                    }
-                    for way, values in ways.items()
-                },
+                "links-rigid": _estimate(name, ways["links-rigid"], ways["with-rods"]),
+                "tool-alone": _estimate(name, ways["tool-alone"], ways["with-rods"]),
+                "links-taken-out": _estimate(name, ways["links-taken-out"], ways["with-rods"]),
+                "with-rods": _estimate(name, ways["with-rods"], ways["with-rods"]),
             }
             for name in names
         ],
-    }
+    )
+
+
+def _coupling_way(way: Way, fit: Fit, names: list[str]) -> CouplingWay:
+    estimated = {parameter.name for parameter in fit.parameters if not parameter.fixed}
+    return CouplingWay(
+        way=way,
+        says=WORDS[way],
+        rms=Rms.of(fit_rms(fit)),
+        condition=float(fit.condition) if np.isfinite(fit.condition) else None,
+        not_identifiable=sorted({name for ambiguity in fit.ambiguities for name in ambiguity.names}),
+        left_out=[name for name in names if name not in estimated],
+    )
+
+
+def _estimate(
+    name: str, values: dict[str, tuple[float, float]], reference: dict[str, tuple[float, float]]
+) -> CoupledEstimate | None:
+    if name not in values:
+        return None
+    value, std = values[name]
+    return CoupledEstimate(value=value, std=std, against_rods=_against(values[name], reference.get(name)))
 
 
 def _against(value: tuple[float, float], reference: tuple[float, float] | None) -> float | None:

@@ -1,18 +1,23 @@
-"""A fit as the JSON interface writes it, and back to a valued robot."""
+"""The parts of a fit as ``identify`` answers them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from stiffcal.identification.fit import Ambiguity, Fit, Parameter
-from stiffcal.identification.identify import fit_rms
-from stiffcal.identification.measured_links import MeasuredLink, links_document, measure_links
+from stiffcal.identification.fit_results import (
+    CorrelatedParameters,
+    IdentifiedParameter,
+    NoisePerAxis,
+    RejectedState,
+    UnidentifiedParameters,
+)
+from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.summary import EffectInModel, ModelSummary, Where
 
-SCHEMA = "stiffcal/identify/1"
 # So many springs of one effect in the noise are named in one line.
 JOINTLY_UNIDENTIFIABLE = 4
 
@@ -22,99 +27,76 @@ def finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-def parameter_document(parameter: Parameter) -> dict[str, Any]:
-    """Return one parameter; SI, null where not identifiable."""
-    interval = parameter.interval
-    document: dict[str, Any] = {
-        "name": parameter.name,
-        "effect": parameter.effect,
-        "where": parameter.place.as_where(),
-        "value": finite(parameter.value),
-        "std": finite(parameter.std),
-        "interval": None if interval is None else [finite(interval[0]), finite(interval[1])],
-        "unit": parameter.spec.unit,
-        "fixed": parameter.fixed,
-        "identifiable": parameter.identifiable,
-        "at_bound": parameter.at_bound,
-        "poorly_known": parameter.poorly_known,
-    }
-    if parameter.spec.compliance:
-        document |= {"stiffness": None, "stiffness_std": None, "stiffness_interval": None, **parameter.stiffness()}
-    if parameter.above_noise is not None:
-        document["above_noise"] = parameter.above_noise
-    return document
+def identified_parameter(parameter: Parameter) -> IdentifiedParameter:
+    """Return one parameter as ``identify`` answers it."""
+    interval, stiffness = parameter.interval, parameter.stiffness()
+    return IdentifiedParameter(
+        name=parameter.name,
+        effect=parameter.effect,
+        where=Where.of(parameter.place),
+        value=finite(parameter.value),
+        std=finite(parameter.std),
+        interval=None if interval is None else [finite(interval[0]), finite(interval[1])],
+        unit=parameter.spec.unit,
+        fixed=parameter.fixed,
+        identifiable=parameter.identifiable,
+        at_bound=parameter.at_bound,
+        poorly_known=parameter.poorly_known,
+        stiffness=None if stiffness is None else stiffness.value,
+        stiffness_std=None if stiffness is None else stiffness.std,
+        stiffness_interval=None if stiffness is None else stiffness.interval,
+        above_noise=parameter.above_noise,
+    )
 
 
-def model_document(robot: CompliantRobot) -> dict[str, Any]:
+def model_summary(robot: CompliantRobot) -> ModelSummary:
     """Return what the model holds: balance and effects with places."""
-    effects: dict[str, dict[str, Any]] = {}
-    for one in robot.placed:
-        entry = effects.setdefault(one.effect.name, {"type": one.effect.name})
-        for kind, places in one.place.as_where().items():
-            entry.setdefault(kind, []).extend(places)
-    return {"balance": "deformed" if robot.deformed else "first-order", "effects": list(effects.values())}
+    places: dict[str, dict[str, list[Any]]] = {}
+    for placed in robot.placed:
+        of_effect = places.setdefault(placed.effect.name, {})
+        for kind, items in Where.of(placed.place).items():
+            of_effect.setdefault(kind, []).extend(items)
+    effects = [EffectInModel(name, **of_effect) for name, of_effect in places.items()]
+    return ModelSummary("deformed" if robot.deformed else "first-order", effects)
 
 
-def ambiguity_document(ambiguity: Ambiguity) -> dict[str, Any]:
-    """Return what cannot be told apart, and what is known of it."""
-    return {
-        "parameters": list(ambiguity.names),
-        "known": ambiguity.known or None,
-        "value": finite(ambiguity.value),
-        "std": finite(ambiguity.std),
-        "reason": ambiguity.reason,
-    }
+def unidentified_parameters(ambiguity: Ambiguity) -> UnidentifiedParameters:
+    """Return what these data do not distinguish, and what is known of it."""
+    return UnidentifiedParameters(
+        parameters=list(ambiguity.names),
+        known=ambiguity.known or None,
+        value=finite(ambiguity.value),
+        std=finite(ambiguity.std),
+        reason=ambiguity.reason,
+    )
 
 
-def fit_document(fit: Fit, states: LoadStates) -> dict[str, Any]:
-    """Return the document of ``identify``.
-
-    Parameters
-    ----------
-    fit : the fit.
-    states : all load states of the campaign, those set aside among them.
-    """
-    aside = [
-        {"run": states.runs[states.run[i]].name, "row": int(states.row[i]), "why": str(states.set_aside[i])}
+def rejected_states(states: LoadStates) -> list[RejectedState]:
+    """Return the load states that were set aside."""
+    return [
+        RejectedState(run=states.runs[states.run[i]].name, row=int(states.row[i]), why=str(states.set_aside[i]))
         for i in range(len(states))
         if states.set_aside[i]
     ]
-    noise = fit.noise
-    correlation = _correlation(fit)
-    links = measured_links(fit)
-    return {
-        "schema": SCHEMA,
-        "warnings": fit_warnings(fit) + [fault.sentence for link in links for fault in link.faults],
-        "model": model_document(fit.robot),
-        "parameters": [parameter_document(one) for one in fit.parameters],
-        "n_states": fit.data.n_measured,
-        "n_runs": len(set(fit.data.run.tolist())),
-        "rms": fit_rms(fit),
-        "noise": fit.noise_length if noise is not None else None,
-        "noise_source": "none" if noise is None else noise.source,
-        "noise_per_axis": None
-        if noise is None
-        else {
-            "translation": noise.translation,
-            "rotation": noise.rotation,
-            "force": noise.force,
-            "moment": noise.moment,
-        }
-        | ({"gauge": noise.gauge} if fit.data.layout.gauges is not None else {})
-        | ({"length": noise.length} if fit.data.layout.rods else {})
-        | ({"motor_angle": noise.motor_angle} if fit.data.layout.motors is not None else {})
-        | ({} if noise.held is None else {"force_clamped": noise.held[0], "moment_clamped": noise.held[1]}),
-        "reduced_chi2": finite(fit.reduced_chi2),
-        "dof": fit.dof,
-        "std_scaled_by_reduced_chi2": fit.scaled,
-        "condition": finite(fit.condition),
-        "not_identifiable": [ambiguity_document(one) for one in fit.ambiguities],
-        "rejected": aside,
-        "free_parameters": list(fit.free_names),
-        "covariance": fit.covariance.tolist(),
-        "correlation": correlation,
-        "iterations": fit.iterations,
-    } | ({"links": links_document(links)} if links else {})
+
+
+def noise_per_axis(fit: Fit) -> NoisePerAxis | None:
+    """Return what a single reading scatters; None where it is not known."""
+    noise, layout = fit.noise, fit.data.layout
+    if noise is None:
+        return None
+    force_clamped, moment_clamped = (None, None) if noise.held is None else noise.held
+    return NoisePerAxis(
+        translation=noise.translation,
+        rotation=noise.rotation,
+        force=noise.force,
+        moment=noise.moment,
+        gauge=noise.gauge if layout.gauges is not None else None,
+        length=noise.length if layout.rods else None,
+        motor_angle=noise.motor_angle if layout.motors is not None else None,
+        force_clamped=force_clamped,
+        moment_clamped=moment_clamped,
+    )
 
 
 def measured_links(fit: Fit) -> tuple[MeasuredLink, ...]:
@@ -123,15 +105,16 @@ def measured_links(fit: Fit) -> tuple[MeasuredLink, ...]:
     return measure_links(fit.data, fit.robot, sigma) if fit.data.layout.rods else ()
 
 
-def _correlation(fit: Fit) -> list[dict[str, Any]]:
+def correlated_parameters(fit: Fit) -> list[CorrelatedParameters]:
     """Return pairs of parameters whose estimates hang together noticeably (above 0.5), strongest first."""
     pairs = []
     for i in range(len(fit.free_names)):
         for j in range(i):
             value = float(fit.covariance[i, j] / math.sqrt(fit.covariance[i, i] * fit.covariance[j, j]))
             if abs(value) > 0.5:
-                pairs.append({"parameters": [fit.free_names[j], fit.free_names[i]], "correlation": value})
-    return sorted(pairs, key=lambda pair: -abs(float(pair["correlation"])))
+                names = [fit.free_names[j], fit.free_names[i]]
+                pairs.append(CorrelatedParameters(parameters=names, correlation=value))
+    return sorted(pairs, key=lambda pair: -abs(pair.correlation))
 
 
 def fit_warnings(fit: Fit) -> list[str]:
@@ -184,8 +167,3 @@ def _jointly_unidentifiable(fit: Fit) -> dict[str, list[str]]:
         for effect, places in in_noise.items()
         if len(places) >= JOINTLY_UNIDENTIFIABLE
     }
-
-
-def values_of(document: Mapping[str, Any]) -> dict[str, float]:
-    """Return parameter values by full name from an ``identify`` document; those not identifiable are left out."""
-    return {one["name"]: float(one["value"]) for one in document["parameters"] if one["value"] is not None}

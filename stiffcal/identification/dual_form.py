@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit import Fit
+from stiffcal.identification.fit_results import ComplianceInTwoForms, DualQuaternionFit
 from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns, lever_of
 from stiffcal.identification.rows import ROTATION, TRANSLATION
@@ -104,25 +104,25 @@ def identify_in_two_forms(fit: Fit) -> TwoForms:
     return TwoForms(names, matrix, dual, metres, millimetres, difference)
 
 
-def two_forms_document(two: TwoForms) -> dict[str, Any]:
-    """Return both forms as the `identify` document holds them: compliances, rad/(N·m); null where not told."""
+def two_forms_result(two: TwoForms) -> DualQuaternionFit:
+    """Return both forms as ``identify`` answers them; None where a compliance is not known."""
 
     def number(value: float) -> float | None:
         return float(value) if np.isfinite(value) else None
 
-    return {
-        "largest_relative_difference": two.difference,
-        "parameters": [
-            {
-                "name": name,
-                "matrix": float(two.matrix[k]),
-                "dual_quaternion": float(two.dual[k]),
-                "unweighted_in_metres": number(two.unweighted[k]),
-                "unweighted_in_millimetres": number(two.unweighted_mm[k]),
-            }
+    return DualQuaternionFit(
+        largest_relative_difference=two.difference,
+        parameters=[
+            ComplianceInTwoForms(
+                name=name,
+                matrix=float(two.matrix[k]),
+                dual_quaternion=float(two.dual[k]),
+                unweighted_in_metres=number(two.unweighted[k]),
+                unweighted_in_millimetres=number(two.unweighted_mm[k]),
+            )
             for k, name in enumerate(two.names)
         ],
-    }
+    )
 
 
 def _task(fit: Fit) -> _Task:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from stiffcal.arrays import Floats
@@ -17,6 +18,17 @@ NORMAL_95 = 1.959963984540054
 POORLY_KNOWN = 0.6
 # Of 36 compliances that are nothing one rises above this many standard uncertainties in one campaign of twenty.
 ABOVE_NOISE = 3.0
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """One over a compliance, N·m/rad or N/m; NaN where it is not known, or the compliance is 0."""
+
+    value: float = math.nan
+    std: float = math.nan
+    """Standard uncertainty."""
+    interval: list[float | None] | None = None
+    """Both ends of the 95 % interval; None where there is no end, or no interval is known."""
 
 
 @dataclass(frozen=True)
@@ -62,17 +74,18 @@ class Parameter:
             return None
         return bool(abs(self.value) > ABOVE_NOISE * self.std)
 
-    def stiffness(self) -> dict[str, object]:
-        """Return stiffness, its standard uncertainty and interval, for compliances."""
-        if not self.spec.compliance or self.value is None:
-            return {}
-        value = 1.0 / self.value if self.value > 0.0 else None
-        std = None if value is None or self.std is None else self.std * value**2
-        interval: list[float | None] | None = None
-        if self.interval is not None:
-            low, high = self.interval
-            interval = [1.0 / high if high > 0.0 else None, 1.0 / low if low > 0.0 else None]
-        return {"stiffness": value, "stiffness_std": std, "stiffness_interval": interval}
+    def stiffness(self) -> Stiffness | None:
+        """Return the stiffness of a compliance; None of other parameters."""
+        if not self.spec.compliance:
+            return None
+        if self.value is None:
+            return Stiffness()
+        value = 1.0 / self.value if self.value > 0.0 else math.nan
+        std = math.nan if self.std is None else self.std * value**2
+        if self.interval is None:
+            return Stiffness(value, std)
+        low, high = self.interval
+        return Stiffness(value, std, [1.0 / high if high > 0.0 else None, 1.0 / low if low > 0.0 else None])
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,10 @@ from statistics import NormalDist
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.identification.body_results import Component
 from stiffcal.identification.joint_motion import JointMotion
 
-COMPONENTS = ("tx", "ty", "tz", "rx", "ry", "rz")
+COMPONENTS: tuple[Component, ...] = ("tx", "ty", "tz", "rx", "ry", "rz")
 # A compliance rises above the noise where it is more than this many standard uncertainties: of 36 that are nothing one
 # in twenty campaigns shows one.
 ABOVE_NOISE = 3.0
@@ -47,7 +48,7 @@ class JointLine:
     offsets : run number to its offset, m or rad.
     """
 
-    component: str
+    component: Component
     compliance: float
     std: float
     curve: tuple[float, float, float]

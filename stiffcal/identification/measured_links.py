@@ -7,11 +7,11 @@ as a fitted one: levers change by well under a percent. Nothing of the joints' s
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.identification.link_results import LinkResult, NotCarried, RodFaultResult, TorsionResult
 from stiffcal.identification.observation import rests
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.rows import GAUGE, LENGTH, TRANSLATION
@@ -132,47 +132,45 @@ def _share(data: Observations, index: Integers, targets: list[Floats]) -> float:
     return along / squares if squares > 0.0 else np.nan
 
 
-def links_document(links: tuple[MeasuredLink, ...]) -> list[dict[str, Any]]:
-    """Return what `identify` says of links with rods: SI, beam axes, null where not known."""
-    return [_measured_link_document(link) for link in links]
+def link_results(links: tuple[MeasuredLink, ...]) -> list[LinkResult]:
+    """Return links with rods as ``identify`` answers them: SI, beam axes, None where not known."""
+    return [_link_result(link) for link in links]
 
 
-def _measured_link_document(link: MeasuredLink) -> dict[str, Any]:
+def _link_result(link: MeasuredLink) -> LinkResult:
     estimate, compliance = link.estimate, link.compliance
-    return {
-        "link": link.link,
-        "rods": list(estimate.rods.names),
-        "n_states": len(link.index),
-        "carried": list(estimate.carried),
-        "spare": estimate.redundancy,
-        "condition": _number(estimate.condition),
-        "sigma": _number(float(np.sqrt(np.mean(estimate.sigma**2)))),
-        "sigma_source": estimate.sigma_source,
-        "displacement_std": _numbers(np.sqrt(np.diag(estimate.covariance))),
-        "share_of_tool": _number(link.share),
-        "torsion": {
-            "identifiable": estimate.torsion.identifiable,
-            "bound": estimate.torsion.bound,
-            "why": estimate.torsion.why,
-        },
-        "compliance_structure": compliance.structure,
-        "compliance": [_numbers(row) for row in compliance.matrix],
-        "compliance_std": [_numbers(row) for row in compliance.std],
-        "compliance_interval": [[_numbers(row) for row in end] for end in compliance.interval],
-        "reduced_chi2": _number(compliance.reduced_chi2),
-        "not_identifiable": list(compliance.not_identifiable),
-        "not_carried": [{"load": error.load, "relative_error": error.relative} for error in estimate.shape_errors],
-        "faults": [
-            {
-                "kind": fault.kind,
-                "rods": list(fault.rods),
-                "size_m": fault.size,
-                "alternatives": list(fault.alternatives),
-                "why": fault.sentence,
-            }
+    return LinkResult(
+        link=link.link,
+        rods=list(estimate.rods.names),
+        n_states=len(link.index),
+        carried=list(estimate.carried),
+        spare=estimate.redundancy,
+        condition=_number(estimate.condition),
+        sigma=_number(float(np.sqrt(np.mean(estimate.sigma**2)))),
+        sigma_source=estimate.sigma_source,
+        displacement_std=_numbers(np.sqrt(np.diag(estimate.covariance))),
+        share_of_tool=_number(link.share),
+        torsion=TorsionResult(
+            identifiable=estimate.torsion.identifiable, bound=estimate.torsion.bound, why=estimate.torsion.why
+        ),
+        compliance_structure=compliance.structure,
+        compliance=[_numbers(row) for row in compliance.matrix],
+        compliance_std=[_numbers(row) for row in compliance.std],
+        compliance_interval=[[_numbers(row) for row in end] for end in compliance.interval],
+        reduced_chi2=_number(compliance.reduced_chi2),
+        not_identifiable=list(compliance.not_identifiable),
+        not_carried=[NotCarried(load=error.load, relative_error=error.relative) for error in estimate.shape_errors],
+        faults=[
+            RodFaultResult(
+                kind=fault.kind,
+                rods=list(fault.rods),
+                size_m=fault.size,
+                alternatives=list(fault.alternatives),
+                why=fault.sentence,
+            )
             for fault in link.faults
         ],
-    }
+    )
 
 
 def _number(value: float) -> float | None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,9 @@ LEAST_SCATTER = 1e-12
 ENOUGH_DOF = 30
 
 
+NoiseSource: TypeAlias = Literal["repeats", "manifest", "none"]
+
+
 @dataclass(frozen=True)
 class Noise:
     """Standard uncertainty of one load state, per component.
@@ -62,7 +66,7 @@ class Noise:
     rotation: float
     force: float
     moment: float
-    source: str
+    source: NoiseSource
     dof: float
     gauge: float = 0.0
     length: float = 0.0
@@ -70,7 +74,7 @@ class Noise:
     held: tuple[float, float] | None = None
 
     @classmethod
-    def of_kinds(cls, sizes: Floats, wrench: tuple[float, float], source: str, dof: float) -> Noise:
+    def of_kinds(cls, sizes: Floats, wrench: tuple[float, float], source: NoiseSource, dof: float) -> Noise:
         """Make noise from sizes by kind of row (`stiffcal.identification.rows`), and of force and moment."""
         return cls(
             float(sizes[TRANSLATION]), float(sizes[ROTATION]), *wrench, source, dof,

@@ -9,7 +9,7 @@ is taken up as long as the rods can carry it. What they cannot carry counts as z
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -26,6 +26,8 @@ LARGEST_GAIN = 1e3
 LEAST_TORSION = 0.11
 # A rod that reads less than this of a field that moves the end by one does not see it.
 BLIND = 1e-9
+SigmaSource: TypeAlias = Literal["stated", "residuals", "none"]
+"""Where the standard uncertainty of a rod's reading is from."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ class LinkEstimate:
     residual: Floats
     disagreement: Floats
     sigma: Floats
-    sigma_source: str
+    sigma_source: SigmaSource
     torsion: Torsion
     shape_errors: tuple[ShapeError, ...]
 
@@ -252,7 +254,8 @@ def estimate_link(
     solve = np.linalg.pinv(weight[:, None] * design.matrix) * weight
     amplitudes = lengths @ solve.T
     residual = lengths - amplitudes @ design.matrix.T
-    used, source = stated, "stated"
+    source: SigmaSource = "stated"
+    used = stated
     if not has_sigma:
         free = design.redundancy * len(lengths)
         scatter = np.sqrt(np.sum(residual**2) / free) if free > 0 else np.nan

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
-from stiffcal.experiments.presentation import Page
 from stiffcal.ingest.results import IngestResult
 from stiffcal.model.summary import EffectAt
+from stiffcal.results.identify_result import IdentifyResult
 
 Strings = NDArray[np.str_]
 Document: TypeAlias = dict[str, Any]
@@ -288,7 +288,8 @@ class ReportContent:
     runs : the runs, in the manifest's order.
     joint_names : names of the logged joints (L).
     states : the load states; None where there are none (then all curves are left out).
-    identify, validate, history : JSON documents of the interface, section 4; None where not made.
+    identify : the present fit; None where nothing is fitted.
+    validate, history : JSON documents of the interface, section 4; None where not made.
     ingest : how the load states came about; None where that is not known.
     instruments : the sensors.
     set_aside : what was not used and why.
@@ -298,7 +299,6 @@ class ReportContent:
     not_diagnosed : why there is none, in words.
     earlier_diagnoses : the diagnoses that led to the present model, oldest first.
     evidence : what speaks for each effect that is missing, or in the model beyond the joints' compliances.
-    pages : what the kinds of experiment show.
     extra : documents and arrays of later sections, by section name.
     """
 
@@ -306,7 +306,7 @@ class ReportContent:
     runs: tuple[ReportRun, ...]
     joint_names: tuple[str, ...]
     states: ReportStates | None = None
-    identify: Document | None = None
+    identify: IdentifyResult | None = None
     validate: Document | None = None
     history: Document | None = None
     ingest: IngestResult | None = None
@@ -318,15 +318,4 @@ class ReportContent:
     not_diagnosed: str = "the model has not been diagnosed yet: run “stiffcal diagnose”"
     earlier_diagnoses: tuple[EarlierDiagnosis, ...] = ()
     evidence: tuple[EvidenceFigure, ...] = ()
-    pages: tuple[Page, ...] = ()
     extra: dict[str, Any] = field(default_factory=dict)
-
-    @property
-    def parameters_on_pages(self) -> frozenset[str]:
-        """The names of the parameters that pages of kinds of experiment show: others need not show them again."""
-        return frozenset(name for page in self.pages for name in page.parameters)
-
-    @property
-    def readings_alone(self) -> tuple[Page, ...]:
-        """The pages with something on them where the campaign holds no load states, else none."""
-        return () if self.states is not None else tuple(page for page in self.pages if page.blocks)

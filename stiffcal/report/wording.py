@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
     from stiffcal.model.summary import Where
 
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import Where
+
 DASH = "–"
 _NARROW_SPACE = "\u202f"
 MOST_WRITTEN_OUT = 15  # digits before the point; a double holds no more

@@ -14,9 +14,9 @@ from stiffcal.compensation.predict_result import PredictResult
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.documents import schema_of
 from stiffcal.ingest.results import IngestResult
+from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.validation.compare_result import CompareResult
 from stiffcal.workflow.check_results import CheckResult
-from stiffcal.workflow.command_documents import Run
 from stiffcal.workflow.command_results import (
     EditResult,
     EffectsResult,
@@ -26,13 +26,14 @@ from stiffcal.workflow.command_results import (
     ReportResult,
     SimulateResult,
 )
-from stiffcal.workflow.documents import Error, Identify, Validate
+from stiffcal.workflow.documents import Error, Validate
 from stiffcal.workflow.history_results import HistoryResult
 from stiffcal.workflow.improve_results import ImproveResult
+from stiffcal.workflow.run_result import RunResult
 from stiffcal.workflow.trust_results import TrustResult
 
 DOCUMENTS: dict[str, Any] = {
-    "identify": Identify,
+    "identify": IdentifyResult,
     "validate": Validate,
     "history": HistoryResult,
     "predict": PredictResult,
@@ -43,7 +44,7 @@ DOCUMENTS: dict[str, Any] = {
     "improve": ImproveResult,
     "compare": CompareResult,
     "check": CheckResult,
-    "run": Run,
+    "run": RunResult,
     "batch": Batch,
     "report": ReportResult,
     "plot": PlotResult,

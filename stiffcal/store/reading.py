@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 from urllib.parse import unquote, urlsplit
 
 import pyarrow as pa
 
+from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import Columns
@@ -100,10 +101,10 @@ class Store:
         with self._readable() as snapshot:
             return () if snapshot is None else snapshot.documents
 
-    def origin_of(self, *names: str) -> str:
+    def origin_of(self, *names: str) -> Origin:
         """Return from whom tables or documents come, the worst of them: "own", "trusted place" or "foreign"."""
         with self._readable() as snapshot:
-            return OWN if snapshot is None else snapshot.origin_of(*names)
+            return cast(Origin, OWN if snapshot is None else snapshot.origin_of(*names))
 
     @contextmanager
     def _readable(self) -> Iterator[Snapshot | None]:

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from stiffcal.campaign.thresholds import ALL_JOINTS, Thresholds
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import Change
 
@@ -48,16 +49,16 @@ class Baseline:
     Attributes
     ----------
     name : how the user calls it.
-    parameters : as in its `identify` document, by name.
+    parameters : of its fit, by name.
     """
 
     name: str
-    parameters: dict[str, Document]
+    parameters: dict[str, IdentifiedParameter]
 
 
 def judge(
     limits: Thresholds,
-    identified: Document,
+    parameters: Sequence[IdentifiedParameter],
     validation: Document,
     joint_names: Sequence[str],
     baseline: Baseline | None,
@@ -71,14 +72,14 @@ def judge(
     Parameters
     ----------
     limits : what is asked.
-    identified, validation : documents of the fit and of its validation.
+    parameters : of the fit. validation : document of its validation.
     joint_names : of the robot, J of them.
     baseline : the earlier fit, where `limits` name one.
     asked : those of `limits` that somebody else than the campaign's author asks for, None where there are none.
     """
-    checks = [*_errors(limits, validation), *_stiffnesses(limits, identified, joint_names, asked)]
+    checks = [*_errors(limits, validation), *_stiffnesses(limits, parameters, joint_names, asked)]
     if baseline is not None:
-        checks += _drifts(limits, identified, joint_names, baseline, asked)
+        checks += _drifts(limits, parameters, joint_names, baseline, asked)
     return checks
 
 
@@ -128,18 +129,20 @@ def _errors(limits: Thresholds, validation: Document) -> list[Check]:
     return checks
 
 
-def _joint_stiffnesses(identified: Document, joint_names: Sequence[str]) -> list[tuple[Document, str, str]]:
+def _joint_stiffnesses(
+    parameters: Sequence[IdentifiedParameter], joint_names: Sequence[str]
+) -> list[tuple[IdentifiedParameter, str, str]]:
     """Return the parameters that are a stiffness of one joint, with its name, and how a sentence is to call them."""
     found = [
         (parameter, joint_names[joints[0] - 1])
-        for parameter in identified["parameters"]
-        if len(joints := parameter["where"].get("joints", [])) == 1
-        and "stiffness" in parameter
-        and parameter["unit"] == _COMPLIANCE_UNIT
+        for parameter in parameters
+        if len(joints := parameter.where.joints or []) == 1
+        and parameter.is_compliance
+        and parameter.unit == _COMPLIANCE_UNIT
     ]
     many = Counter(joint for _, joint in found)
     return [
-        (parameter, joint, f"{joint} ({parameter['name']})" if many[joint] > 1 else joint) for parameter, joint in found
+        (parameter, joint, f"{joint} ({parameter.name})" if many[joint] > 1 else joint) for parameter, joint in found
     ]
 
 
@@ -148,10 +151,10 @@ def _limit_of(limits: Thresholds, joint: str) -> float | None:
 
 
 def _stiffnesses(
-    limits: Thresholds, identified: Document, joint_names: Sequence[str], asked: Thresholds | None
+    limits: Thresholds, parameters: Sequence[IdentifiedParameter], joint_names: Sequence[str], asked: Thresholds | None
 ) -> list[Check]:
     """Hold each joint's stiffness against its limit; joints of which the model has none too, where it is asked for."""
-    found = _joint_stiffnesses(identified, joint_names)
+    found = _joint_stiffnesses(parameters, joint_names)
     present = {joint for _, joint, _ in found}
     absent = [joint for joint in joint_names if joint not in present and asked is not None and _limit_of(asked, joint)]
     checks = []
@@ -159,7 +162,7 @@ def _stiffnesses(
         limit = _limit_of(limits, joint)
         if limit is None:
             continue
-        if parameter is not None and not parameter.get("fixed"):
+        if parameter is not None and not parameter.fixed:
             checks.append(_stiffness(parameter, label, limit))
             continue
         what = (
@@ -173,10 +176,10 @@ def _stiffnesses(
     return checks
 
 
-def _stiffness(parameter: Document, joint: str, limit: float) -> Check:
-    unit, value = JOINT_STIFFNESS_UNIT, parameter["stiffness"]
+def _stiffness(parameter: IdentifiedParameter, joint: str, limit: float) -> Check:
+    unit, value = JOINT_STIFFNESS_UNIT, parameter.known_stiffness
     bound = f"min_stiffness = {limit:.3g} {unit}"
-    if parameter["value"] is None:
+    if parameter.value is None:
         says = f"stiffness of {joint} cannot be told from these data: {bound} cannot be judged"
         return Check("min_stiffness", joint, limit, None, unit, None, says)
     if value is None:
@@ -188,7 +191,7 @@ def _stiffness(parameter: Document, joint: str, limit: float) -> Check:
 
 def _drifts(
     limits: Thresholds,
-    identified: Document,
+    parameters: Sequence[IdentifiedParameter],
     joint_names: Sequence[str],
     baseline: Baseline,
     asked: Thresholds | None,
@@ -197,11 +200,11 @@ def _drifts(
 
     Why two conditions: a change that chance makes is no drift, however large; a sure one below `max_drift` is allowed.
     """
-    found = _joint_stiffnesses(identified, joint_names)
+    found = _joint_stiffnesses(parameters, joint_names)
     shared = [
-        (joint, label, change_of(baseline.parameters[parameter["name"]], parameter))
+        (joint, label, change_of(baseline.parameters[parameter.name], parameter))
         for parameter, joint, label in found
-        if parameter["name"] in baseline.parameters and not parameter.get("fixed")
+        if parameter.name in baseline.parameters and not parameter.fixed
     ]
     judged = sum(change.p_value is not None for _, _, change in shared)
     checks = []
@@ -212,11 +215,11 @@ def _drifts(
     for joint in [name for name in joint_names if name not in seen and (name in limits.max_drift or not seen)]:
         says = f"{baseline.name} and this fit share no stiffness of {joint}: its drift cannot be judged"
         checks.append(Check("max_drift", joint, limits.max_drift.get(joint, 0.0), None, "", None, says))
-    measured = {parameter["name"] for parameter, _, _ in found if not parameter.get("fixed")}
+    measured = {parameter.name for parameter, _, _ in found if not parameter.fixed}
     held = False if asked is not None and asked.baseline is not None else None
     for name, earlier in baseline.parameters.items():
-        of_a_joint = len(earlier["where"].get("joints", [])) == 1 and earlier["unit"] == _COMPLIANCE_UNIT
-        if of_a_joint and earlier.get("stiffness") and name not in measured:
+        of_a_joint = len(earlier.where.joints or []) == 1 and earlier.unit == _COMPLIANCE_UNIT
+        if of_a_joint and earlier.known_stiffness and name not in measured:
             says = f"{baseline.name} has {name}, of which this model measures nothing: its drift cannot be judged"
             checks.append(Check("max_drift", "", limits.max_drift.get(ALL_JOINTS, 0.0), None, "", held, says))
     return checks

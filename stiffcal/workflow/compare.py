@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store.origin import worst_of
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import CompareResult
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import IDENTIFY, Document, RunContext, ingested
+from stiffcal.workflow.steps import IDENTIFY, RunContext, ingested
 
 
 def compare_campaigns(before: Path, after: Path, context: RunContext | None = None) -> CompareResult:
@@ -34,16 +36,16 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
     InputError : the campaigns are of robots with different joints, or their models share no parameter.
     """
     context = context or RunContext()
-    documents, joints, origins = [], [], []
+    fits, joints, origins = [], [], []
     for folder in (before, after):
         data = ingested(folder, context)
         joints.append(data.campaign.chain.joint_names)
-        documents.append(fitted(data, context))
+        fits.append(fitted(data, context))
         origins.append(data.store.origin_of(IDENTIFY))
     if len(joints[0]) != len(joints[1]):
         reason = f"its robot has {len(joints[1])} joints, that of {before} has {len(joints[0])}"
         raise InputError.at(FaultCode.ROBOT_MISMATCH, str(after), "robot", reason, "name two campaigns of one robot")
-    first, second = ({one["name"]: one for one in document["parameters"]} for document in documents)
+    first, second = ({parameter.name: parameter for parameter in fit.parameters} for fit in fits)
     shared = [name for name in first if name in second]
     if not shared:
         reason = f"its model shares no parameter with that of {before}"
@@ -53,31 +55,30 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
     changes = [change_of(first[name], second[name]) for name in shared]
     chances = {change.name: change.p_value for change in changes if change.p_value is not None}
     return CompareResult(
-        warnings=_warnings(documents, before, after),
+        warnings=_warnings(fits, before, after),
         before=str(before),
         after=str(after),
         parameters=changes,
         only_before=[name for name in first if name not in second],
         only_after=[name for name in second if name not in first],
-        p_value_all=_together(documents),
+        p_value_all=_together(fits),
         changed=[name for name, p_value in chances.items() if p_value * len(chances) < CHANCE],
         origin=cast(Origin, worst_of(origins)),
     )
 
 
-def _together(documents: list[Document]) -> float | None:
+def _together(fits: list[IdentifyResult]) -> float | None:
     """Return the probability of so large changes of all shared free parameters together by chance."""
     import numpy as np
     from scipy.special import chdtrc
 
-    names = [name for name in documents[0]["free_parameters"] if name in documents[1]["free_parameters"]]
+    names = [name for name in fits[0].free_parameters if name in fits[1].free_parameters]
     values, covariances = [], []
-    for document in documents:
-        known = {one["name"]: one for one in document["parameters"]}
-        pick = [document["free_parameters"].index(name) for name in names]
-        covariance = np.array(document["covariance"], dtype=np.float64).reshape((len(document["free_parameters"]),) * 2)
+    for fit in fits:
+        pick = [fit.free_parameters.index(name) for name in names]
+        covariance = np.array(fit.covariance, dtype=np.float64).reshape((len(fit.free_parameters),) * 2)
         covariances.append(covariance[np.ix_(pick, pick)])
-        values.append(np.array([_amplitude(known[name]) for name in names]))
+        values.append(np.array([_amplitude(fit.parameter(name)) for name in names]))
     difference = values[1] - values[0]
     if not names or not np.isfinite(difference).all():
         return None
@@ -85,24 +86,23 @@ def _together(documents: list[Document]) -> float | None:
     return float(chdtrc(len(names), distance))
 
 
-def _amplitude(parameter: dict[str, Any]) -> float:
+def _amplitude(parameter: IdentifiedParameter) -> float:
     """Return what the fit's covariance is of: the value, for stiffness-like parameters its inverse."""
     from stiffcal.model.catalogue import find_effects
 
-    value = parameter["value"]
-    if value is None:
+    if parameter.value is None:
         return math.nan
-    effect = find_effects().get(parameter["effect"])
-    symbol = parameter["name"].rsplit(".", 1)[1]
-    return 1.0 / value if effect is not None and effect.spec(symbol).inverse else float(value)
+    effect = find_effects().get(parameter.effect)
+    symbol = parameter.name.rsplit(".", 1)[1]
+    return 1.0 / parameter.value if effect is not None and effect.spec(symbol).inverse else parameter.value
 
 
-def _warnings(documents: list[Document], before: Path, after: Path) -> list[str]:
+def _warnings(fits: list[IdentifyResult], before: Path, after: Path) -> list[str]:
     words = []
-    if documents[0]["model"] != documents[1]["model"]:
+    if fits[0].model != fits[1].model:
         words.append("the two models differ: a change may come from the model and not from the robot")
-    for folder, document in zip((before, after), documents, strict=True):
-        chi2 = document["reduced_chi2"]
-        if chi2 is not None and chi2 > 1.5:
-            words.append(f"{folder}: residuals are {math.sqrt(chi2):.2g} times the noise: uncertainties are too small")
+    for folder, fit in zip((before, after), fits, strict=True):
+        if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
+            size = math.sqrt(fit.reduced_chi2)
+            words.append(f"{folder}: residuals are {size:.2g} times the noise: uncertainties are too small")
     return words

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.workflow.steps import IDENTIFY, Document, Ingested, RunContext
+from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.workflow.steps import IDENTIFY, Ingested, RunContext
 
 
-def with_coupling(data: Ingested, document: Document, loss: str, context: RunContext) -> Document:
-    """Add the coupling errors of a campaign with rods to a fit's document, in the store too.
+def with_coupling(data: Ingested, result: IdentifyResult, loss: str, context: RunContext) -> IdentifyResult:
+    """Add the coupling errors of a campaign with rods to a fit, in the store too.
 
     Raises
     ------
     InputError : no rods, or a model that lets no link with rods give.
     """
-    from stiffcal.identification.coupling import coupling_document, identify_both_ways
+    from stiffcal.identification.coupling import coupling_result, identify_both_ways
     from stiffcal.identification.identify import Settings
     from stiffcal.model.assembly import fixed_parameters
 
@@ -37,6 +41,6 @@ def with_coupling(data: Ingested, document: Document, loss: str, context: RunCon
         )
     settings = Settings(loss=loss, fixed=fixed_parameters(data.campaign.model))
     coupling = identify_both_ways(data.states, robot, settings, context.progress)
-    document = {**document, "coupling": coupling_document(coupling)}
-    data.commit({}, {IDENTIFY: document}, command="identify")
-    return document
+    result = replace(result, coupling=coupling_result(coupling))
+    data.commit({}, {IDENTIFY: document_of(result)}, command="identify")
+    return result

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 from stiffcal.files import replacing
 from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from stiffcal.workflow.run import run_campaign
+from stiffcal.workflow.run_result import RunResult
 from stiffcal.workflow.simulate import simulate_campaign
-from stiffcal.workflow.steps import Document, RunContext
+from stiffcal.workflow.steps import RunContext
 
 EXAMPLE = Path(__file__).parent / "example"
 """A copy of campaigns/irb4400, so that an installed package has it too; `make example` renews it, a test holds it."""
@@ -25,7 +27,7 @@ FIGURE_2 = LoadPathRequest(
 """Wang, Zhang and Fuhlbrigge 2009, Fig. 2, with the stiffness of its section II.C."""
 
 
-def run_demo(folder: Path, context: RunContext | None = None) -> Document:
+def run_demo(folder: Path, context: RunContext | None = None) -> RunResult:
     """Copy the example to a folder, make its logs from their seed, and run the whole loop on it.
 
     Parameters
@@ -35,7 +37,7 @@ def run_demo(folder: Path, context: RunContext | None = None) -> Document:
 
     Returns
     -------
-    dict
+    RunResult
         As `run_campaign`, with ``folder``.
 
     Raises
@@ -50,4 +52,4 @@ def run_demo(folder: Path, context: RunContext | None = None) -> Document:
         shutil.copyfile(EXAMPLE / "README.md", beside)
     store = context.store or str(folder / "store")
     predict_campaign(EXAMPLE / "figure-2", RunContext(store=store, progress=context.progress), load_path=FIGURE_2)
-    return run_campaign(folder, context) | {"folder": str(folder)}
+    return replace(run_campaign(folder, context), folder=str(folder))

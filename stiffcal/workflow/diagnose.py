@@ -15,12 +15,13 @@ from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.store.document_shape import result_from
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE, diagnoses_with, evidence_of
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested, key_of, stored_document
+from stiffcal.workflow.steps import Ingested, RunContext, ingested, key_of, stored_document
 from stiffcal.workflow.suspects import described, suspicion_of
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.search import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
+    from stiffcal.results.identify_result import IdentifyResult
 
 DIAGNOSE = "diagnose"
 NOT_JUDGED = HeldoutSection(scheme="none", n_readings=0, rms={}, noise={}, zero_model={})
@@ -48,20 +49,21 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     identified = fitted(data, context)
     stored, _ = current_diagnosis(data, identified)
     if stored is not None:
-        return replace(stored, origin=cast(Origin, data.store.origin_of(DIAGNOSE)))
-    made = {"fit_id": identified["fit_id"], "key": diagnosis_key(data, identified)}
+        return replace(stored, origin=data.store.origin_of(DIAGNOSE))
+    fit_id, key = identified.fit_id, diagnosis_key(data, identified)
     if len(data.states) == 0:
-        diagnosis = replace(without_states(data, identified, context), **made)
+        diagnosis = replace(without_states(data, identified, context), fit_id=fit_id, key=key)
         data.commit({}, {DIAGNOSE: document_of(diagnosis)}, command="diagnose")
         return replace(diagnosis, origin=cast(Origin, data.origin))
-    loss = str(identified["loss"])
+    loss = identified.loss
     suspicion = suspicion_of(data.campaign, data.states, loss, context.progress)
     sound = _without(data, suspicion)
     search = search_now(sound, loss, context)
     diagnosis = diagnosis_of(sound, search)
     context.progress("gathering the evidence", 0.9)
     table, evidence = evidence_of(sound, search)
-    diagnosis = replace(diagnosis, evidence=evidence, suspects=described(suspicion, data.campaign, data.states), **made)
+    suspects = described(suspicion, data.campaign, data.states)
+    diagnosis = replace(diagnosis, evidence=evidence, suspects=suspects, fit_id=fit_id, key=key)
     if sound is not data:
         diagnosis = _with_answer_for_all(diagnosis, data, loss, context)
     data.commit(
@@ -96,25 +98,30 @@ def _with_answer_for_all(diagnosis: DiagnoseResult, data: Ingested, loss: str, c
     )
 
 
-def without_states(data: Ingested, identified: Document, context: RunContext) -> DiagnoseResult:
+def without_states(data: Ingested, identified: IdentifyResult, context: RunContext) -> DiagnoseResult:
     """Return the diagnosis of a campaign without load states: nothing to search, but whether each law fits its data.
 
     A law is adequate where the error in unseen poses or at unseen speeds stays within 1.05 times the scatter of
     repeats, or above it by no more than chance (p above 0.01), or, as an angle, within the encoder's step.
     """
-    from stiffcal.experiments import all_kinds
     from stiffcal.workflow.validate import validated
 
     validation = validated(data, identified, context)
-    laws = {kind.name: law for kind in all_kinds() if (law := kind.law(identified)) is not None}
-    lack = next((law.lack_of_fit for law in laws.values() if law.lack_of_fit is not None), None)
+    friction, clamped = identified.friction, identified.clamped
+    lack = None if friction is None else friction.lack_of_fit
+    steps = [] if clamped is None else [run.encoder_step for run in clamped.runs if run.used]
+    held: list[tuple[str, str, str, VarianceRatio | None, float]] = []
+    if clamped is not None:
+        held.append(("clamped", "Torque over angle", "in poses left out", None, max(steps, default=0.0)))
+    if friction is not None:
+        held.append(("friction", "Friction", "at unseen speeds", lack, 0.0))
     fits, words = [], []
-    for name, law in laws.items():
-        judged = section_of(HeldoutSection, validation, name) or NOT_JUDGED
-        fit = _law_fits(judged, law.lack_of_fit)
-        step = _within_step(judged, law.angle_step) if fit is False else 0.0
+    for key, name, where, own_lack, encoder_step in held:
+        judged = section_of(HeldoutSection, validation, key) or NOT_JUDGED
+        fit = _law_fits(judged, own_lack)
+        step = _within_step(judged, encoder_step) if fit is False else 0.0
         fits.append(True if step else fit)
-        words.append(_fit_sentence(law.name, law.where, fits[-1], judged, step))
+        words.append(_fit_sentence(name, where, fits[-1], judged, step))
     adequate = None if not fits or None in fits else all(fits)
     return DiagnoseResult(
         warnings=list(validation["warnings"]),
@@ -188,23 +195,23 @@ def _fit_sentence(name: str, where: str, fits: bool | None, judged: HeldoutSecti
     )
 
 
-def current_diagnosis(data: Ingested, identified: Document) -> tuple[DiagnoseResult | None, str]:
+def current_diagnosis(data: Ingested, identified: IdentifyResult) -> tuple[DiagnoseResult | None, str]:
     """Return the stored diagnosis where it is of the present fit; else None, and why in words."""
     stored = stored_document(data.store, DIAGNOSE)
     if stored is None:
         return None, "the model has not been diagnosed yet: run “stiffcal diagnose”"
     if stored.get("key") != diagnosis_key(data, identified):
-        of_fit = f" (it is of fit {stored['fit_id']})" if stored.get("fit_id") != identified["fit_id"] else ""
+        of_fit = f" (it is of fit {stored['fit_id']})" if stored.get("fit_id") != identified.fit_id else ""
         return None, f"the last diagnosis is stale{of_fit}: run “stiffcal diagnose” again"
     return result_from(DiagnoseResult, stored, data.store.display_name, DIAGNOSE), ""
 
 
-def diagnosis_key(data: Ingested, identified: Document) -> str:
+def diagnosis_key(data: Ingested, identified: IdentifyResult) -> str:
     """Return the key of a diagnosis: of the fit, and of the campaign's own effects as far as they may be tried."""
     from stiffcal.model.campaign_effects import key_of_plugins
 
     plugins = key_of_plugins(data.campaign)
-    return key_of(identified["key"], DIAGNOSE, *([plugins] if plugins else []))
+    return key_of(identified.key, DIAGNOSE, *([plugins] if plugins else []))
 
 
 def search_now(data: Ingested, loss: str, context: RunContext) -> Search:

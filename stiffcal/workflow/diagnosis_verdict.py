@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +15,8 @@ from stiffcal.campaign.thresholds import ThresholdsFile, strange_joints
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
+from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.model.summary import Where
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import Document, Ingested, RunContext, ingested
 
@@ -26,13 +30,17 @@ MODEL_SCHEMAS = ("stiffcal/model-export/1", "stiffcal/identify/1")
 
 
 def check_thresholds(
-    data: Ingested, identified: Document, validation: Document, context: RunContext, file: ThresholdsFile | None = None
+    data: Ingested,
+    parameters: Sequence[IdentifiedParameter],
+    validation: Document,
+    context: RunContext,
+    file: ThresholdsFile | None = None,
 ) -> Document:
     """Hold a validated fit to the campaign's thresholds.
 
     Parameters
     ----------
-    identified, validation : the documents of the fit and of its validation.
+    parameters : of the fit. validation : the document of its validation.
     file : thresholds that the manifest may only tighten.
 
     Returns
@@ -61,9 +69,9 @@ def check_thresholds(
         raise InputError.at(FaultCode.KEY_MISSING, MANIFEST_FILE, "thresholds.max_drift", "there is no baseline", mend)
     if data.uncounted:
         # Not even looked at: a baseline would be computed for nothing.
-        checks = judge(limits, identified, validation, data.joint_names, None)
+        checks = judge(limits, parameters, validation, data.joint_names, None)
         return verdict(not_counted(checks, data.uncounted), limits)
-    checks = judge(limits, identified, validation, data.joint_names, _baseline(data, limits, context), asked)
+    checks = judge(limits, parameters, validation, data.joint_names, _baseline(data, limits, context), asked)
     return verdict(checks, limits)
 
 
@@ -83,23 +91,22 @@ def _baseline(data: Ingested, limits: Thresholds, context: RunContext) -> Baseli
     if not path.exists():
         mend = "name a campaign folder, or a model written by stiffcal export DIR -o baseline.json"
         raise InputError.at(FaultCode.FILE_MISSING, MANIFEST_FILE, place, f"no such file or folder: {name}", mend)
-    document = _fit_of(path, name, context) if path.is_dir() else _read_model(path, name)
-    known = {one["name"]: one for one in document["parameters"]}
-    return Baseline(path.name if path.is_dir() else name, known)
+    parameters = _fit_of(path, name, context) if path.is_dir() else _read_model(path, name)
+    return Baseline(path.name if path.is_dir() else name, {parameter.name: parameter for parameter in parameters})
 
 
-def _fit_of(path: Path, shown: str, context: RunContext) -> Document:
-    """Return the fit of a baseline's campaign; one that does not count is no baseline."""
+def _fit_of(path: Path, shown: str, context: RunContext) -> list[IdentifiedParameter]:
+    """Return the parameters of a baseline's campaign; a fit that does not count is no baseline."""
     data = ingested(path, replace(context, store=None))
     if data.uncounted:
         mend = "put its logs in place, or name a baseline of your own"
         raise InputError.at(
             FaultCode.CONTENT_UNTRUSTED, MANIFEST_FILE, "thresholds.baseline", f"{shown}: {data.uncounted}", mend
         )
-    return fitted(data, context)
+    return fitted(data, context).parameters
 
 
-def _read_model(path: Path, shown: str) -> Document:
+def _read_model(path: Path, shown: str) -> list[IdentifiedParameter]:
     mend = "write it with stiffcal export DIR -o baseline.json"
     try:
         document = json.loads(read_regular(path, shown))
@@ -110,7 +117,28 @@ def _read_model(path: Path, shown: str) -> Document:
     parameters = document.get("parameters")
     if not isinstance(parameters, list) or not all(map(_is_parameter, parameters)):
         raise InputError.at(FaultCode.KEY_MISSING, shown, "parameters", "a parameter is not complete", mend)
-    return document
+    return [_parameter(found) for found in parameters]
+
+
+def _parameter(found: Document) -> IdentifiedParameter:
+    """Return a parameter of an exported model, of which no more than `_is_parameter` asks for need be there."""
+    stiffness, std = (
+        None if "stiffness" not in found else math.nan if found.get(key) is None else found[key]
+        for key in ("stiffness", "stiffness_std")
+    )
+    return IdentifiedParameter(
+        name=found["name"],
+        effect=found["effect"],
+        where=Where(**{kind: found["where"][kind] for kind in ("joints", "links", "pairs") if kind in found["where"]}),
+        value=found["value"],
+        std=found["std"],
+        interval=None,
+        unit=found["unit"],
+        fixed=found.get("fixed") is True,
+        identifiable=found["value"] is not None,
+        stiffness=stiffness,
+        stiffness_std=std,
+    )
 
 
 def _is_parameter(found: object) -> bool:

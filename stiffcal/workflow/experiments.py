@@ -8,12 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from stiffcal.documents import document_of
+from stiffcal.documents import Number, document_of
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import Balance, ModelSummary
+from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.workflow.steps import Document, Ingested
 
 if TYPE_CHECKING:
+    from stiffcal.experiments.clamped.results import ClampedSection
+    from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 
@@ -43,63 +48,59 @@ def measured_runs(data: Ingested) -> MeasuredRuns:
     return MeasuredRuns(data.campaign, data.non_load, len(data.states), data.store.display_name)
 
 
-def runs_with_fits(data: Ingested) -> MeasuredRuns:
-    """Return the same with the tables of the present fit."""
-    from stiffcal.experiments import tables_of_fits
-
-    measured = measured_runs(data)
-    fits = {name: data.store.read_table(name) for name in tables_of_fits() if name in data.store.tables}
-    return replace(measured, tables={**measured.tables, **fits})
-
-
-def merge_experiment_fits(document: Document, parts: Sequence[ExperimentFit]) -> Document:
-    """Return an ``identify`` document with the parts of experiments in it."""
+def merge_experiment_fits(result: IdentifyResult, parts: Sequence[ExperimentFit]) -> IdentifyResult:
+    """Return what ``identify`` answers with the parts of experiments in it."""
     if not parts:
-        return document
-    merged = dict(document)
-    merged["model"] = document["model"] | {
-        "effects": document["model"]["effects"] + [effect for part in parts for effect in part.effects]
-    }
-    for key in ("parameters", "not_identifiable", "warnings"):
-        merged[key] = [*document[key], *(item for part in parts for item in getattr(part, key))]
-    merged["rms"] = _merged(document["rms"], [part.rms for part in parts])
-    noise = _merged(document["noise"] or dict(NOTHING), [part.noise for part in parts])
-    merged["noise"] = noise if any(value is not None for value in noise.values()) else None
-    if merged["noise_source"] == "none":
-        merged["noise_source"] = next((part.noise_source for part in parts if part.noise_source != "none"), "none")
-    merged["warnings"] = list(dict.fromkeys(merged["warnings"]))
-    merged["free_parameters"], merged["covariance"] = document["free_parameters"], document["covariance"]
+        return result
+    noise = _merged(dict(NOTHING if result.noise is None else result.noise.items()), [part.noise for part in parts])
+    sources = (result.noise_source, *(part.noise_source for part in parts))
+    covariance = result.covariance
     for part in parts:
-        merged["covariance"] = _independent_fits(merged["covariance"], part.covariance)
-        merged["free_parameters"] = [*merged["free_parameters"], *part.free]
-    return merged | {part.name: document_of(part.section) for part in parts}
+        covariance = _independent_fits(covariance, part.covariance)
+    warnings = [*result.warnings, *(text for part in parts for text in part.warnings)]
+    sections = {part.name: part.section for part in parts}
+    clamped, friction = sections.pop("clamped", None), sections.pop("friction", None)
+    return replace(
+        result,
+        warnings=list(dict.fromkeys(warnings)),
+        model=replace(
+            result.model, effects=[*result.model.effects, *(effect for part in parts for effect in part.effects)]
+        ),
+        parameters=[*result.parameters, *(parameter for part in parts for parameter in part.parameters)],
+        not_identifiable=[*result.not_identifiable, *(group for part in parts for group in part.not_identifiable)],
+        rms=Rms.of(_merged(dict(result.rms.items()), [part.rms for part in parts])),
+        noise=Rms.of(noise) if any(value is not None for value in noise.values()) else None,
+        noise_source=next((source for source in sources if source != "none"), "none"),
+        free_parameters=[*result.free_parameters, *(name for part in parts for name in part.free)],
+        covariance=covariance,
+        clamped=cast("ClampedSection | None", clamped),
+        friction=cast("FrictionSection | None", friction),
+        other_kinds=sections,
+    )
 
 
-def identify_without_states(balance: str, parts: Sequence[ExperimentFit]) -> Document:
-    """Return the ``identify`` document of a campaign that holds no load states."""
-    from stiffcal.identification.document import SCHEMA
-
-    empty: Document = {
-        "schema": SCHEMA,
-        "warnings": [],
-        "model": {"balance": balance, "effects": []},
-        "parameters": [],
-        "n_states": 0,
-        "n_runs": sum(part.n_runs for part in parts),
-        "n_readings": sum(part.n_readings for part in parts),
-        "rms": {"translation": None, "rotation": None},
-        "noise": None,
-        "noise_source": "none",
-        "reduced_chi2": next((part.reduced_chi2 for part in parts if part.reduced_chi2 is not None), None),
-        "condition": max((part.condition for part in parts if part.condition is not None), default=None),
-        "not_identifiable": [],
-        "rejected": [],
-        "free_parameters": [],
-        "covariance": [],
-        "correlation": [],
-        "expected_rms": None,
-        "expected_error": "; ".join(part.expected for part in parts if part.expected),
-    }
+def identify_without_states(balance: Balance, parts: Sequence[ExperimentFit]) -> IdentifyResult:
+    """Return what ``identify`` answers of a campaign that holds no load states."""
+    empty = IdentifyResult(
+        warnings=[],
+        model=ModelSummary(balance, []),
+        parameters=[],
+        n_states=0,
+        n_runs=sum(part.n_runs for part in parts),
+        n_readings=sum(part.n_readings for part in parts),
+        rms=Rms.of(NOTHING),
+        noise=None,
+        noise_source="none",
+        reduced_chi2=next((part.reduced_chi2 for part in parts if part.reduced_chi2 is not None), None),
+        condition=max((part.condition for part in parts if part.condition is not None), default=None),
+        not_identifiable=[],
+        rejected=[],
+        free_parameters=[],
+        covariance=[],
+        correlation=[],
+        expected_rms=None,
+        expected_error="; ".join(part.expected for part in parts if part.expected),
+    )
     return merge_experiment_fits(empty, parts)
 
 
@@ -150,7 +151,7 @@ def _merged(own: Document, others: Sequence[Document]) -> Document:
     return found
 
 
-def _independent_fits(one: list[list[float]], other: list[list[float]]) -> list[list[float]]:
+def _independent_fits(first: Sequence[Sequence[Number]], second: Sequence[Sequence[Number]]) -> list[list[Number]]:
     """Return the block-diagonal matrix of two square ones: separate experiments share no error."""
-    wide = [row + [0.0] * len(other) for row in one]
-    return wide + [[0.0] * len(one) + row for row in other]
+    wide = [[*row, *[0.0] * len(second)] for row in first]
+    return wide + [[*[0.0] * len(first), *row] for row in second]

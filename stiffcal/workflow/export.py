@@ -7,9 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing, write_whole
+from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.workflow.command_results import ExportResult
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import HELDOUT_STATES, Document, Ingested, RunContext, ingested
@@ -65,12 +67,12 @@ def export_campaign(
             holds = f"{table.num_rows} load states with measured, predicted and residual (unseen poses)"
     elif ending == ".json":
         write_whole(output, json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n")
-        holds = f"the model of fit {identified['fit_id']} with uncertainty"
+        holds = f"the model of fit {identified.fit_id} with uncertainty"
     else:
         from stiffcal.workflow.urdf_export import urdf_text
 
         write_whole(output, urdf_text(data.campaign, identified))
-        holds = f"the robot as URDF with the joint stiffness of fit {identified['fit_id']}"
+        holds = f"the robot as URDF with the joint stiffness of fit {identified.fit_id}"
     return ExportResult(warnings=[], file=str(output), holds=holds)
 
 
@@ -96,9 +98,10 @@ def states_with_residuals(data: Ingested) -> pa.Table:
 
 def _readings(data: Ingested) -> pa.Table:
     """Return what other experiments measured, with the fit, of a campaign without load states."""
-    from stiffcal.experiments import tables_of_fits
+    from stiffcal.experiments.clamped.parts import BRANCHES
+    from stiffcal.experiments.friction.parts import FRICTION_FIT
 
-    for name in reversed(tables_of_fits()):
+    for name in (FRICTION_FIT, BRANCHES):
         if name in data.store.tables:
             return data.store.read_table(name)
     reason = "the campaign holds no load states, and no readings of friction or of clamped joints"
@@ -154,14 +157,14 @@ def _for_spreadsheets(table: pa.Table) -> pa.Table:
     return table.rename_columns([csv_cell.escaped(name) for name in table.column_names])
 
 
-def _model_document(data: Ingested, identified: Document) -> Document:
+def _model_document(data: Ingested, identified: IdentifyResult) -> Document:
     return {
         "schema": "stiffcal/model-export/1",
-        "warnings": identified["warnings"],
+        "warnings": identified.warnings,
         "campaign": data.campaign.name,
         "robot": data.campaign.robot.model_dump(mode="json", by_alias=True, exclude_none=True),
-        "model": identified["model"],
-        "parameters": identified["parameters"],
-        "free_parameters": identified["free_parameters"],
-        "covariance": identified["covariance"],
+        "model": document_of(identified.model),
+        "parameters": [document_of(parameter) for parameter in identified.parameters],
+        "free_parameters": identified.free_parameters,
+        "covariance": identified.covariance,
     }

@@ -14,11 +14,12 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.workflow.identify import fitted
-from stiffcal.workflow.steps import Document, RunContext, free_names, ingested, tried
+from stiffcal.workflow.steps import RunContext, free_names, ingested, tried
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
+    from stiffcal.results.identify_result import IdentifyResult
 
 # A fit that misses by so many times the noise lacks something; its own offsets draw a complete one a little below 1.
 _BEYOND_NOISE = 1.2
@@ -109,7 +110,6 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     InputError : nothing is measured, and a parameter has no value.
     """
     from stiffcal.campaign.frames import measurement_setup, resolve_frames
-    from stiffcal.identification.document import values_of
     from stiffcal.ingest.sources import manifest_data_files
 
     campaign = tried(campaign, context)
@@ -136,29 +136,29 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
         return FittedRobot(campaign, robot, _aimed(setup, chain.n_joints), {}, "model.toml")
     data = ingested(campaign.folder, context)
     identified = fitted(data, context)
-    names, matrix = identified["free_parameters"], identified["covariance"]
+    names, matrix = identified.free_parameters, np.array(identified.covariance, dtype=np.float64)
     # what shows in motion alone (friction) is in the fit and not in the robot at rest
     here = {one.parameter_name(spec.symbol) for one in robot.placed for spec in one.effect.parameters}
     kept = [(k, name) for k, name in enumerate(names) if name in here]
-    covariance = {a: {b: float(matrix[i][j]) for j, b in kept} for i, a in kept}
-    fitted_values = robot.with_values(values_of(identified))
+    covariance = {a: {b: float(matrix[i, j]) for j, b in kept} for i, a in kept}
+    fitted_values = robot.with_values(identified.values())
     setup = _aimed(data.states.setup, campaign.chain.n_joints)
     # null where the rods do not tell becomes NaN
-    of_links = {one["link"]: np.array(one["compliance"], dtype=np.float64) for one in identified.get("links", [])}
+    of_links = {link.link: np.array(link.compliance, dtype=np.float64) for link in identified.links or ()}
     cautions = tuple(_cautions(identified, here))
-    return FittedRobot(campaign, fitted_values, setup, covariance, f"fit {identified['fit_id']}", cautions, of_links)
+    return FittedRobot(campaign, fitted_values, setup, covariance, f"fit {identified.fit_id}", cautions, of_links)
 
 
-def _cautions(identified: Document, names: set[str]) -> Iterator[str]:
+def _cautions(identified: IdentifyResult, names: set[str]) -> Iterator[str]:
     """Tell what no stated uncertainty of a fit holds: what the data do not tell, and what the model lacks."""
-    known = {one["name"] for one in identified["parameters"] if one["value"] is not None}
-    told = {name for one in identified["not_identifiable"] for name in one["parameters"]} & (names - known)
-    if told:
+    known = set(identified.values())
+    unknown = {name for group in identified.not_identifiable for name in group.parameters} & (names - known)
+    if unknown:
         yield (
-            f"these data do not tell {', '.join(sorted(told))}: taken as rigid; a load that turns it moves the robot "
-            "further than is said here, and the stated uncertainty does not hold that"
+            f"these data do not tell {', '.join(sorted(unknown))}: taken as rigid; a load that turns it moves the "
+            "robot further than is said here, and the stated uncertainty does not hold that"
         )
-    missed, noise = ((identified[key] or {}).get("translation") for key in ("rms", "noise"))
+    missed, noise = identified.rms.translation, None if identified.noise is None else identified.noise.translation
     if missed is not None and noise is not None and missed > _BEYOND_NOISE * noise:
         yield (
             f"this model misses the readings it was fitted to by {1e3 * missed:.3g} mm rms, their noise being "

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.rms import Rms
 from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.results.identify_result import IdentifyResult, Loss
 from stiffcal.store.index import FOREIGN, OWN
+from stiffcal.workflow.history_results import StoredFit
 from stiffcal.workflow.steps import (
     FIT_STATES,
     HISTORY,
@@ -22,7 +26,7 @@ from stiffcal.workflow.steps import (
     ingested,
     key_of_fit,
     model_text,
-    stored_document,
+    stored_fit,
 )
 from stiffcal.workflow.stored import FIT_ID
 
@@ -33,7 +37,7 @@ if TYPE_CHECKING:
     from stiffcal.identification.fit import Fit
     from stiffcal.store.reading import Documents, Stored
 
-LOSSES = ("linear", "huber")
+LOSSES: tuple[Loss, ...] = ("linear", "huber")
 NO_HISTORY: Document = {"schema": "stiffcal/history/1", "warnings": [], "fits": []}
 
 
@@ -43,7 +47,7 @@ def identify_campaign(
     loss: str = "linear",
     dual_quaternions: bool = False,
     coupling: bool = False,
-) -> Document:
+) -> IdentifyResult:
     """Fit model.toml to the campaign's load states.
 
     Parameters
@@ -56,15 +60,15 @@ def identify_campaign(
 
     Returns
     -------
-    dict
-        The `identify` document (interface, section 4). Where nothing has changed since the last fit, that one's.
+    IdentifyResult
+        Where nothing has changed since the last fit, that one.
 
     Raises
     ------
     InputError : the input is wrong, or nothing can be fitted.
     """
     context = context or RunContext()
-    if loss not in LOSSES:
+    if not is_loss(loss):
         raise InputError.at(
             FaultCode.OPTION_INVALID,
             "command line",
@@ -75,44 +79,48 @@ def identify_campaign(
     data = ingested(folder, context)
     current = current_fit(data, loss)
     if current is not None:
-        context.notify(f"nothing has changed since fit {current['fit_id']}")
-    document = current
-    if document is None or (dual_quaternions and "dual_quaternions" not in document):
+        context.notify(f"nothing has changed since fit {current.fit_id}")
+    result = current
+    if result is None or (dual_quaternions and result.dual_quaternions is None):
         fit = fit_now(data, loss, context)
-        document = document or store_fit(data, fit, loss)
-        document = _with_dual_quaternions(data, fit, document) if dual_quaternions else document
-    if coupling and "coupling" not in document:
+        result = result or store_fit(data, fit, loss)
+        result = _with_dual_quaternions(data, fit, result) if dual_quaternions else result
+    if coupling and result.coupling is None:
         from stiffcal.workflow.coupling import with_coupling
 
-        document = with_coupling(data, document, loss, context)
-    return document | {"origin": data.store.origin_of(IDENTIFY)}
+        result = with_coupling(data, result, loss, context)
+    return replace(result, origin=data.store.origin_of(IDENTIFY))
 
 
-def _with_dual_quaternions(data: Ingested, fit: Fit | None, document: Document) -> Document:
-    """Add paper 003's form to a fit's document, in the store too.
+def is_loss(loss: str) -> TypeGuard[Loss]:
+    """Return whether there is a loss of this name."""
+    return loss in LOSSES
+
+
+def _with_dual_quaternions(data: Ingested, fit: Fit | None, result: IdentifyResult) -> IdentifyResult:
+    """Add paper 003's form to a fit, in the store too.
 
     Raises
     ------
     InputError : the model holds more than joint springs.
     """
-    from stiffcal.identification.dual_form import identify_in_two_forms, two_forms_document
+    from stiffcal.identification.dual_form import identify_in_two_forms, two_forms_result
 
     if fit is None:
         reason = "the campaign holds no load states to identify springs from"
         raise InputError.at(FaultCode.DATA_MISSING, "command line", "--dual-quaternions", reason, "leave it out")
-    document = {**document, "dual_quaternions": two_forms_document(identify_in_two_forms(fit))}
-    data.commit({}, {IDENTIFY: document}, command="identify")
-    return document
+    result = replace(result, dual_quaternions=two_forms_result(identify_in_two_forms(fit)))
+    data.commit({}, {IDENTIFY: document_of(result)}, command="identify")
+    return result
 
 
-def fitted(data: Ingested, context: RunContext) -> Document:
-    """Return the `identify` document of the present model, fitting first where it is missing or stale."""
-    stored = stored_document(data.store, IDENTIFY)
+def fitted(data: Ingested, context: RunContext) -> IdentifyResult:
+    """Return the fit of the present model, fitting first where it is missing or stale."""
+    stored = stored_fit(data.store)
     # A fit with the robust loss counts as present too: the user asked for it.
-    loss = str(stored.get("loss", "linear")) if stored else "linear"
-    current = current_fit(data, loss)
-    if current is not None:
-        return current
+    loss = stored.loss if stored else "linear"
+    if stored is not None and stored.key == key_of_fit(data, loss):
+        return stored
     reason = (
         "nothing is fitted yet" if stored is None else "the model or the load states have changed since the last fit"
     )
@@ -120,12 +128,10 @@ def fitted(data: Ingested, context: RunContext) -> Document:
     return store_fit(data, fit_now(data, loss, context), loss)
 
 
-def current_fit(data: Ingested, loss: str) -> Document | None:
+def current_fit(data: Ingested, loss: str) -> IdentifyResult | None:
     """Return the stored fit where its key is the present one."""
-    stored = stored_document(data.store, IDENTIFY)
-    if stored is None or stored.get("key") != key_of_fit(data, loss):
-        return None
-    return stored
+    stored = stored_fit(data.store)
+    return stored if stored is not None and stored.key == key_of_fit(data, loss) else None
 
 
 def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
@@ -164,8 +170,8 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
     return identify_parameters(data.states, robot, settings, context.progress)
 
 
-def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
-    """Write a fit into the store, with what other experiments tell, and into the history; return its document.
+def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
+    """Write a fit into the store, with what other experiments add, and into the history; return it.
 
     The same model of the same states is one entry of the history, however often it is fitted.
 
@@ -173,41 +179,43 @@ def store_fit(data: Ingested, fit: Fit | None, loss: str) -> Document:
     ----------
     fit : of the load states; None where there are none.
     """
-    from stiffcal.identification.document import fit_document
     from stiffcal.identification.state_tables import observed_table
-    from stiffcal.workflow.bodies import bodies_document
+    from stiffcal.results.identify_answer import identify_result
     from stiffcal.workflow.experiments import fit_experiments, identify_without_states, merge_experiment_fits
     from stiffcal.workflow.suspects import suspects_in
 
     parts = fit_experiments(data)
     tables = {name: table for part in parts for name, table in part.tables.items()}
     if fit is None:
-        document = identify_without_states(data.campaign.model.balance, parts)
+        result = identify_without_states(data.campaign.model.balance, parts)
     else:
-        document = merge_experiment_fits(fit_document(fit, data.states) | _expectation(data, fit), parts)
-        document |= bodies_document(data)
+        expected, sentence = _expectation(data, fit)
+        of_states = replace(identify_result(fit, data.states), expected_rms=expected, expected_error=sentence)
+        result = merge_experiment_fits(of_states, parts)
         tables[FIT_STATES] = observed_table(data.states, fit.data, fit.predicted, fit.residual)
-        suspects = suspects_in(data.campaign, data.states, loss, present=fit)
-        document["suspects"] = [document_of(suspect) for suspect in suspects]
-    document |= {"loss": loss, "key": key_of_fit(data, loss)}
+        result = replace(result, suspects=suspects_in(data.campaign, data.states, loss, present=fit))
+    result = replace(result, loss=loss, key=key_of_fit(data, loss))
+    numbered = result
 
     def with_history(stored: Stored) -> Documents:
+        nonlocal numbered
         present, history = stored(IDENTIFY), stored(HISTORY) or dict(NO_HISTORY)
-        if present is not None and present.get("key") == document["key"] and "fit_id" in present:
+        if present is not None and present.get("key") == result.key and "fit_id" in present:
             # Another process has made the same fit meanwhile: it stands in the history already.
-            document["fit_id"] = present["fit_id"]
-            return {IDENTIFY: document}
+            numbered = replace(result, fit_id=present["fit_id"])
+            return {IDENTIFY: document_of(numbered)}
         fits = history.get("fits", [])
-        entry = _entry(document, model_text(data.campaign))
+        entry = _entry(result, model_text(data.campaign))
         same = _same_fit(fits, entry)
-        document["fit_id"] = entry["id"] = next_fit_id(history) if same is None else same["id"]
+        entry["id"] = next_fit_id(history) if same is None else same["id"]
+        numbered = replace(result, fit_id=entry["id"])
         if same is not None and same.get("origin", OWN) != FOREIGN:
-            return {IDENTIFY: document}
+            return {IDENTIFY: document_of(numbered)}
         entries = [row for row in fits if row is not same]
-        return {IDENTIFY: document, HISTORY: history | {"fits": [*entries, entry]}}
+        return {IDENTIFY: document_of(numbered), HISTORY: history | {"fits": [*entries, entry]}}
 
     data.commit(tables, with_history, command="identify")
-    return document
+    return numbered
 
 
 def _same_fit(fits: list[Document], entry: Document) -> Document | None:
@@ -232,36 +240,36 @@ def next_fit_id(history: Document) -> str:
     return str(1 + max((int(text) for text in found if FIT_ID.fullmatch(text)), default=0))
 
 
-def _entry(document: Document, text: str) -> Document:
+def _entry(result: IdentifyResult, text: str) -> Document:
     """Return a fit's entry of the history, without its id; `text` is the model file as it stands."""
-    return {
-        "id": "",
-        "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-        "model": document["model"],
-        "heldout_rms": None,
-        "fit_rms": document["rms"],
-        "noise": document["noise"],
-        "loss": document["loss"],
-        "key": document["key"],
-        "model_text": text,
-    }
+    return document_of(
+        StoredFit(
+            id="",
+            time=time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+            model=result.model,
+            heldout_rms=None,
+            fit_rms=result.rms,
+            noise=result.noise,
+            loss=result.loss,
+            key=result.key,
+            model_text=text,
+        )
+    )
 
 
-def _expectation(data: Ingested, fit: Fit) -> Document:
+def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
     """Return what error to expect in new poses: the numbers, and one sentence."""
     from stiffcal.validation.heldout import heldout_residuals
     from stiffcal.validation.validate import rms_of
 
     heldout = heldout_residuals(data.states, fit)
     if heldout.scheme == "none":
-        sentence = "what error to expect in new poses cannot be told from a single pose: measure in others too"
-        return {"expected_rms": None, "expected_error": sentence}
+        return None, "what error to expect in new poses cannot be told from a single pose: measure in others too"
     rms, deflection = rms_of(heldout.residual, heldout.data), rms_of(heldout.displacement, heldout.data)
     error, whole = rms["translation"], deflection["translation"]
     if error is None or not whole:
-        return {"expected_rms": rms, "expected_error": "no displacement was measured: no error can be told"}
-    sentence = (
+        return Rms.of(rms), "no displacement was measured: no error can be told"
+    return Rms.of(rms), (
         f"in new poses like these expect an error of {1e3 * error:.3g} mm rms, "
         f"{100.0 * error / whole:.3g} % of the deflection under such loads"
     )
-    return {"expected_rms": rms, "expected_error": sentence}

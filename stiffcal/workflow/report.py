@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from stiffcal.documents import document_of
@@ -40,7 +41,7 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
 
     file = output or data.campaign.folder / "report.pdf"
     context.progress("gathering the results", None)
-    identified = identified | {"origin": data.store.origin_of(IDENTIFY)}
+    identified = replace(identified, origin=data.store.origin_of(IDENTIFY))
     content = report_content(data, identified, validation, document_of(read_history(folder, context)))
     build_report(content, file, context.progress)
-    return ReportResult(warnings=[], file=str(file), origin=identified["origin"])
+    return ReportResult(warnings=[], file=str(file), origin=identified.origin)

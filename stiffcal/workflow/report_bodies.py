@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.document import values_of
+from stiffcal.identification.body_results import JointByItself
 from stiffcal.identification.joint_lines import COMPONENTS
 from stiffcal.identification.joint_motion import JointMotion, joint_motions
 from stiffcal.model.campaign_effects import placed_robot
@@ -16,35 +16,41 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Kind, NodeLoads, joint_node, tool_node
 from stiffcal.model.equilibrium import law_terms, node_displacements
 from stiffcal.report.joint_curves import JointCurve, JointPicture
-from stiffcal.workflow.steps import Document, Ingested
+from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.workflow.steps import Ingested
 
 LAW_POINTS = 241
 
 
-def joint_pictures(data: Ingested, identified: Document) -> tuple[JointPicture, ...]:
+def joint_pictures(data: Ingested, identified: IdentifyResult) -> tuple[JointPicture, ...]:
     """Return the joints that the present `identify` document looks at by themselves; none with one tracked body."""
-    told = {one["joint"]: one for one in identified.get("joints_by_themselves", [])}
-    if not told:
+    found = {joint.joint: joint for joint in identified.joints_by_themselves or ()}
+    if not found:
         return ()
     names = data.joint_names
-    robot = placed_robot(data.campaign).with_values(values_of(identified))
+    robot = placed_robot(data.campaign).with_values(identified.values())
     return tuple(
         _picture(
-            data, motion, told[motion.joint], identified, robot, f"joint {motion.joint} ({names[motion.joint - 1]})"
+            data, motion, found[motion.joint], identified, robot, f"joint {motion.joint} ({names[motion.joint - 1]})"
         )
         for motion in joint_motions(data.states, data.campaign.chain)
-        if motion.joint in told
+        if motion.joint in found
     )
 
 
 def _picture(
-    data: Ingested, motion: JointMotion, told: Document, identified: Document, robot: CompliantRobot, name: str
+    data: Ingested,
+    motion: JointMotion,
+    found: JointByItself,
+    identified: IdentifyResult,
+    robot: CompliantRobot,
+    name: str,
 ) -> JointPicture:
     numbers, run = np.unique(motion.run, return_inverse=True)
     curves = []
-    for axis, line in enumerate(told["lines"]):
+    for axis, line in enumerate(found.lines):
         moved = motion.displacement[:, axis].copy()
-        curve = tuple(math.nan if value is None else float(value) for value in line["curve"])
+        curve = tuple(math.nan if value is None else float(value) for value in line.curve)
         fitted = sum(c * motion.wrench[:, axis] ** (k + 1) for k, c in enumerate(curve) if math.isfinite(c))
         for number in range(len(numbers)):
             own = (run == number) & np.isfinite(moved)
@@ -53,23 +59,23 @@ def _picture(
                 moved[own] -= np.average((moved - fitted)[own], weights=weight)
         curves.append(
             JointCurve(
-                component=line["component"],
+                component=line.component,
                 load=motion.wrench[:, axis],
                 moved=moved,
                 run=run.astype(np.int64),
                 curve=(curve[0], curve[1], curve[2]),
-                compliance=math.nan if line["compliance"] is None else line["compliance"],
-                std=math.nan if line["std"] is None else line["std"],
-                above_noise=line["above_noise"],
-                curved=line["curved"],
+                compliance=math.nan if line.compliance is None else line.compliance,
+                std=math.nan if line.std is None else line.std,
+                above_noise=line.above_noise,
+                curved=line.curved,
             )
         )
     runs = tuple(data.states.runs[int(number)].name for number in numbers)
-    between = (str(told["between"][0]), str(told["between"][1]))
-    pairs = None if told["matrix"] is None else tuple((str(a), str(b)) for a, b in told["couplings"])
-    laws = {
-        line["component"]: law
-        for axis, line in enumerate(told["lines"])
+    between = (found.between[0], found.between[1])
+    pairs = None if found.matrix is None else tuple((moved, load) for moved, load in found.couplings)
+    laws: dict[str, tuple[Floats, Floats]] = {
+        line.component: law
+        for axis, line in enumerate(found.lines)
         if (law := _law(robot, motion.joint, axis, motion.wrench[:, axis])) is not None
     }
     return JointPicture(name, between, runs, tuple(curves), _together(identified, robot, motion.joint), pairs, laws)
@@ -96,15 +102,15 @@ def _law(robot: CompliantRobot, joint: int, axis: int, load: Floats) -> tuple[Fl
     return (at, lines[0]) if lines[0].any() and np.allclose(*lines) else None
 
 
-def _together(identified: Document, robot: CompliantRobot, joint: int) -> dict[str, tuple[float, float, bool]]:
+def _together(identified: IdentifyResult, robot: CompliantRobot, joint: int) -> dict[str, tuple[float, float, bool]]:
     """Return component to (compliance, standard uncertainty, above the noise) by the fit of all joints at once."""
-    found = {parameter["name"]: parameter for parameter in identified["parameters"]}
-    result = {}
+    found = {parameter.name: parameter for parameter in identified.parameters}
+    result: dict[str, tuple[float, float, bool]] = {}
     for placed in robot.placed:
         for spec in placed.effect.parameters if placed.place.joints == (joint,) else ():
             parameter = found.get(placed.parameter_name(spec.symbol)) if spec.along is not None else None
-            if spec.along is None or parameter is None or parameter["value"] is None or parameter["std"] is None:
+            if spec.along is None or parameter is None or parameter.value is None or parameter.std is None:
                 continue
-            own = (float(parameter["value"]), float(parameter["std"]), bool(parameter["above_noise"]))
+            own = (parameter.value, parameter.std, bool(parameter.above_noise))
             result[COMPONENTS[spec.along]] = own
     return result

@@ -18,7 +18,6 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import Joints, Wrench
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.documents import result_of
-from stiffcal.experiments import all_kinds
 from stiffcal.files import read_regular
 from stiffcal.identification.state_loads import branch_words, force_since_reference, torques_about_joints
 from stiffcal.identification.state_tables import component_block, gauge_block
@@ -38,12 +37,14 @@ from stiffcal.report.content import (
     ResidualCovariate,
     SetAside,
 )
+from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store import values_of
 from stiffcal.store.index import FOREIGN
-from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_bodies import joint_pictures
+from stiffcal.workflow.report_clamped import clamped_curves
 from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import diagnosis_content
+from stiffcal.workflow.report_friction import friction_curves, friction_set_aside
 from stiffcal.workflow.report_links import link_pictures
 from stiffcal.workflow.steps import (
     FIT_STATES,
@@ -81,13 +82,15 @@ MEASURES = {
 }
 
 
-def report_content(data: Ingested, identified: Document, validation: Document, history: Document) -> ReportContent:
+def report_content(
+    data: Ingested, identified: IdentifyResult, validation: Document, history: Document
+) -> ReportContent:
     """Gather everything that a report shows.
 
     Parameters
     ----------
     data : the campaign with its states.
-    identified, validation, history : documents of the present fit.
+    identified : the present fit. validation, history : its documents.
     """
     states, chain = data.states, data.campaign.chain
     report_states = report_states_of(data) if len(states) else None
@@ -99,10 +102,6 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
         for run in data.campaign.manifest.runs
         if run.id not in {info.name for info in states.runs}
     )
-    measured = runs_with_fits(data)
-    drawn_pages = [kind.page(measured, identified) for kind in all_kinds()]
-    pages = tuple(page for page in drawn_pages if page is not None)
-    unused = [SetAside(entry.run, entry.numbers, entry.why) for page in pages for entry in page.unused]
     return ReportContent(
         provenance=_provenance(data, identified, history),
         runs=_runs(states, chain) + beside,
@@ -113,12 +112,13 @@ def report_content(data: Ingested, identified: Document, validation: Document, h
         history=history,
         ingest=stored_ingest(data.store),
         instruments=tuple(_instruments(data)),
-        set_aside=(*_set_aside(states), *unused),
+        set_aside=(*_set_aside(states), *friction_set_aside(data)),
         covariates=() if report_states is None else tuple(most_correlated_covariates(data, identified, report_states)),
         load_paths=tuple(_load_path(path) for path in paths["paths"]),
         **diagnosis_content(data, identified),
-        pages=pages,
         extra={
+            "friction": friction_curves(data, identified),
+            "clamped": clamped_curves(data, identified),
             "joint_motion": joint_pictures(data, identified),
             "compensation": with_and_without(data),
             "links": link_pictures(data, identified),
@@ -223,14 +223,14 @@ def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
     return tuple(found)
 
 
-def _provenance(data: Ingested, identified: Document, history: Document) -> ReportProvenance:
+def _provenance(data: Ingested, identified: IdentifyResult, history: Document) -> ReportProvenance:
     stored = data.store.read_document("provenance")
     campaign = data.campaign
     versions = dict(stored["versions"])
     ours = ("stiffcal", versions.pop("stiffcal"))
-    time = next((fit["time"] for fit in history["fits"] if fit["id"] == identified["fit_id"]), stored["created"])
-    loss = {"linear": "least squares", "huber": "Huber loss"}[identified["loss"]]
-    scaled = identified.get("std_scaled_by_reduced_chi2")
+    time = next((fit["time"] for fit in history["fits"] if fit["id"] == identified.fit_id), stored["created"])
+    loss = {"linear": "least squares", "huber": "Huber loss"}[identified.loss]
+    scaled = identified.std_scaled_by_reduced_chi2
     return ReportProvenance(
         campaign=campaign.name,
         robot=campaign.robot.name or campaign.chain.name or "robot",
@@ -240,9 +240,9 @@ def _provenance(data: Ingested, identified: Document, history: Document) -> Repo
         settings=(
             ("balance", "on the deformed robot" if campaign.model.balance == "deformed" else "first order"),
             ("loss", loss),
-            ("noise from", str(identified["noise_source"])),
+            ("noise from", identified.noise_source),
             ("standard uncertainties", "scaled by reduced χ²" if scaled else "from the noise"),
-            ("fit", str(identified["fit_id"])),
+            ("fit", identified.fit_id),
         ),
     )
 
@@ -317,14 +317,14 @@ def _set_aside(states: LoadStates) -> list[SetAside]:
     return [SetAside(run, tuple(numbers), why) for (run, why), numbers in rows.items()]
 
 
-def joint_torques(data: Ingested, identified: Document) -> Floats:
+def joint_torques(data: Ingested, identified: IdentifyResult) -> Floats:
     """Return (n, J) N·m: the whole torque about each joint's axis, weight included, at the fitted balance."""
-    from stiffcal.identification.document import values_of
-
-    return torques_about_joints(data.states, placed_robot(data.campaign).with_values(values_of(identified)))
+    return torques_about_joints(data.states, placed_robot(data.campaign).with_values(identified.values()))
 
 
-def most_correlated_covariates(data: Ingested, identified: Document, shown: ReportStates) -> list[ResidualCovariate]:
+def most_correlated_covariates(
+    data: Ingested, identified: IdentifyResult, shown: ReportStates
+) -> list[ResidualCovariate]:
     """Return the joint torques that the residual follows most, most telling first."""
     torque = joint_torques(data, identified)
     residual = shown.residual[:, :3]

@@ -10,20 +10,21 @@ from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectE
 from stiffcal.documents import document_of
 from stiffcal.model.summary import EffectAt
 from stiffcal.report.content import EvidenceFigure
+from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.diagnose import current_diagnosis
 from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE
-from stiffcal.workflow.steps import Document, Ingested, key_of_table, stored_document
+from stiffcal.workflow.steps import Ingested, key_of_table, stored_document
 
 
-def diagnosis_content(data: Ingested, identified: Document) -> dict[str, Any]:
+def diagnosis_content(data: Ingested, identified: IdentifyResult) -> dict[str, Any]:
     """Return the fields of `ReportContent` that are of a diagnosis.
 
     Parameters
     ----------
     data : the campaign.
-    identified : the `identify` document of the present fit.
+    identified : the present fit.
     """
     diagnosis, reason = current_diagnosis(data, identified)
     if diagnosis is None:
@@ -56,7 +57,7 @@ def _earlier(data: Ingested, diagnosis: DiagnoseResult) -> tuple[EarlierDiagnosi
 
 
 def _evidence(
-    data: Ingested, diagnosis: DiagnoseResult, identified: Document, earlier: tuple[EarlierDiagnosis, ...]
+    data: Ingested, diagnosis: DiagnoseResult, identified: IdentifyResult, earlier: tuple[EarlierDiagnosis, ...]
 ) -> list[EvidenceFigure]:
     from stiffcal.model.campaign_effects import all_effects
     from stiffcal.store import values_of
@@ -68,12 +69,13 @@ def _evidence(
     columns = {name: np.asarray(values_of(table.column(name))) for name in ("entry", "driver", "before", "after")}
     branch, run = (np.array(table.column(name).to_pylist(), dtype=np.str_) for name in ("branch", "run"))
     catalogue, _ = all_effects(data.campaign)
+    in_model = [document_of(parameter) for parameter in identified.parameters]
     figures = []
     for number, evidence in enumerate(diagnosis.evidence):
         rows = columns["entry"] == number
         effect = catalogue[evidence.effect]
         seen, alternatives = _as_proposed(evidence, diagnosis, earlier)
-        fitted = diagnosis.parameters_with_missing if evidence.status == "missing" else identified["parameters"]
+        fitted = diagnosis.parameters_with_missing if evidence.status == "missing" else in_model
         where = document_of(evidence.where)
         figures.append(
             EvidenceFigure(

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.document import values_of
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.observation import Observations, observe
 from stiffcal.identification.rows import LENGTH, TRANSLATION
@@ -20,8 +19,9 @@ from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.load_cycles import UNLOADING, find_load_cycles
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
+from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.validation.validate import load_in_base
-from stiffcal.workflow.steps import Document, Ingested
+from stiffcal.workflow.steps import Ingested
 
 # Runs drawn large: the paper shows four (Fig. 7).
 HOW_MANY = 4
@@ -30,14 +30,14 @@ OPPOSITE_M = 0.02
 POINTS = 41
 
 
-def link_pictures(data: Ingested, identified: Document) -> tuple[LinkPicture, ...]:
+def link_pictures(data: Ingested, identified: IdentifyResult) -> tuple[LinkPicture, ...]:
     """Return what is shown of every link with rods; none where there are no rods."""
     states = data.states
     if not states.setup.rods or not len(states):
         return ()
-    robot = placed_robot(data.campaign).with_values(values_of(identified))
+    robot = placed_robot(data.campaign).with_values(identified.values())
     readings = observe(states, robot.chain)
-    noise = (identified.get("noise_per_axis") or {}).get("length")
+    noise = None if identified.noise_per_axis is None else identified.noise_per_axis.length
     observed = _ObservedLinks.of(readings, states, robot)
     return tuple(_picture(link, observed) for link in measure_links(readings, robot, noise))
 

@@ -10,10 +10,10 @@ from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.workflow.steps import Ingested
 
 if TYPE_CHECKING:
-    from stiffcal.workflow.steps import Document
+    from stiffcal.results.identify_result import IdentifyResult
 
 
-def residual_columns(data: Ingested, identified: Document, table: str) -> dict[str, Any]:
+def residual_columns(data: Ingested, identified: IdentifyResult, table: str) -> dict[str, Any]:
     """Return a table of the store as columns, (m,) each, with joint angles, times, noise, and what the states carry.
 
     Parameters
@@ -22,7 +22,6 @@ def residual_columns(data: Ingested, identified: Document, table: str) -> dict[s
     identified : its fit.
     table : "fit" or "unseen".
     """
-    from stiffcal.identification.document import values_of
     from stiffcal.identification.state_loads import LOAD, load_columns
 
     judged, states = data.store.read_table(table), data.states
@@ -30,10 +29,10 @@ def residual_columns(data: Ingested, identified: Document, table: str) -> dict[s
     index = stored.pop("state")
     carried = {}
     if LOAD not in stored:  # the table of the fit, and those that version 0.1 has written
-        robot = placed_robot(data.campaign).with_values(values_of(identified))
+        robot = placed_robot(data.campaign).with_values(identified.values())
         carried = {name: values[index] for name, values in load_columns(states, robot).items()}
     angles = {f"{name}_rad": states.joints[index, k] for k, name in enumerate(data.joint_names)}
-    noise = (identified["noise"] or {}).get("translation")
+    noise = None if identified.noise is None else identified.noise.translation
     return {
         "state": index,
         "run": stored.pop("run"),

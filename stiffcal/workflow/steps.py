@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.deprecated_names import old_names
+from stiffcal.documents import Result
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from stiffcal.ingest.results import IngestResult
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.model.composite import CompliantRobot
+    from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.store import Store
     from stiffcal.store.trial import TrialResults
 
@@ -156,6 +158,32 @@ def stored_document(store: Store, name: str) -> Document | None:
             raise
         notice(f"{store.folder}: {name}: {error.faults[0].reason}: not used")
         return None
+
+
+def stored_result(store: Store, name: str, kind: type[Result]) -> Result | None:
+    """Return what a document of the store holds; None where there is none that can be used, as `stored_document`."""
+    from stiffcal.store.index import DamagedStoreError
+    from stiffcal.trust.notices import notice
+    from stiffcal.workflow.stored import stored_result as checked_result
+
+    try:
+        return checked_result(store, name, kind)
+    except DamagedStoreError as error:
+        notice(f"{store.folder}: {name}: {error.faults[0].reason}: not used")
+        return None
+
+
+def stored_fit(store: Store) -> IdentifyResult | None:
+    """Return the stored fit; None where there is none that can be used."""
+    from stiffcal.campaign.experiment_kinds import kind_names
+    from stiffcal.results.identify_result import IdentifyResult
+
+    result = stored_result(store, IDENTIFY, IdentifyResult)
+    if result is None:
+        return None
+    document = store.read_document(IDENTIFY)
+    others = {name: document[name] for name in kind_names() if name in document and not hasattr(result, name)}
+    return replace(result, other_kinds=others) if others else result
 
 
 def stored_ingest(store: Store) -> IngestResult | None:

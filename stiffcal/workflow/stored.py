@@ -10,6 +10,7 @@ import re
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from stiffcal.documents import Result
 from stiffcal.store.document_shape import StoredProvenance, has_shape, result_from
 from stiffcal.store.index import OWN, check_version
 from stiffcal.store.origin import ENTRY_LISTS, damaged
@@ -34,6 +35,22 @@ def stored_document(store: Store, name: str) -> Document | None:
         return None
     with store.snapshot() as snapshot:
         return checked(snapshot, name)
+
+
+def stored_result(store: Store, name: str, kind: type[Result]) -> Result | None:
+    """Return what a document of the store holds, or None where there is none.
+
+    Parameters
+    ----------
+    name : of the document. kind : of the result.
+
+    Raises
+    ------
+    DamagedError : it is not what was written, or holds something else than its name says.
+    NewerError : it was written by a newer stiffcal.
+    """
+    document = stored_document(store, name)
+    return None if document is None else result_from(kind, document, store.display_name, name)
 
 
 def checked(snapshot: Snapshot, name: str) -> Document:
@@ -72,10 +89,11 @@ def _document_types() -> dict[str, tuple[Any, str]]:
     """Return the type and the schema of each document by name; imported only where somebody else's are read."""
     from stiffcal.diagnosis.results import DiagnoseResult
     from stiffcal.ingest.results import IngestResult
+    from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.workflow import stored_types as types
 
     return {
-        "identify": (types.StoredIdentify, "stiffcal/identify/1"),
+        "identify": (IdentifyResult, "stiffcal/identify/1"),
         "validate": (types.StoredValidate, "stiffcal/validate/1"),
         "diagnose": (DiagnoseResult, "stiffcal/diagnose/1"),
         "ingest": (IngestResult, "stiffcal/ingest/1"),

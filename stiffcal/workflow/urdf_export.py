@@ -13,16 +13,17 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
-from stiffcal.workflow.steps import Document
+from stiffcal.model.summary import Where
+from stiffcal.results.identify_result import IdentifyResult
 
 
-def urdf_text(campaign: Campaign, identified: Document) -> str:
+def urdf_text(campaign: Campaign, identified: IdentifyResult) -> str:
     """Return the robot as URDF.
 
     Parameters
     ----------
     campaign : whose robot it is.
-    identified : the `identify` document whose joint stiffness is written.
+    identified : the fit whose joint stiffness is written.
     """
     chain = campaign.chain
     root = ElementTree.Element("robot", name=chain.name or campaign.name)
@@ -61,14 +62,14 @@ def urdf_text(campaign: Campaign, identified: Document) -> str:
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _stiffness(joint: ElementTree.Element, identified: Document, number: int) -> None:
-    for parameter in identified["parameters"]:
-        if parameter["where"] == {"joints": [number]} and parameter["unit"] == "rad/(N·m)":
-            attributes: dict[str, Any] = {"effect": parameter["effect"], "unit": "N*m/rad"}
-            if parameter["stiffness"] is not None:
-                attributes["value"] = _word(parameter["stiffness"])
-            if parameter["stiffness_std"] is not None:
-                attributes["standard_uncertainty"] = _word(parameter["stiffness_std"])
+def _stiffness(joint: ElementTree.Element, identified: IdentifyResult, number: int) -> None:
+    for parameter in identified.parameters:
+        if parameter.where == Where(joints=[number]) and parameter.unit == "rad/(N·m)":
+            attributes: dict[str, Any] = {"effect": parameter.effect, "unit": "N*m/rad"}
+            if parameter.known_stiffness is not None:
+                attributes["value"] = _word(parameter.known_stiffness)
+            if parameter.known_stiffness_std is not None:
+                attributes["standard_uncertainty"] = _word(parameter.known_stiffness_std)
             ElementTree.SubElement(joint, "stiffness", attributes)
 
 

@@ -6,9 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.workflow.diagnosis_verdict import check_thresholds
 from stiffcal.workflow.identify import fit_now, fitted
 from stiffcal.workflow.steps import (
@@ -24,6 +26,7 @@ from stiffcal.workflow.steps import (
     key_of,
     open_store,
     stored_document,
+    stored_fit,
 )
 
 if TYPE_CHECKING:
@@ -63,7 +66,7 @@ def validate_campaign(
     return document | {"origin": data.store.origin_of(VALIDATE)}
 
 
-def validated(data: Ingested, identified: Document, context: RunContext) -> Document:
+def validated(data: Ingested, identified: IdentifyResult, context: RunContext) -> Document:
     """Return the `validate` document of the present fit, judging first where it is missing or stale.
 
     A verdict on the manifest's present thresholds stands as it was last given: `validate` and `batch` look at the
@@ -77,19 +80,19 @@ def validated(data: Ingested, identified: Document, context: RunContext) -> Docu
     return validate_now(data, identified, context)
 
 
-def current_validation(data: Ingested, identified: Document) -> Document | None:
+def current_validation(data: Ingested, identified: IdentifyResult) -> Document | None:
     """Return the stored validation where it belongs to the present fit; its verdict may be of earlier thresholds."""
     stored = stored_document(data.store, VALIDATE)
     return stored if stored is not None and stored.get("key") == _key(identified) else None
 
 
-def _key(identified: Document) -> str:
-    return key_of(identified["key"], "validate")
+def _key(identified: IdentifyResult) -> str:
+    return key_of(identified.key, "validate")
 
 
 def with_present_verdict(
     data: Ingested,
-    identified: Document,
+    identified: IdentifyResult,
     stored: Document,
     context: RunContext,
     thresholds: ThresholdsFile | None = None,
@@ -98,18 +101,18 @@ def with_present_verdict(
 
     The store is told of a verdict that has changed; not of one on a file's thresholds, which hold for this time.
     """
-    document = stored | check_thresholds(data, identified, stored, context, thresholds)
+    document = stored | check_thresholds(data, identified.parameters, stored, context, thresholds)
     if thresholds is None and document != stored and not data.uncounted:
         data.commit({}, {VALIDATE: document}, command="validate")
     return document
 
 
-def validate_now(data: Ingested, identified: Document, context: RunContext, fit: Fit | None = None) -> Document:
+def validate_now(data: Ingested, identified: IdentifyResult, context: RunContext, fit: Fit | None = None) -> Document:
     """Judge the present fit, write the result into the store and complete the history's entry.
 
     Parameters
     ----------
-    identified : the fit's document.
+    identified : the fit as it is stored.
     fit : the fit itself where it is at hand; it is made again otherwise.
     """
     from stiffcal.identification.state_loads import load_columns
@@ -118,7 +121,7 @@ def validate_now(data: Ingested, identified: Document, context: RunContext, fit:
     from stiffcal.validation.validate import validate_fit
     from stiffcal.workflow.experiments import validated_experiments, validation_of_experiments, validation_with
 
-    fit = fit or fit_now(data, str(identified["loss"]), context)
+    fit = fit or fit_now(data, identified.loss, context)
     context.progress("leaving poses out", None)
     parts = validated_experiments(data)
     tables = {name: table for part in parts for name, table in part.tables.items()}
@@ -131,16 +134,17 @@ def validate_now(data: Ingested, identified: Document, context: RunContext, fit:
         predicted = heldout.displacement - heldout.residual
         carried = load_columns(data.states, fit.robot)
         tables[HELDOUT_STATES] = observed_table(data.states, heldout.data, predicted, heldout.residual, carried)
-    document |= {name: identified[name] for name in ("suspects",) if name in identified}
-    document |= {"fit_id": identified["fit_id"], "key": _key(identified)}
-    document |= check_thresholds(data, identified, document, context)
+    if identified.suspects is not None:
+        document["suspects"] = [document_of(suspect) for suspect in identified.suspects]
+    document |= {"fit_id": identified.fit_id, "key": _key(identified)}
+    document |= check_thresholds(data, identified.parameters, document, context)
 
     def with_history(stored: Stored) -> Documents:
         history = stored(HISTORY)
         if history is None:
             return {VALIDATE: document}
         entries = [
-            entry | ({"heldout_rms": document["rms"]} if entry.get("id") == identified["fit_id"] else {})
+            entry | ({"heldout_rms": document["rms"]} if entry.get("id") == identified.fit_id else {})
             for entry in history["fits"]
         ]
         return {VALIDATE: document, HISTORY: history | {"fits": entries}}
@@ -152,7 +156,7 @@ def validate_now(data: Ingested, identified: Document, context: RunContext, fit:
 def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds: ThresholdsFile | None) -> Document:
     """Judge another campaign's fitted model on these data; nothing is stored."""
     from stiffcal.campaign.loading import load_campaign
-    from stiffcal.identification.document import model_document, values_of
+    from stiffcal.identification.document import model_summary
     from stiffcal.ingest.sources import manifest_data_files
     from stiffcal.store.index import FOREIGN
     from stiffcal.store.origin import worst_of
@@ -162,7 +166,7 @@ def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds
 
     campaign = load_campaign(other, check_files=False)
     store = open_store(other, RunContext())
-    stored, origin = stored_document(store, IDENTIFY), store.origin_of(IDENTIFY)
+    stored, origin = stored_fit(store), store.origin_of(IDENTIFY)
     if stored is None:
         raise InputError.at(
             FaultCode.STORE_MISSING, str(other), "store", "no model is fitted there", f"run stiffcal identify {other}"
@@ -179,8 +183,8 @@ def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds
     if campaign.chain.n_joints != data.campaign.chain.n_joints:
         reason = f"its robot has {campaign.chain.n_joints} joints, this one {data.campaign.chain.n_joints}"
         raise InputError.at(FaultCode.ROBOT_MISMATCH, str(other), "robot", reason, "name a campaign of the same robot")
-    robot = replace(placed_robot(campaign), chain=data.campaign.chain).with_values(values_of(stored))
-    if model_document(robot) != stored["model"]:
+    robot = replace(placed_robot(campaign), chain=data.campaign.chain).with_values(stored.values())
+    if model_summary(robot) != stored.model:
         reason = "its model.toml has changed since the last fit"
         raise InputError.at(
             FaultCode.MODEL_MISMATCH, str(other), "model.toml", reason, f"run stiffcal identify {other}"
@@ -196,5 +200,9 @@ def _validate_other(data: Ingested, other: Path, context: RunContext, thresholds
     document = validation_document(data.states, validation)
     if origin == FOREIGN:
         data = replace(data, origin=origin)
-    document |= check_thresholds(data, stored, document, context, thresholds)
-    return document | {"model_of": str(other), "model": stored["model"], "origin": worst_of([data.origin, origin])}
+    document |= check_thresholds(data, stored.parameters, document, context, thresholds)
+    return document | {
+        "model_of": str(other),
+        "model": document_of(stored.model),
+        "origin": worst_of([data.origin, origin]),
+    }

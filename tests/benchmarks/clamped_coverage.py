@@ -17,6 +17,7 @@ from unittest import mock
 import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.documents import document_of
 from stiffcal.simulation.clamped import simulate_clamped
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
@@ -61,7 +62,7 @@ def main() -> None:
         for seed in range(wanted.first, wanted.first + wanted.seeds):
             out = Path(folder) / str(seed)
             simulate_campaign(load_campaign(source, check_files=False), load_settings(source), out, seed=seed)
-            document = identify_campaign(out)
+            document = document_of(identify_campaign(out))
             shutil.rmtree(out)
             each = [judged(document, joint) for joint in TABLE_2]
             errors.append([one[0] for one in each])

@@ -8,16 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.documents import document_of
 from stiffcal.identification.coupling import (
     Coupling,
-    Way,
-    coupling_document,
+    coupling_result,
     identify_both_ways,
     without_links,
     without_measured_links,
 )
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.link_noise import spread_by_rods
+from stiffcal.identification.link_results import Way
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.measurements.load_states import LoadStates, Sigma
@@ -82,7 +83,7 @@ def test_what_is_taken_out_is_the_links_part(robot: CompliantRobot, states: Load
 
 
 def test_the_document_is_json(coupling: Coupling) -> None:
-    document = coupling_document(coupling)
+    document = document_of(coupling_result(coupling))
     json.dumps(document, allow_nan=False)
     ways = {way["way"]: way for way in document["ways"]}
     assert "link-beam.swing.EI2" in ways["links-rigid"]["left_out"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.identification.dual_form import TwoForms, identify_in_two_forms, two_forms_document
+from stiffcal.identification.dual_form import TwoForms, identify_in_two_forms, two_forms_result
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, Sigma
@@ -94,15 +94,14 @@ def test_unweighted_is_another_estimate() -> None:
     # but it estimates the same springs
     assert np.allclose(1.0 / two.unweighted, SIX_STIFFNESS, rtol=0.15)
     assert np.allclose(1.0 / two.unweighted_mm, SIX_STIFFNESS, rtol=0.15)
-    document = two_forms_document(two)
-    assert [one["dual_quaternion"] for one in document["parameters"]] == two.dual.tolist()
+    assert [parameter.dual_quaternion for parameter in two_forms_result(two).parameters] == two.dual.tolist()
 
 
 def test_unweighted_needs_orientation() -> None:
     chain = six_axes()
     two = identify_in_two_forms(fitted(chain, noisy(chain, full_pose=False)))
     assert np.isnan(two.unweighted).all()
-    assert two_forms_document(two)["parameters"][0]["unweighted_in_metres"] is None
+    assert two_forms_result(two).parameters[0].unweighted_in_metres is None
 
 
 def test_other_effects_are_refused() -> None:

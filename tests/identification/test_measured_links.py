@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.measured_links import links_document, measure_links
+from stiffcal.documents import document_of
+from stiffcal.identification.measured_links import link_results, measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import LoadStates, Sigma
@@ -85,7 +86,8 @@ def test_a_swapped_rod_is_named(robot: CompliantRobot, states: LoadStates) -> No
 
 def test_the_document_is_json(robot: CompliantRobot, states: LoadStates) -> None:
     links = measure_links(observe(states, robot.chain), robot, sigma=1e-6)
-    (document,) = links_document(links)
+    (result,) = link_results(links)
+    document = document_of(result)
     json.dumps(document, allow_nan=False)
     assert document["compliance"][3] == [None] * 6
     assert document["torsion"]["identifiable"] is False

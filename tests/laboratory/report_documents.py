@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.report.content import ReportStates
+from tests.laboratory.fits import fit_of
 
 
 def rms(residual: Floats) -> float:
@@ -123,20 +124,24 @@ def documents(
     run_names: list[str],
     noise: dict[str, float] | None,
 ) -> dict[str, Any]:
-    """identify, validate and history documents in the interface's form."""
+    """Fit, and validate and history documents in the interface's form."""
     used = states.used
     fit_rms = measures((states.measured - states.predicted)[used])
     names = np.array(run_names)[states.run[used]]
-    identify = {
-        "schema": "stiffcal/identify/1", "warnings": [],
-        "model": {"balance": "first-order", "effects": [{"type": "joint-compliance", "joints": "all"}]},
-        "parameters": parameters_of(joint_names, c, covariance), "n_states": int(used.sum()),
-        "n_runs": len(run_names), "rms": fit_rms, "noise": noise,
-        "noise_source": "repeats" if noise else "none", "reduced_chi2": 1.02 if noise else None,
-        "condition": 31.0, "not_identifiable": [], "rejected": [],
-    }  # fmt: skip
+    joints = list(range(1, len(joint_names) + 1))
+    fit = fit_of(
+        model={"balance": "first-order", "effects": [{"type": "joint-compliance", "joints": joints}]},
+        parameters=parameters_of(joint_names, c, covariance),
+        n_states=int(used.sum()),
+        n_runs=len(run_names),
+        rms=fit_rms,
+        noise=noise,
+        noise_source="repeats" if noise else "none",
+        reduced_chi2=1.02 if noise else None,
+        condition=31.0,
+    )
     return {
-        "identify": identify,
+        "identify": fit,
         "validate": validate_document(states, names, run_names, noise),
         "history": history_document(measures(states.measured[used]), fit_rms, measures(states.residual[used]), noise),
     }

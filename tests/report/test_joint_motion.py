@@ -12,6 +12,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint
 from stiffcal.report.joint_curves import JointCurve, JointPicture
 from stiffcal.report.sections import dual_quaternions, joint_motion, not_identified
+from tests.laboratory.fits import with_fit
 from tests.laboratory.report_content import made_up_content
 
 COMPONENTS = ("tx", "ty", "tz", "rx", "ry", "rz")
@@ -41,7 +42,7 @@ JOINTS = (joint(1), joint(2, curved=True), joint(3))
 
 def content(**identify: Any) -> ReportContent:
     made = made_up_content(n_runs=1)
-    return replace(made, identify=(made.identify or {}) | identify, extra={"joint_motion": JOINTS})
+    return replace(with_fit(made, **identify), extra={"joint_motion": JOINTS})
 
 
 def section(made: ReportContent) -> ReportSection:
@@ -130,6 +131,9 @@ def test_springs_in_the_noise_are_named_together() -> None:
             "where": {"joints": [k]},
             "value": 1e-9,
             "std": 2e-9,
+            "interval": [0.0, 5e-9],
+            "unit": "m/N",
+            "fixed": False,
             "poorly_known": True,
             "above_noise": False,
             "identifiable": True,

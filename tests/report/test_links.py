@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from stiffcal.report.blocks import Items, LeftOut, Picture, ReportSection, Table
 from stiffcal.report.figures.along_lines import draw_along_lines
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
 from stiffcal.report.sections import links, load_deformation
+from tests.laboratory.fits import with_fit
 from tests.laboratory.report_content import made_up_content
 
 FORCE = np.concatenate([np.linspace(0, 900, 7), np.linspace(750, -900, 12), np.linspace(-750, 0, 6)])
@@ -43,14 +45,17 @@ def picture_of(with_model: bool = True) -> LinkPicture:
 def laid_out(picture: LinkPicture) -> ReportSection:
     content = made_up_content()
     told = {
-        "link": "swing", "share_of_tool": 0.039, "torsion": {"identifiable": False},
+        "link": "swing", "rods": ["ids1", "ids2", "ids3"], "n_states": 9, "carried": [], "spare": 0, "condition": None,
+        "sigma": None, "sigma_source": "none", "displacement_std": [None] * 6, "compliance_structure": "symmetric",
+        "compliance_std": np.zeros((6, 6)).tolist(), "reduced_chi2": None, "not_identifiable": [], "not_carried": [],
+        "faults": [], "share_of_tool": 0.039, "torsion": {"identifiable": False, "bound": None, "why": ""},
         "compliance": np.diag([8e-10, 3e-8, 4e-8, 1e-7, 1.4e-7, 1.2e-7]).tolist(),
         "compliance_interval": [
             np.diag([7e-10, 2.9e-8, 3.9e-8, -2e-7, 1.3e-7, 1.1e-7]).tolist(),
             np.diag([9e-10, 3.1e-8, 4.1e-8, 4e-7, 1.5e-7, 1.3e-7]).tolist(),
         ],
     }  # fmt: skip
-    content = replace(content, identify=(content.identify or {}) | {"links": [told]}, extra={"links": (picture,)})
+    content = replace(with_fit(content, links=[told]), extra={"links": (picture,)})
     made = links.section(content)
     assert isinstance(made, ReportSection)
     return made
@@ -120,15 +125,18 @@ def test_no_picture_leaves_a_panel_without_units(name: str) -> None:
 
 def test_coupling_errors_stand_in_a_table_of_their_own() -> None:
     content = made_up_content()
-    ways = [{"way": way, "says": ""} for way in ("links-rigid", "tool-alone", "links-taken-out", "with-rods")]
+    rms = {"translation": None, "rotation": None}
+    unknown: dict[str, Any] = {"rms": rms, "condition": None, "not_identifiable": [], "left_out": []}
+    ways = [
+        {"way": way, "says": "", **unknown} for way in ("links-rigid", "tool-alone", "links-taken-out", "with-rods")
+    ]
     told = {"value": 3e-7, "std": 3e-9, "against_rods": 0.163}
     entry = {
         "name": "joint-compliance.j2.c", "links-rigid": told, "tool-alone": None, "links-taken-out": told,
         "with-rods": told,
     }  # fmt: skip
     coupling = {"links": ["swing"], "ways": ways, "parameters": [entry]}
-    identify = (content.identify or {}) | {"coupling": coupling}
-    made = links.section(replace(content, identify=identify, extra={"links": (picture_of(),)}))
+    made = links.section(replace(with_fit(content, coupling=coupling), extra={"links": (picture_of(),)}))
     assert isinstance(made, ReportSection)
     table = [block for block in made.blocks if isinstance(block, TableBlock)][-1]
     assert [column.title for column in table.columns][1:] == [

@@ -201,7 +201,7 @@ def test_the_ladder_ends_with_the_present_fit_where_an_earlier_model_was_restore
     assert content.identify is not None
     captions = []
     for present in ("2", "1"):
-        restored = replace(content, identify={**content.identify, "fit_id": present})
+        restored = replace(content, identify=replace(content.identify, fit_id=present))
         ladder = next(section for section in lay_out(restored) if section.title.startswith("From no model"))
         captions.append(next(block.caption for block in ladder.blocks if isinstance(block, Picture)))
     assert "with fit 2" in captions[0]

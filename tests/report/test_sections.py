@@ -9,6 +9,7 @@ import pytest
 
 from stiffcal.report.blocks import ReportSection, TableBlock
 from stiffcal.report.sections import all_sections, not_identified, residuals, stiffness, summary
+from tests.laboratory.fits import with_fit
 from tests.laboratory.report_content import made_up_content
 
 
@@ -23,8 +24,7 @@ def compliance(**changes: Any) -> dict[str, Any]:
 
 def table_of(parameter: dict[str, Any]) -> TableBlock:
     content = made_up_content(n_runs=1)
-    content = replace(content, identify=(content.identify or {}) | {"parameters": [parameter]})
-    made = stiffness.section(content)
+    made = stiffness.section(with_fit(content, parameters=[parameter]))
     assert isinstance(made, ReportSection)
     (table,) = [block for block in made.blocks if isinstance(block, TableBlock)]
     return table
@@ -76,12 +76,12 @@ def test_open_and_hardly_known_parameters_are_named() -> None:
     content = made_up_content(n_runs=1)
     open_one = compliance(identifiable=False, value=None)
     reason = {"parameters": ["a", "b"], "known": "a + b", "reason": "the base's turn about z is joint 1's"}
-    identify = (content.identify or {}) | {"parameters": [open_one], "not_identifiable": [reason]}
-    text = repr(not_identified.section(replace(content, identify=identify)))
+    made = with_fit(content, parameters=[open_one], not_identifiable=[reason])
+    text = repr(not_identified.section(made))
     assert "the base's turn about z is joint 1's" in text
     assert "joint-compliance.j2.c (joint 2 (A2)): no value" in text
-    hardly = (content.identify or {}) | {"parameters": [compliance(poorly_known=True)], "not_identifiable": []}
-    text = repr(not_identified.section(replace(content, identify=hardly))).replace("\\u202f", " ")
+    made = with_fit(content, parameters=[compliance(poorly_known=True)], not_identifiable=[])
+    text = repr(not_identified.section(made)).replace("\\u202f", " ")
     assert "hardly known, 95 % between 490 000 and 510 000 N·m/rad" in text
 
 

@@ -101,7 +101,7 @@ def test_results_of_one_own_are_not_computed_again(delivered: Path) -> None:
     assert said == [NOT_YOURS, "identify first: nothing is fitted yet"]
     said.clear()
     assert validate_campaign(delivered, RunContext(notify=said.append)) == first
-    assert identify_campaign(delivered)["origin"] == first["origin"] == "own"
+    assert identify_campaign(delivered).origin == first["origin"] == "own"
     assert said == []
 
 
@@ -147,7 +147,7 @@ def test_a_log_rewritten_with_its_size_and_time_kept_is_noticed(tmp_path: Path, 
     said: list[str] = []
     after = identify_campaign(folder, RunContext(notify=said.append))
     assert said[0] == "ingest first: changed: raw/states.csv"
-    assert after["key"] != before["key"]
+    assert after.key != before.key
 
 
 def test_logs_are_not_hashed_again_where_the_file_system_says_they_are_unchanged(
@@ -177,8 +177,8 @@ def test_without_the_logs_a_strangers_results_are_shown_and_marked(
 ) -> None:
     without_logs(delivered)
     said: list[str] = []
-    document = identify_campaign(delivered, RunContext(notify=said.append))
-    assert document["origin"] == "foreign"
+    fit = identify_campaign(delivered, RunContext(notify=said.append))
+    assert fit.origin == "foreign"
     assert said[0] == "the logs are missing (raw/states.csv): results that were not computed by you are shown"
     assert validate_campaign(delivered)["origin"] == "foreign"
     with pytest.raises(SystemExit) as ended:
@@ -209,13 +209,13 @@ def test_a_fit_of_a_strangers_states_stays_a_strangers(delivered: Path, made: Pa
     (delivered / "model.toml").write_text(
         'schema = "stiffcal/model/1"\n[[effects]]\ntype = "joint-compliance"\njoints = [2, 3]\n'
     )
-    assert identify_campaign(delivered)["origin"] == "foreign"
+    assert identify_campaign(delivered).origin == "foreign"
     assert validate_campaign(delivered)["passed"] is False
     assert Store(delivered / "store").origin_of("identify", "states") == "foreign"
     # When the logs come, all is computed from them.
     shutil.copytree(made / "raw", delivered / "raw")
     said: list[str] = []
-    assert identify_campaign(delivered, RunContext(notify=said.append))["origin"] == "own"
+    assert identify_campaign(delivered, RunContext(notify=said.append)).origin == "own"
     assert said[0] == NOT_YOURS
 
 
@@ -287,7 +287,7 @@ def test_an_entry_of_the_wrong_shape_harms_nothing(delivered: Path, entry: dict[
 
     forge(delivered, "history", add)
     assert [fit["id"] for fit in document_of(read_history(delivered))["fits"]] == ["1"]
-    assert identify_campaign(delivered)["fit_id"].isdigit()
+    assert identify_campaign(delivered).fit_id.isdigit()
 
 
 def test_restoring_a_strangers_model_shows_it_and_asks(
@@ -326,7 +326,7 @@ def test_a_store_of_version_0_1_is_computed_again_and_its_history_kept(delivered
             del entry["sha256"]
     index.write_text(json.dumps(document), "utf-8")
     said: list[str] = []
-    assert identify_campaign(delivered, RunContext(notify=said.append))["origin"] == "own"
+    assert identify_campaign(delivered, RunContext(notify=said.append)).origin == "own"
     assert said[0] == NOT_YOURS
     assert [fit["origin"] for fit in document_of(read_history(delivered))["fits"]] == ["foreign", "own"]
 
@@ -347,7 +347,7 @@ def test_in_a_trusted_place_what_others_wrote_counts(delivered: Path, state: Pat
 def test_store_option_is_no_proof_of_origin(delivered: Path) -> None:
     said: list[str] = []
     means = RunContext(store=str(delivered / "store"), notify=said.append)
-    assert identify_campaign(delivered, means)["origin"] == "own"
+    assert identify_campaign(delivered, means).origin == "own"
     assert said[0] == NOT_YOURS
 
 

@@ -8,6 +8,7 @@ import socket
 import stat
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -120,6 +121,13 @@ def test_simulate_writes_nothing_through_a_link_that_leads_out(tmp_path: Path) -
     assert not list(outside.iterdir())
 
 
+@dataclass
+class FitAndPdf:
+    """What stands in for the answer of `run`."""
+
+    folder: str = ""
+
+
 def test_demo_writes_its_readme_through_no_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder that passes for an earlier demo: it holds truth.json."""
     victim, folder = tmp_path / "authorized_keys", tmp_path / "demo"
@@ -129,7 +137,7 @@ def test_demo_writes_its_readme_through_no_link(tmp_path: Path, monkeypatch: pyt
     (folder / "README.md").symlink_to(victim)
     for step in ("simulate_campaign", "predict_campaign"):
         monkeypatch.setattr(demo, step, lambda *_, **__: {})
-    monkeypatch.setattr(demo, "run_campaign", lambda *_: {})
+    monkeypatch.setattr(demo, "run_campaign", lambda *_: FitAndPdf())
     demo.run_demo(folder)
     assert victim.read_text() == "mine"
     assert (folder / "README.md").read_text() == (demo.EXAMPLE / "README.md").read_text()

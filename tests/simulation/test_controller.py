@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.mechanics.low_pass import LowPass
@@ -101,7 +102,7 @@ def test_commands_are_no_motors_pushed_off(tmp_path: Path) -> None:
 
 def test_a_compensated_run_tells_the_same_stiffness(tmp_path: Path) -> None:
     folder = simulated(tmp_path)
-    document = identify_campaign(folder)
+    document = document_of(identify_campaign(folder))
     assert document["n_runs"] == 2
     assert document["rms"]["translation"] < 5e-6  # of more than a millimetre
     found = {one["name"]: one["value"] for one in document["parameters"]}

@@ -8,7 +8,9 @@ from typing import Any
 import pytest
 
 from stiffcal.campaign.thresholds import Thresholds
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.validation.thresholds import Baseline, judge, verdict
+from tests.laboratory.fits import parameter
 
 JOINTS = ("A1", "A2", "A3")
 VALIDATION: dict[str, Any] = {
@@ -18,17 +20,22 @@ VALIDATION: dict[str, Any] = {
 }
 
 
-def compliance(joint: int, value: float | None, std: float = 1e-9, symbol: str = "c") -> dict[str, Any]:
-    stiffness = 1.0 / value if value else None
-    return {
-        "name": f"joint-compliance.j{joint}.{symbol}", "effect": "joint-compliance", "where": {"joints": [joint]},
-        "value": value, "std": std, "unit": "rad/(N·m)", "stiffness": stiffness, "stiffness_std": None,
-    }  # fmt: skip
+def compliance(joint: int, value: float | None, std: float = 1e-9, symbol: str = "c") -> IdentifiedParameter:
+    return parameter(
+        f"joint-compliance.j{joint}.{symbol}",
+        value,
+        std,
+        where={"joints": [joint]},
+        stiffness=1.0 / value if value else None,
+        stiffness_std=None,
+    )
 
 
-def told(limits: dict[str, Any], *parameters: dict[str, Any], before: tuple[dict[str, Any], ...] = ()) -> list[Any]:
-    baseline = Baseline("before", {one["name"]: one for one in before}) if before else None
-    checks = judge(Thresholds(**limits), {"parameters": list(parameters)}, VALIDATION, JOINTS, baseline)
+def told(
+    limits: dict[str, Any], *parameters: IdentifiedParameter, before: tuple[IdentifiedParameter, ...] = ()
+) -> list[Any]:
+    baseline = Baseline("before", {earlier.name: earlier for earlier in before}) if before else None
+    checks = judge(Thresholds(**limits), parameters, VALIDATION, JOINTS, baseline)
     return [(check.threshold, check.where, check.held) for check in checks]
 
 
@@ -49,7 +56,7 @@ def test_errors_in_unseen_poses(limits: dict[str, float], held: bool) -> None:
 
 
 def test_an_error_is_said_in_millimetres() -> None:
-    (check,) = judge(Thresholds(max_rms_m=1e-4), {"parameters": []}, VALIDATION, JOINTS, None)
+    (check,) = judge(Thresholds(max_rms_m=1e-4), [], VALIDATION, JOINTS, None)
     assert check.says == "rms in unseen poses 0.2 mm is above max_rms_m = 0.1 mm"
     answer = verdict([check], Thresholds(max_rms_m=1e-4))
     assert (answer["passed"], answer["failed"], answer["thresholds"]) == (False, [check.says], {"max_rms_m": 1e-4})
@@ -57,7 +64,7 @@ def test_an_error_is_said_in_millimetres() -> None:
 
 def test_what_is_not_known_is_not_judged_and_does_not_fail() -> None:
     unknown = VALIDATION | {"noise": None}
-    checks = judge(Thresholds(max_over_noise=1.5), {"parameters": []}, unknown, JOINTS, None)
+    checks = judge(Thresholds(max_over_noise=1.5), [], unknown, JOINTS, None)
     answer = verdict(checks, Thresholds())
     assert answer["passed"] is True
     assert answer["not_judged"] == ["error over noise is not known: max_over_noise = 1.5 cannot be judged"]
@@ -89,8 +96,8 @@ def test_drift_fails_where_it_is_large_and_sure() -> None:
 def test_how_sure_a_drift_is() -> None:
     """Two-sided normal probability of the change, times the number of joints."""
     before, after = compliance(1, 1.0e-6, 3e-8), compliance(1, 1.2e-6, 4e-8)
-    baseline = Baseline("before", {before["name"]: before})
-    (check,) = judge(Thresholds(), {"parameters": [after]}, VALIDATION, JOINTS, baseline)
+    baseline = Baseline("before", {before.name: before})
+    (check,) = judge(Thresholds(), [after], VALIDATION, JOINTS, baseline)
     p = math.erfc(4.0 / math.sqrt(2.0))  # 0.2e-6 over √(3² + 4²)·1e-8
     assert f"p = {p:.1g}" in check.says
     assert check.value == pytest.approx(1.0 / 1.2 - 1.0)

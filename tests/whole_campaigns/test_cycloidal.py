@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.documents import document_of
 from stiffcal.workflow.identify import identify_campaign
 
 ROOT = Path(__file__).parents[2]
@@ -29,7 +30,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
         (folder / "raw").mkdir(exist_ok=True)
         for file in DATA.glob(f"*_{name}_*.csv"):
             shutil.copyfile(file, folder / "raw" / file.name)
-        found[name] = identify_campaign(folder)
+        found[name] = document_of(identify_campaign(folder))
     return found
 
 

@@ -110,7 +110,7 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def identified(campaign: Path) -> dict[str, Any]:
-    return identify_campaign(campaign)
+    return document_of(identify_campaign(campaign))
 
 
 @pytest.mark.parametrize("joint", TABLE_2)
@@ -207,13 +207,13 @@ def test_a_soft_fixture_changes_nothing_but_the_correction(tmp_path: Path) -> No
         return text.replace("moved_joint = 3", f"moved_joint = 3\nfixture_compliance = {soft}")
 
     out = simulated(tmp_path, ("a-joint3",), settings=yields, manifest=known)
-    corrected = identify_campaign(out)
+    corrected = document_of(identify_campaign(out))
     told = joint_of(corrected, 3)
     assert told["play"] == pytest.approx(0.10 * DEGREE, abs=0.005 * DEGREE)
     assert told["curve"]["p1"] == pytest.approx(1470.0 / DEGREE, rel=0.01)
     text = (out / "campaign.toml").read_text().replace(f"fixture_compliance = {soft}", "")
     (out / "campaign.toml").write_text(text)
-    rigid = joint_of(identify_campaign(out), 3)
+    rigid = joint_of(document_of(identify_campaign(out)), 3)
     # taken for rigid, the fixture's give counts as the joint's: softer, with the same play
     assert rigid["curve"]["p1"] < 0.97 * told["curve"]["p1"]
     assert rigid["play"] == pytest.approx(told["play"], abs=0.005 * DEGREE)
@@ -244,7 +244,7 @@ def test_motor_currents_alone_tell_friction_and_no_play(tmp_path: Path) -> None:
         )  # fmt: skip
 
     out = simulated(tmp_path, ("a-joint3",), manifest=logged, settings=noisy, model=dry)
-    document = identify_campaign(out)
+    document = document_of(identify_campaign(out))
     told = joint_of(document, 3)
     assert told["torque_from"] == "motor torque"
     assert any("friction is in it" in words for words in document["warnings"])
@@ -280,7 +280,7 @@ def test_the_wrong_moved_joint_is_refused(one_run: Path) -> None:
 
 def test_the_moved_joint_is_found(one_run: Path) -> None:
     broken(one_run, "moved_joint = 5\n", "")
-    assert joint_of(identify_campaign(one_run), 5)["play_found"]
+    assert joint_of(document_of(identify_campaign(one_run)), 5)["play_found"]
 
 
 def test_currents_without_a_torque_constant_are_refused(one_run: Path) -> None:
@@ -302,7 +302,7 @@ def test_a_force_sensor_at_its_limit_is_named(one_run: Path) -> None:
     limit = 0.6 * np.abs(table[:, axis]).max()
     table[:, axis] = np.clip(table[:, axis], -limit, limit)
     log.write_text("\n".join([header, *(",".join(f"{cell:.9g}" for cell in row) for row in table)]) + "\n")
-    document = identify_campaign(one_run)
+    document = document_of(identify_campaign(one_run))
     told = next(run for run in document["clamped"]["runs"] if run["run"] == "a-joint5")
     assert "stays at its limit" in told["saturated"]
     assert any("nothing is known of the joint beyond" in words for words in document["warnings"])
@@ -313,7 +313,7 @@ def test_one_direction_only_is_a_named_gap(tmp_path: Path) -> None:
     out = simulated(
         tmp_path, ("a-joint5",), settings=lambda text: text.replace("[clamped]", "[clamped]\nboth_ways = false")
     )
-    document = identify_campaign(out)
+    document = document_of(identify_campaign(out))
     assert document["clamped"]["joints"] == []
     assert any("driven one way only" in words for words in document["warnings"])
     assert any("joint A5 cannot be told" in words for words in document["warnings"])
@@ -324,7 +324,7 @@ def test_motor_angles_that_start_anew_need_the_pose(tmp_path: Path) -> None:
     rate = "rate_hz = 83.3333333333"
     out = simulated(tmp_path, ("a-joint5",), settings=lambda text: text.replace(rate, f"{rate}\nstarts_anew = true"))
     broken(out, "moved_joint = 5", "moved_joint = 5\njoints_deg = [41, -46.5, 117.5, -90, 10, 45]")
-    assert joint_of(identify_campaign(out), 5)["play"] == pytest.approx(0.14 * DEGREE, abs=0.01 * DEGREE)
+    assert joint_of(document_of(identify_campaign(out)), 5)["play"] == pytest.approx(0.14 * DEGREE, abs=0.01 * DEGREE)
 
 
 TRACKER = """
@@ -378,7 +378,7 @@ def test_clamped_and_tracker_runs_are_fitted_together(tmp_path: Path) -> None:
         return loads(text).replace("points = 60", "points = 240")
 
     out = simulated(tmp_path, runs, manifest=watched, settings=fine, model=stiff)
-    document = identify_campaign(out)
+    document = document_of(identify_campaign(out))
     known = values(document)
     for joint, compliance in COMPLIANCE.items():
         told = known[f"joint-compliance.j{joint}.c"]

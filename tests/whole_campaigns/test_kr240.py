@@ -40,7 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def document(folder: Path) -> dict[str, Any]:
-    return identify_campaign(folder, coupling=True)
+    return document_of(identify_campaign(folder, coupling=True))
 
 
 def test_the_model_holds_table_1() -> None:

@@ -15,6 +15,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.search import search_missing
+from stiffcal.documents import document_of
 from stiffcal.identification.coupling import without_rods
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
@@ -58,7 +59,7 @@ def states(folder: Path) -> LoadStates:
 
 @pytest.fixture(scope="module")
 def fitted(folder: Path, states: LoadStates) -> dict[str, Any]:
-    return identify_campaign(folder)
+    return document_of(identify_campaign(folder))
 
 
 def test_the_swings_stiffness_is_that_of_its_section() -> None:
@@ -165,5 +166,7 @@ def test_two_exchanged_rods_are_named_from_the_logs_on(folder: Path, tmp_path: P
         with h5py.File(log, "r+") as file:
             one, other = file["ids"]["ids1"][...], file["ids"]["ids4"][...]
             file["ids"]["ids1"][...], file["ids"]["ids4"][...] = other, one
-    (link,) = identify_campaign(wrong)["links"]
-    assert [(one["kind"], set(one["rods"])) for one in link["faults"]] == [("exchanged", {"ids1", "ids4"})]
+    fit = identify_campaign(wrong)
+    assert fit.links is not None
+    (link,) = fit.links
+    assert [(fault.kind, set(fault.rods)) for fault in link.faults] == [("exchanged", {"ids1", "ids4"})]

@@ -22,6 +22,7 @@ from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign
 from stiffcal.workflow.compensation_path import Forces
 from stiffcal.workflow.fitted_robot import FittedRobot, _cautions, fitted_robot
 from stiffcal.workflow.steps import Document, RunContext
+from tests.laboratory.fits import fit_of, parameter
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS, write_small_campaign
 
 NAMES = "A1,A2,A3,A4,A5,A6"
@@ -105,15 +106,15 @@ def test_joint_compliance_alone_takes_60_per_cent_on_a_robot_that_has_more(tmp_p
 
 def test_what_the_data_do_not_tell_is_said() -> None:
     names = ["joint-compliance.j1.c", "joint-compliance.j2.c"]
-    document: Document = {
-        "parameters": [{"name": names[0], "value": None}, {"name": names[1], "value": 1e-6}],
-        "not_identifiable": [{"parameters": names}],
-        "rms": {"translation": 2e-5},
-        "noise": {"translation": None},
-    }
-    (said,) = _cautions(document, set(names))
+    fit = fit_of(
+        parameters=[document_of(parameter(names[0], None)), document_of(parameter(names[1], 1e-6))],
+        not_identifiable=[{"parameters": names, "known": None, "reason": ""}],
+        rms={"translation": 2e-5, "rotation": None},
+        noise={"translation": None, "rotation": None},
+    )
+    (said,) = _cautions(fit, set(names))
     assert "do not tell joint-compliance.j1.c: taken as rigid" in said
-    assert not list(_cautions(document, set()))
+    assert not list(_cautions(fit, set()))
 
 
 def test_poses_in_space_are_reached_sag_and_all(campaign: Path) -> None:

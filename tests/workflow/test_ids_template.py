@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.templates import write_template
+from stiffcal.documents import document_of
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.simulate import simulate_campaign
 
@@ -30,7 +31,7 @@ def test_the_template_is_rehearsed_and_identified(tmp_path: Path) -> None:
     )
     manifest.write_text(stated, encoding="utf-8")
     simulate_campaign(tmp_path / "cell", tmp_path / "rehearsal")
-    found = identify_campaign(tmp_path / "rehearsal")
+    found = document_of(identify_campaign(tmp_path / "rehearsal"))
     values = {one["name"]: one["value"] for one in found["parameters"]}
     assert values["link-beam.swing.EI2"] == pytest.approx(6.9e6, rel=0.05)
     assert values["link-beam.swing.EI3"] == pytest.approx(8.0e6, rel=0.05)

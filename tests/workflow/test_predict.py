@@ -12,7 +12,7 @@ from stiffcal.errors import InputError
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
 from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, ingested, open_store
+from stiffcal.workflow.steps import RunContext, ingested, open_store, stored_fit
 from tests.laboratory.small_campaign import POSES_DEG, STIFFNESS
 
 POSE = ",".join(f"{angle:g}" for angle in POSES_DEG[0])
@@ -84,9 +84,9 @@ def test_load_path_passes_its_corners_and_reaches_the_report(campaign: Path) -> 
     assert len(stored) == 1
     data = ingested(campaign, RunContext())
     store = data.store
-    content = report_content(
-        data, store.read_document("identify"), store.read_document("validate"), store.read_document("history")
-    )
+    fit = stored_fit(store)
+    assert fit is not None
+    content = report_content(data, fit, store.read_document("validate"), store.read_document("history"))
     assert content.load_paths[0].pose.endswith("the pose of the test")
 
 

@@ -92,17 +92,17 @@ def test_a_store_without_a_part_that_all_have_is_made_again(validated: Path, nam
 def test_a_damaged_fit_is_made_again_as_the_same_entry(validated: Path) -> None:
     before = document_of(read_history(validated))["fits"]
     damage(validated, "identify")
-    assert identify_campaign(validated)["fit_id"] == "1"
+    assert identify_campaign(validated).fit_id == "1"
     assert document_of(read_history(validated))["fits"] == before
     assert before[0]["heldout_rms"] is not None
 
 
 def test_the_model_of_an_earlier_fit_is_that_fit_again(validated: Path) -> None:
     edit_model(validated, "remove", "joint-compliance", where={"joints": "6"})
-    assert identify_campaign(validated)["fit_id"] == "2"
+    assert identify_campaign(validated).fit_id == "2"
     restore_model(validated, RunContext(), "1")
     assert "not_fitted_yet" in document_of(read_history(validated))
-    assert identify_campaign(validated)["fit_id"] == "1"
+    assert identify_campaign(validated).fit_id == "1"
     assert "not_fitted_yet" not in document_of(read_history(validated))
     assert ids(validated) == ["1", "2"]
 
@@ -131,7 +131,7 @@ def test_what_the_record_cannot_take_is_known_to_the_next_command(
         identify_campaign(validated)
     forget_this_process()
     said: list[str] = []
-    assert identify_campaign(validated, RunContext(notify=said.append))["fit_id"] == "2"
+    assert identify_campaign(validated, RunContext(notify=said.append)).fit_id == "2"
     assert said == ["nothing has changed since fit 2"]
     assert [fit["origin"] for fit in document_of(read_history(validated))["fits"]] == ["own", "own"]
     assert (state / "pending").exists()
@@ -153,7 +153,7 @@ def test_what_cannot_be_remembered_at_all_is_not_committed(validated: Path, monk
     store = Store(validated / "store")
     assert store.generation == generation
     assert store.origin_of("identify") == "own"
-    assert identify_campaign(validated)["fit_id"] == "2"
+    assert identify_campaign(validated).fit_id == "2"
 
 
 def test_leftovers_of_a_killed_command_go_with_the_next_one(validated: Path) -> None:
@@ -168,5 +168,5 @@ def test_showing_the_results_of_a_stranger_removes_nothing(validated: Path, monk
     shutil.rmtree(validated / "raw")
     left = validated / "store" / "generations" / "20200101T000000-aaaaaa"
     left.mkdir()
-    assert identify_campaign(validated)["origin"] == "foreign"
+    assert identify_campaign(validated).origin == "foreign"
     assert left.exists()

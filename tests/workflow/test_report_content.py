@@ -35,7 +35,7 @@ def test_a_campaign_without_a_diagnosis_lays_out(name: str, tmp_path: Path) -> N
     assert all("stiffcal diagnose" in text for text in of_diagnosis)
     assert "stiffcal predict --load-path" in path
     assert content.identify is not None
-    assert len(content.identify["parameters"]) == len(content.joint_names)
+    assert len(content.identify.parameters) == len(content.joint_names)
     assert content.states is not None
     assert np.isfinite(content.states.measured).all()
     # positions alone in 08

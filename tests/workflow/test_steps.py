@@ -104,12 +104,13 @@ def test_store_elsewhere(campaign: Path, tmp_path: Path) -> None:
 
 
 def test_the_fit_finds_the_true_stiffness(validated_folder: Path) -> None:
-    document = identify_campaign(validated_folder, RunContext(update=False))
-    found = np.array([one["stiffness"] for one in document["parameters"]])
-    std = np.array([one["stiffness_std"] for one in document["parameters"]])
+    fit = identify_campaign(validated_folder, RunContext(update=False))
+    found = np.array([parameter.stiffness for parameter in fit.parameters])
+    std = np.array([parameter.stiffness_std for parameter in fit.parameters])
     assert np.all(np.abs(found - STIFFNESS) < 4.0 * std)
-    assert document["expected_rms"]["translation"] < 30e-6
-    assert "in new poses" in document["expected_error"]
+    assert fit.expected_rms is not None
+    assert (fit.expected_rms.translation or 1.0) < 30e-6
+    assert "in new poses" in fit.expected_error
 
 
 def test_the_table_key_follows_the_values_not_their_chunks(validated_folder: Path) -> None:
@@ -139,6 +140,6 @@ def test_unknown_loss_is_refused(campaign: Path) -> None:
 
 
 def test_another_loss_is_another_fit(campaign: Path) -> None:
-    assert identify_campaign(campaign, loss="huber")["fit_id"] == "2"
+    assert identify_campaign(campaign, loss="huber").fit_id == "2"
     # validate takes the fit that stands, robust or not
     assert validate_campaign(campaign, RunContext(update=False))["fit_id"] == "2"

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.documents import document_of
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
@@ -59,7 +60,7 @@ def test_a_quick_look_judges_no_run(folder: Path) -> None:
 
 
 def test_identify_and_validate_name_the_run_and_fit_it_all_the_same(folder: Path) -> None:
-    identified = identify_campaign(folder)
+    identified = document_of(identify_campaign(folder))
     assert [(suspect["run"], suspect["kind"]) for suspect in identified["suspects"]] == [("pose3", "unit")]
     assert identified["n_runs"] == 9
     without = {entry["name"]: entry["value"] for entry in identified["suspects"][0]["without"]["parameters"]}

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.documents import Document
 from stiffcal.experiments.clamped.analysis import LEAST_MOTION
 from stiffcal.experiments.clamped.faults import loaded_words
 from stiffcal.experiments.clamped.results import (
@@ -23,6 +22,7 @@ from stiffcal.experiments.clamped.results import (
 )
 from stiffcal.experiments.clamped.torque_angle import SLOPE_SHARE
 from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -165,9 +165,9 @@ def _law(run: ClampedRun) -> NDArray[Any]:
 
 def parameters_of(
     placed: tuple[PlacedEffect, ...], joints: tuple[ClampedJoint, ...], fixed: frozenset[str]
-) -> tuple[list[Document], list[Document]]:
+) -> tuple[list[IdentifiedParameter], list[UnidentifiedParameters]]:
     """Return the model's parameters as clamped runs tell them, and what they do not tell."""
-    from stiffcal.identification.document import parameter_document
+    from stiffcal.identification.document import identified_parameter
     from stiffcal.identification.fit import Parameter
     from stiffcal.identification.reported import amplitude_bounds
 
@@ -201,10 +201,10 @@ def parameters_of(
             else:
                 told = Parameter(name, effect.name, one.place, spec, None, None, None, False, False, False)
                 names.append(name)
-            found.append(parameter_document(told))
+            found.append(identified_parameter(told))
         if names:
             reason = _why_unidentified(one, joint, other_effects)
-            unidentified.append({"parameters": names, "known": None, "value": None, "std": None, "reason": reason})
+            unidentified.append(UnidentifiedParameters(parameters=names, known=None, reason=reason))
     return found, unidentified
 
 

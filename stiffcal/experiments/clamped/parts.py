@@ -9,11 +9,9 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
-from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.analysis import ClampedRun, analyse_runs
 from stiffcal.experiments.clamped.chain import ClampedChain, clamped_chain
-from stiffcal.experiments.clamped.curves import BRANCHES
 from stiffcal.experiments.clamped.documents import (
     DEFINITION,
     NORMAL_95,
@@ -31,9 +29,9 @@ from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.clamped.saturation import find_saturation
 from stiffcal.experiments.clamped.sweeps import cut_sweeps, moved_joint
 from stiffcal.experiments.measured import MeasuredRuns
-from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
+from stiffcal.experiments.results import Document, ExperimentFit, ExperimentValidation
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.document import model_document
+from stiffcal.identification.document import model_summary
 from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
 from stiffcal.model.assembly import fixed_parameters
 from stiffcal.model.campaign_effects import placed_robot
@@ -44,6 +42,9 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.campaign.manifest import Run
     from stiffcal.experiments.clamped.heldout import HeldoutRun
+
+
+BRANCHES = "clamped_branches"
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
         section=section,
         parameters=parameters if alone else [],
         not_identifiable=unidentified if alone else [],
-        effects=model_document(placed_robot(data.campaign))["effects"] if alone else [],
+        effects=model_summary(placed_robot(data.campaign)).effects if alone else [],
         rms={
             "motor_angle": float(np.sqrt(np.mean(told**2))) if told.size else None,
             "torque": float(np.sqrt(np.mean(squares))) if squares else None,

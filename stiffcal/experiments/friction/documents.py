@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.documents import Document
 from stiffcal.experiments.friction.results import (
     BearingFriction,
     BetweenDirections,
@@ -19,6 +18,8 @@ from stiffcal.experiments.friction.results import (
 )
 from stiffcal.experiments.friction.rows import UnknownKind
 from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
+from stiffcal.model.summary import EffectInModel, Where
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -31,62 +32,65 @@ if TYPE_CHECKING:
 CURVE_POINTS = 120
 
 
-def effects_in_model(placed: tuple[PlacedEffect, ...]) -> list[Document]:
-    """Return what the model holds that friction runs tell, as documents write models."""
-    found: dict[str, Document] = {}
-    for one in placed:
-        entry = found.setdefault(one.effect.name, {"type": one.effect.name, "joints": []})
-        entry["joints"].append(one.place.joints[0])
-    return list(found.values())
+def effects_in_model(placed: tuple[PlacedEffect, ...]) -> list[EffectInModel]:
+    """Return the effects of the model that friction runs identify, with their joints."""
+    joints: dict[str, list[int]] = {}
+    for effect in placed:
+        joints.setdefault(effect.effect.name, []).append(effect.place.joints[0])
+    return [EffectInModel(name, joints=numbers) for name, numbers in joints.items()]
 
 
-def parameter_entry(one: FrictionParameter) -> Document:
-    """Return one parameter as the ``identify`` document writes it, with a remark on what to know of it."""
-    return {
-        "name": one.name,
-        "effect": one.effect,
-        "where": {"joints": [one.joint]},
-        "value": one.value,
-        "std": one.std,
-        "interval": None if one.interval is None else list(one.interval),
-        "unit": one.spec.unit,
-        "fixed": one.fixed,
-        "identifiable": one.value is not None and (one.std is not None or not one.why),
-        "at_bound": one.at_bound,
-        "poorly_known": bool(one.std is not None and one.value and 1.96 * one.std > 0.6 * abs(one.value)),
-        "remark": one.why,
-    }
+def identified_friction_parameter(parameter: FrictionParameter) -> IdentifiedParameter:
+    """Return one parameter as ``identify`` answers it, with a remark on what to know of it."""
+    value, std = parameter.value, parameter.std
+    return IdentifiedParameter(
+        name=parameter.name,
+        effect=parameter.effect,
+        where=Where(joints=[parameter.joint]),
+        value=value,
+        std=std,
+        interval=None if parameter.interval is None else list(parameter.interval),
+        unit=parameter.spec.unit,
+        fixed=parameter.fixed,
+        identifiable=value is not None and (std is not None or not parameter.why),
+        at_bound=parameter.at_bound,
+        poorly_known=bool(std is not None and value and 1.96 * std > 0.6 * abs(value)),
+        remark=parameter.why,
+    )
 
 
-def unknown_parameters(one: PlacedEffect) -> list[Document]:
-    """Return a joint's parameters, none of them told."""
+def unknown_parameters(placed: PlacedEffect) -> list[IdentifiedParameter]:
+    """Return a joint's parameters, none of them identified."""
     return [
-        {
-            "name": one.parameter_name(spec.symbol),
-            "effect": one.effect.name,
-            "where": one.place.as_where(),
-            "value": None,
-            "std": None,
-            "interval": None,
-            "unit": spec.unit,
-            "fixed": False,
-            "identifiable": False,
-            "at_bound": False,
-            "poorly_known": False,
-            "remark": "",
-        }
-        for spec in one.effect.parameters
+        IdentifiedParameter(
+            name=placed.parameter_name(spec.symbol),
+            effect=placed.effect.name,
+            where=Where.of(placed.place),
+            value=None,
+            std=None,
+            interval=None,
+            unit=spec.unit,
+            fixed=False,
+            identifiable=False,
+            remark="",
+        )
+        for spec in placed.effect.parameters
     ]
 
 
 def gaps(
-    data: MeasuredRuns, steady: SteadyReadings | None, placed: tuple[PlacedEffect, ...], told: set[int]
-) -> list[Document]:
-    """Name the joints of the model that these runs tell nothing of, and why."""
-    found: list[Document] = []
-    for one in placed:
-        joint = one.place.joints[0]
-        if joint in told:
+    data: MeasuredRuns, steady: SteadyReadings | None, placed: tuple[PlacedEffect, ...], found: set[int]
+) -> list[UnidentifiedParameters]:
+    """Return the joints of the model of which these runs say nothing, and why.
+
+    Parameters
+    ----------
+    found : joints that were fitted.
+    """
+    missing = []
+    for effect in placed:
+        joint = effect.place.joints[0]
+        if joint in found:
             continue
         name = data.joint_names[joint - 1]
         own = np.zeros(0, dtype=np.str_) if steady is None else steady.set_aside[steady.joint == joint]
@@ -94,17 +98,17 @@ def gaps(
         if own.size:
             reasons = dict.fromkeys(own[own != ""].tolist())
             reason = f"joint {name}: " + ("its friction runs are held out" if (own == "").any() else "; ".join(reasons))
-        names = [one.parameter_name(spec.symbol) for spec in one.effect.parameters]
-        found.append({"parameters": names, "known": None, "value": None, "std": None, "reason": reason})
-    return found
+        names = [effect.parameter_name(spec.symbol) for spec in effect.effect.parameters]
+        missing.append(UnidentifiedParameters(parameters=names, known=None, reason=reason))
+    return missing
 
 
-def heldout_gap(one: JointFrictionFit) -> Document:
-    """Name the optional part of the law that a joint does not show, and why."""
-    names = [each.name for each in one.parameters if each.value is None]
-    unseen = [symbol for symbol, seen in one.seen.items() if not seen]
-    reason = f"{' and '.join(unseen)} friction is not seen: " + "; ".join(one.verdict[symbol] for symbol in unseen)
-    return {"parameters": names, "known": None, "value": None, "std": None, "reason": reason}
+def heldout_gap(joint: JointFrictionFit) -> UnidentifiedParameters:
+    """Return the optional part of the law that a joint does not show, and why."""
+    names = [parameter.name for parameter in joint.parameters if parameter.value is None]
+    unseen = [symbol for symbol, seen in joint.seen.items() if not seen]
+    reason = f"{' and '.join(unseen)} friction is not seen: " + "; ".join(joint.verdict[symbol] for symbol in unseen)
+    return UnidentifiedParameters(parameters=names, known=None, reason=reason)
 
 
 def joint_friction(

@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.documents import Document
 from stiffcal.errors import InputError
-from stiffcal.experiments.friction.curves import FRICTION_FIT
 from stiffcal.experiments.friction.documents import (
     bearing_frictions,
     effects_in_model,
@@ -18,9 +16,9 @@ from stiffcal.experiments.friction.documents import (
     friction_warnings,
     gaps,
     heldout_gap,
+    identified_friction_parameter,
     joint_friction,
     noise_of_fit,
-    parameter_entry,
     rms_of,
     slice_entry,
     unknown_parameters,
@@ -36,8 +34,12 @@ from stiffcal.model.campaign_effects import moving_effects
 if TYPE_CHECKING:
     from stiffcal.experiments.friction.fitting import FrictionFit
     from stiffcal.experiments.friction.rows import FrictionRows
+    from stiffcal.identification.fit_results import IdentifiedParameter
     from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings
     from stiffcal.model.composite import PlacedEffect
+
+
+FRICTION_FIT = "friction_fit"
 
 
 def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
@@ -171,7 +173,7 @@ def _nothing_identified(data: MeasuredRuns, placed: tuple[PlacedEffect, ...]) ->
     return ExperimentFit(
         name="friction",
         section=FrictionSection(joints=[]),
-        parameters=[document for one in placed for document in unknown_parameters(one)],
+        parameters=[parameter for effect in placed for parameter in unknown_parameters(effect)],
         not_identifiable=gaps(data, friction_readings(data)[0], placed, set()),
         effects=effects_in_model(placed),
         expected="no friction can be told from these runs",
@@ -191,12 +193,16 @@ def _lack_of_fit(fit: FrictionFit) -> VarianceRatio | None:
 def _part(data: MeasuredRuns, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
     """Return the part of a fit."""
     by_joint = {one.joint: one for one in fit.joints}
-    parameters: list[Document] = []
+    parameters: list[IdentifiedParameter] = []
     for one in placed:
         found = by_joint.get(one.place.joints[0])
-        parameters += unknown_parameters(one) if found is None else [parameter_entry(each) for each in found.parameters]
+        parameters += (
+            unknown_parameters(one)
+            if found is None
+            else [identified_friction_parameter(each) for each in found.parameters]
+        )
     section = FrictionSection(
-        effects=[effect["type"] for effect in effects_in_model(placed)],
+        effects=[effect.type for effect in effects_in_model(placed)],
         joints=[joint_friction(data, fit, one, placed) for one in fit.joints],
         lack_of_fit=_lack_of_fit(fit),
         bearings=bearing_frictions(fit),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from functools import partial
 
+from stiffcal.identification.body_results import CartesianStiffnessResult
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -16,7 +17,7 @@ from stiffcal.report.blocks import (
     TableBlock,
     TableColumn,
 )
-from stiffcal.report.content import Document, ReportContent
+from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint
 from stiffcal.report.joint_curves import JointCurve, JointPicture
 
@@ -37,7 +38,7 @@ _LOADS = {
 def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out the table of all displacements and their pictures; nothing where one body alone is tracked."""
     joints: tuple[JointPicture, ...] = tuple(content.extra.get("joint_motion", ()))
-    cartesian = list((content.identify or {}).get("cartesian_stiffness", ()))
+    cartesian = [] if content.identify is None else content.identify.cartesian_stiffness or []
     if not joints and not cartesian:
         return None
     blocks: list[Block] = []
@@ -155,7 +156,7 @@ def _caption(joint: JointPicture) -> str:
     )
 
 
-def _cartesian(found: list[Document]) -> list[Block]:
+def _cartesian(found: list[CartesianStiffnessResult]) -> list[Block]:
     columns = (
         TableColumn("pose", align="left"),
         TableColumn("way", align="left"),
@@ -167,16 +168,16 @@ def _cartesian(found: list[Document]) -> list[Block]:
         TableColumn("about z", "kN·m/rad"),
     )
     rows = []
-    for one in found:
-        for words, key in (("001, eq. 15", "equation_15"), ("from the compliance", "from_compliance")):
-            diagonal = [one[key][k][k] * (1e-6 if k < 3 else 1e-3) for k in range(6)]
-            rows.append((str(one["run"]), words, *(wording.digits(value) for value in diagonal)))
-    left = wording.listing(f"{100.0 * one['over_noise'] / (1.0 + one['over_noise']):.0f} %" for one in found)
+    for pose in found:
+        for words, matrix in (("001, eq. 15", pose.equation_15), ("from the compliance", pose.from_compliance)):
+            diagonal = [float(matrix[k, k]) * (1e-6 if k < 3 else 1e-3) for k in range(6)]
+            rows.append((pose.run, words, *(wording.digits(value) for value in diagonal)))
+    left = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in found)
     text = (
         "Where loads at one pose fill all six directions, the Cartesian stiffness at the target follows from wrenches "
         "and displacements alone. Eq. 15 of paper 001 takes the displacements for exact; what they err by draws the "
         f"stiffness down, in the weakest direction to {left}. The compliance, fitted the other way round and inverted, "
         "does not suffer from it."
     )
-    caption = f"Diagonal of the Cartesian stiffness at {found[0]['target']}, base axes, the other directions held."
+    caption = f"Diagonal of the Cartesian stiffness at {found[0].target}, base axes, the other directions held."
     return [Subheading("Cartesian stiffness"), Paragraph(text), TableBlock(columns, tuple(rows), caption)]

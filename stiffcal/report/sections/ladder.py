@@ -24,7 +24,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         (fit["noise"] for fit in reversed(fits) if fit.get("noise")), None
     )
     # The present fit is the last rung, also where an earlier model has been restored.
-    present = (content.identify or {}).get("fit_id")
+    present = None if content.identify is None else content.identify.fit_id
     shown = sorted(fits, key=lambda fit: fit["id"] == present)[-_MOST_STEPS:]
     blocks: list[Block] = []
     if any(wording.part(fit.get("fit_rms"), "translation") is not None for fit in shown):

@@ -6,9 +6,10 @@ from functools import partial
 
 import numpy as np
 
+from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, Paragraph, Picture, ReportSection, Subheading, TableBlock, TableColumn
-from stiffcal.report.content import Document, ReportContent
+from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import links as drawing
 from stiffcal.report.link_pictures import LinkPicture
 
@@ -36,45 +37,46 @@ def section(content: ReportContent) -> ReportSection | None:
     pictures: tuple[LinkPicture, ...] = tuple(content.extra.get("links", ()))
     if not pictures:
         return None
-    told = {one["link"]: one for one in (content.identify or {}).get("links", [])}
+    fit = content.identify
+    found = {} if fit is None else {link.link: link for link in fit.links or ()}
     blocks: list[Block] = []
     for picture in pictures:
         if len(pictures) > 1:
             blocks.append(Subheading(picture.link))
-        blocks += _of_link(picture, told.get(picture.link))
-    if (content.identify or {}).get("coupling"):
-        blocks += _coupling((content.identify or {})["coupling"])
+        blocks += _of_link(picture, found.get(picture.link))
+    if fit is not None and fit.coupling is not None:
+        blocks += _coupling(fit.coupling)
     return ReportSection(_TITLE, tuple(blocks), new_page=True)
 
 
-def _of_link(picture: LinkPicture, told: Document | None) -> list[Block]:
+def _of_link(picture: LinkPicture, found: LinkResult | None) -> list[Block]:
     words = (
         f"{wording.count(len(picture.rods), 'rod')} on link {picture.link} tell how the link itself bends and "
         "stretches, apart from drives and bearings. Beam axes: x1 along the link from its clamped end, x3 along its "
         "joint’s axis made perpendicular to it, x2 across both."
     )
     blocks: list[Block] = [Paragraph(words)]
-    if told is not None:
-        blocks.append(_compliance(picture, told))
+    if found is not None:
+        blocks.append(_compliance(picture, found))
     if picture.sentences:
         blocks.append(Items(picture.sentences))
     blocks.append(Picture(partial(drawing.draw_rods, picture), _rods_caption(picture)))
     lead = next(k for k, run in enumerate(picture.runs) if run.name == picture.bent.run)
     blocks.append(Picture(partial(drawing.draw_end, picture, lead), _end_caption(picture, lead)))
     if any(picture.runs[number].tool is not None for number in picture.shown):
-        blocks.append(Picture(partial(drawing.draw_tool, picture), _tool_caption(picture, told)))
+        blocks.append(Picture(partial(drawing.draw_tool, picture), _tool_caption(picture)))
     blocks.append(Picture(partial(drawing.draw_bent, picture), _bent_caption(picture)))
     return blocks
 
 
-def _coupling(coupling: Document) -> list[Block]:
+def _coupling(coupling: CouplingResult) -> list[Block]:
     """Lay out what measuring without the rods does to every parameter."""
     columns = [TableColumn("parameter", align="left", mono=True)]
-    columns += [TableColumn(_HEADS[way["way"]]) for way in coupling["ways"]]
+    columns += [TableColumn(_HEADS[way.way]) for way in coupling.ways]
     rows = []
-    for one in coupling["parameters"]:
-        cells = [_estimate(one.get(way["way"]), way["way"]) for way in coupling["ways"]]
-        rows.append((str(one["name"]), *cells))
+    for parameter in coupling.parameters:
+        cells = [_estimate(parameter[way.way], way.way) for way in coupling.ways]
+        rows.append((parameter["name"], *cells))
     words = (
         "A test at the tool measures all parts at once, and what one part does is laid at another’s door. The same "
         "load states identified in four ways; the first three against tool and rods together, with their own 95 % "
@@ -89,20 +91,20 @@ def _coupling(coupling: Document) -> list[Block]:
     ]
 
 
-def _estimate(value: Document | None, way: str) -> str:
-    if value is None or not value["value"]:
+def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
+    if estimate is None or not estimate.value:
         return wording.DASH
-    half = f"± {wording.digits(100.0 * 1.96 * abs(value['std'] / value['value']), 2)} %"
-    if way == "with-rods" or value["against_rods"] is None:
-        return f"{wording.digits(value['value'])} {half}"
-    return f"{100.0 * value['against_rods']:+.1f} % ({half})".replace("-", "−")
+    half = f"± {wording.digits(100.0 * 1.96 * abs(estimate.std / estimate.value), 2)} %"
+    if way == "with-rods" or estimate.against_rods is None:
+        return f"{wording.digits(estimate.value)} {half}"
+    return f"{100.0 * estimate.against_rods:+.1f} % ({half})".replace("-", "−")
 
 
-def _compliance(picture: LinkPicture, told: Document) -> TableBlock:
+def _compliance(picture: LinkPicture, found: LinkResult) -> TableBlock:
     rows = []
-    low, high = told["compliance_interval"]
+    low, high = found.compliance_interval
     for row, column, words, factor, unit in _ELEMENTS:
-        value, ends = told["compliance"][row][column], (low[row][column], high[row][column])
+        value, ends = found.compliance[row][column], (low[row][column], high[row][column])
         if value is None or ends[0] is None or ends[1] is None:
             rows.append((words, "cannot be told", "", unit))
             continue
@@ -111,8 +113,8 @@ def _compliance(picture: LinkPicture, told: Document) -> TableBlock:
             rows.append((words, f"below {wording.digits(factor * ends[1], 2)}", "", unit))
             continue
         rows.append((words, wording.digits(factor * value), wording.digits(half, 2), unit))
-    share = told.get("share_of_tool")
-    apart = "" if told["torsion"]["identifiable"] else ", its twist left out"
+    share = found.share_of_tool
+    apart = "" if found.torsion.identifiable else ", its twist left out"
     of_tool = "" if share is None else f" {wording.percent(share)} of the tool’s deflection is this link’s{apart}."
     return TableBlock(
         (
@@ -151,7 +153,7 @@ def _end_caption(picture: LinkPicture, lead: int) -> str:
     return text + (f" {wording.listing(unknown)}: not told by these rods." if unknown else "")
 
 
-def _tool_caption(picture: LinkPicture, told: Document | None) -> str:
+def _tool_caption(picture: LinkPicture) -> str:
     chosen = [picture.runs[k] for k in picture.shown if picture.runs[k].tool is not None]
     first = chosen[0]
     text = (

@@ -172,7 +172,8 @@ def _cell(value: Any, scale: float) -> str:
 
 
 def _against(content: ReportContent, states: ReportStates) -> list[Block]:
-    noise = wording.part((content.validate or content.identify or {}).get("noise"), "translation")
+    fit_noise = None if content.identify is None else content.identify.noise
+    noise = wording.part(content.validate["noise"] if content.validate else fit_noise, "translation")
     caption = "Residual against {}. A cloud without a trend says that the residual does not follow it."
     if noise is not None:
         caption += " Grey band: two standard deviations of the noise to either side."

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.model.summary import Where
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, Subheading, TableBlock, TableColumn
-from stiffcal.report.content import Document, ReportContent
+from stiffcal.report.content import ReportContent
+from stiffcal.report.sections.friction import identified_friction
+from stiffcal.results.identify_result import IdentifyResult
 
 ORDER = 30
 _TITLE = "Stiffness"
-# Above this share of the value the half-width of its 95 % interval leaves little; used where the document does not say.
-_POORLY_KNOWN = 0.6
 _STIFFNESS_UNITS = {"rad/(N·m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
 _PRINTED_UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "rad/(N·m)": ("µrad/(N·m)", 1e6), "m/N": ("µm/kN", 1e9)}
 
@@ -20,19 +20,18 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out every parameter with ± 95 %."""
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet: run “stiffcal identify”")
-    parameters: list[Document] = list(content.identify.get("parameters", []))
-    elsewhere = content.parameters_on_pages
+    parameters = content.identify.parameters
+    elsewhere = identified_friction(content)
     if parameters and len(elsewhere) == len(parameters):
         return LeftOut(_TITLE, "these runs tell friction alone")
-    parameters = [each for each in parameters if each["name"] not in elsewhere]
+    parameters = [parameter for parameter in parameters if parameter.name not in elsewhere]
     if not parameters:
         return LeftOut(_TITLE, "the model holds no parameter")
     blocks: list[Block] = [Paragraph(_lead(content.identify))]
-    unit_of = {str(each["name"]): wording.unit_words(str(each.get("unit", ""))) for each in parameters}
-    springs = [each for each in parameters if "stiffness" in each and unit_of[str(each["name"])] in _STIFFNESS_UNITS]
-    others = [each for each in parameters if each not in springs]
+    springs = [parameter for parameter in parameters if _is_spring(parameter)]
+    others = [parameter for parameter in parameters if not _is_spring(parameter)]
     for unit, (printed, scale) in _STIFFNESS_UNITS.items():
-        members = [each for each in springs if unit_of[str(each["name"])] == unit]
+        members = [spring for spring in springs if wording.unit_words(spring.unit) == unit]
         if members:
             blocks.append(_stiffness_table(members, printed, scale, content.joint_names))
     if others:
@@ -41,30 +40,34 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     return ReportSection(_TITLE, tuple(blocks))
 
 
-def _lead(fit: Document) -> str:
-    chi2, condition = fit.get("reduced_chi2"), fit.get("condition")
+def _is_spring(parameter: IdentifiedParameter) -> bool:
+    return parameter.is_compliance and wording.unit_words(parameter.unit) in _STIFFNESS_UNITS
+
+
+def _lead(fit: IdentifyResult) -> str:
+    chi2, condition = fit.reduced_chi2, fit.condition
     text = "Values with ± 95 %; the interval itself, which need not be symmetric, stands beside."
     if chi2 is not None:
         text += (
             f" The residuals are {wording.digits(chi2**0.5)} times what the stated noise explains (root of reduced χ²)."
         )
-    if fit.get("std_scaled_by_reduced_chi2"):
+    if fit.std_scaled_by_reduced_chi2:
         text += " The uncertainties are scaled by the reduced χ² of the fit, the noise not being known."
     if condition is not None:
         text += f" Condition number of the fit: {wording.digits(condition)}."
     return text
 
 
-def where_words(where: dict[str, Any], joint_names: tuple[str, ...]) -> str:
+def where_words(where: Where, joint_names: tuple[str, ...]) -> str:
     """Write a place, a single joint with its name.
 
     Examples
     --------
-    >>> where_words({"joints": [2]}, ("A1", "A2"))
+    >>> where_words(Where(joints=[2]), ("A1", "A2"))
     'joint 2 (A2)'
     """
-    joints = where.get("joints", [])
-    if len(joints) == 1 and 1 <= joints[0] <= len(joint_names) and len(where) == 1:
+    joints = where.joints or []
+    if len(joints) == 1 and 1 <= joints[0] <= len(joint_names) and not where.links and not where.pairs:
         name = joint_names[joints[0] - 1]
         return f"joint {joints[0]} ({name})"
     return wording.place(where)
@@ -91,36 +94,36 @@ def _interval_words(interval: list[float | None] | None) -> str:
     return f"{low} … {high}" if low and high else f"above {low}" if low else f"below {high}" if high else "unbounded"
 
 
-def _verdict(parameter: Document) -> str:
+def _verdict(parameter: IdentifiedParameter) -> str:
     if _is_poorly_known(parameter):
         return "poorly known" + (", no upper bound" if _is_open_ended(parameter) else "")
-    if parameter.get("fixed"):
+    if parameter.fixed:
         return "given, not fitted"
-    if not parameter.get("identifiable", True) or parameter.get("value") is None:
+    if not parameter.identifiable or parameter.value is None:
         return "cannot be told from these data"
-    if parameter.get("at_bound"):
+    if parameter.at_bound:
         return "at the edge of what is possible"
-    if parameter.get("above_noise") is False:
+    if parameter.above_noise is False:
         return "within the noise"
     return ""
 
 
-def _is_poorly_known(parameter: Document) -> bool:
+def _is_poorly_known(parameter: IdentifiedParameter) -> bool:
     """Return whether a value was found, above the noise and off its bounds, with an interval that says little."""
-    value, std = parameter.get("value"), parameter.get("std")
-    found = parameter.get("identifiable", True) and value is not None and not parameter.get("fixed")
-    if not found or parameter.get("at_bound") or parameter.get("above_noise") is False:
+    found = parameter.identifiable and parameter.value is not None and not parameter.fixed
+    if not found or parameter.at_bound or parameter.above_noise is False:
         return False
-    poorly = parameter.get("poorly_known", bool(std and value and 1.96 * std > _POORLY_KNOWN * abs(value)))
-    return bool(poorly) or _is_open_ended(parameter)
+    return parameter.poorly_known or _is_open_ended(parameter)
 
 
-def _is_open_ended(parameter: Document) -> bool:
-    interval: list[float | None] | None = parameter.get("stiffness_interval")
+def _is_open_ended(parameter: IdentifiedParameter) -> bool:
+    interval = parameter.stiffness_interval
     return interval is not None and interval[1] is None
 
 
-def _stiffness_table(members: list[Document], unit: str, scale: float, joint_names: tuple[str, ...]) -> TableBlock:
+def _stiffness_table(
+    members: list[IdentifiedParameter], unit: str, scale: float, joint_names: tuple[str, ...]
+) -> TableBlock:
     columns = (
         TableColumn("place", align="left"),
         TableColumn("effect", align="left"),
@@ -132,17 +135,20 @@ def _stiffness_table(members: list[Document], unit: str, scale: float, joint_nam
     )
     rows: list[tuple[str, ...]] = []
     poorly: list[str] = []
-    for each in members:
-        value, std = (None if each.get(key) is None else each[key] * scale for key in ("stiffness", "stiffness_std"))
-        ends = each.get("stiffness_interval")
+    for spring in members:
+        value, std = (
+            None if number is None else number * scale
+            for number in (spring.known_stiffness, spring.known_stiffness_std)
+        )
+        ends = spring.stiffness_interval
         interval = [None if end is None else end * scale for end in ends] if ends else None
-        half = None if each.get("fixed") else _half_width(value, std, interval)
-        verdict = _verdict(each)
-        place = where_words(each.get("where", {}), joint_names)
-        if _is_poorly_known(each):
+        half = None if spring.fixed else _half_width(value, std, interval)
+        verdict = _verdict(spring)
+        place = where_words(spring.where, joint_names)
+        if _is_poorly_known(spring):
             poorly.append(place)
-        symbol = str(each["name"]).rsplit(".", 1)[-1]
-        effect = str(each.get("effect", "")) + ("" if symbol == "c" else f" {symbol}")
+        symbol = spring.name.rsplit(".", 1)[-1]
+        effect = spring.effect + ("" if symbol == "c" else f" {symbol}")
         rows.append(
             (place, effect, wording.digits(value),
              "± " + wording.digits(half) if half else wording.DASH,
@@ -161,20 +167,20 @@ def _without_empty_remarks(columns: tuple[TableColumn, ...], rows: list[tuple[st
     return TableBlock(columns[:last], tuple(row[:last] for row in rows), caption)
 
 
-def _other_table(members: list[Document], joint_names: tuple[str, ...]) -> TableBlock:
+def _other_table(members: list[IdentifiedParameter], joint_names: tuple[str, ...]) -> TableBlock:
     columns = (
         TableColumn("parameter", align="left"), TableColumn("place", align="left", width=1.0), TableColumn("value"),
         TableColumn("± 95 %"), TableColumn("unit", align="left"), TableColumn("remark", align="left", width=1.0),
     )  # fmt: skip
     rows: list[tuple[str, ...]] = []
-    for each in members:
-        unit = str(each.get("unit", ""))
-        printed, scale = _PRINTED_UNITS.get(wording.unit_words(unit), (wording.unit_words(unit), 1.0))
-        value = each.get("value")
-        half = None if each.get("fixed") else _half_width(value, each.get("std"), each.get("interval"))
+    for parameter in members:
+        unit = wording.unit_words(parameter.unit)
+        printed, scale = _PRINTED_UNITS.get(unit, (unit, 1.0))
+        value = parameter.value
+        half = None if parameter.fixed else _half_width(value, parameter.std, parameter.interval)
         rows.append(
-            (str(each["name"]), where_words(each.get("where", {}), joint_names),
+            (parameter.name, where_words(parameter.where, joint_names),
              wording.digits(None if value is None else value * scale),
-             "± " + wording.digits(half * scale) if half else wording.DASH, printed, _verdict(each))
+             "± " + wording.digits(half * scale) if half else wording.DASH, printed, _verdict(parameter))
         )  # fmt: skip
     return _without_empty_remarks(columns, rows, "Other parameters of the model, with 95 % uncertainty.")

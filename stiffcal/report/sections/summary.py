@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from stiffcal.documents import document_of
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, ReportSection
 from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.sections.sources import FIRST_PAGE_HOLDS, sources_table
+from stiffcal.results.identify_result import IdentifyResult
 
 ORDER = 10
 NOT_YOURS = (
@@ -16,18 +18,18 @@ NOT_YOURS = (
 def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the result in a few sentences, and where it comes from."""
     blocks: list[Block] = []
-    if (content.identify or {}).get("origin") == "foreign":
+    if content.identify is not None and content.identify.origin == "foreign":
         blocks.append(Paragraph(NOT_YOURS, "key"))
     sentences = _fit_sentences(content)
-    if content.readings_alone and content.validate is not None:
+    readings_alone = content.states is None and bool(content.extra.get("friction") or content.extra.get("clamped"))
+    if readings_alone and content.validate is not None:
         sentences += _heldout_readings(content.validate)
     else:
         sentences += _heldout_sentences(content.validate)
     if sentences:
         blocks.append(Paragraph(" ".join(sentences), "key"))
-    warnings = [] if content.ingest is None else list(content.ingest.warnings)
-    for document in (content.identify, content.validate):
-        warnings += (document or {}).get("warnings", [])
+    warnings = [text for result in (content.ingest, content.identify) if result is not None for text in result.warnings]
+    warnings += (content.validate or {}).get("warnings", [])
     if warnings:
         blocks.append(Paragraph("To be kept in mind:"))
         blocks.append(Items(tuple(dict.fromkeys(warnings))))
@@ -41,23 +43,24 @@ def _fit_sentences(content: ReportContent) -> list[str]:
     if content.identify is None:
         return ["No model has been fitted yet; this report shows what was measured."]
     fit = content.identify
-    if content.readings_alone:
+    if content.states is None and (content.extra.get("friction") or content.extra.get("clamped")):
         return [_readings_sentence(content, fit)]
     text = (
-        f"The model ({wording.model_words(fit.get('model'))}) was fitted to "
-        f"{wording.count(fit['n_states'], 'load state')} in {wording.count(fit['n_runs'], 'run')} of the "
+        f"The model ({wording.model_words(document_of(fit.model))}) was fitted to "
+        f"{wording.count(fit.n_states, 'load state')} in {wording.count(fit.n_runs, 'run')} of the "
         f"{content.provenance.robot}"
     )
-    return [f"{text}; on these data it leaves {wording.both(fit.get('rms'))} rms."]
+    return [f"{text}; on these data it leaves {wording.both(fit.rms)} rms."]
 
 
-def _readings_sentence(content: ReportContent, fit: Document) -> str:
-    model = f"The model ({wording.model_words(fit.get('model'))})"
-    what = (content.readings_alone[0].fitted if len(content.readings_alone) == 1 else "") or model
-    readings = wording.count(int(fit.get("n_readings", 0)), "reading")
+def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
+    curves = content.extra.get("friction") or ()
+    drives = f"Friction of {wording.count(len(curves), 'drive')}"
+    what = f"The model ({wording.model_words(document_of(fit.model))})" if content.extra.get("clamped") else drives
+    readings = wording.count(fit.n_readings or 0, "reading")
     return (
         f"{what} of the {content.provenance.robot} was fitted to {readings} in "
-        f"{wording.count(fit['n_runs'], 'run')}; on these data it leaves {wording.both(fit.get('rms'))} rms."
+        f"{wording.count(fit.n_runs, 'run')}; on these data it leaves {wording.both(fit.rms)} rms."
     )
 
 

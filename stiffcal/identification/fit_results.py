@@ -1,0 +1,155 @@
+"""What ``identify`` answers of a fit; SI, null for what is not known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from stiffcal.documents import NOT_PROMISED, KeyIf, Number, OrAbsent
+from stiffcal.measurements.rms import Applicable
+from stiffcal.model.summary import Where
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IdentifiedParameter:
+    """A parameter of the model as these data give it."""
+
+    name: str
+    """``effect.place.symbol``."""
+    effect: str
+    """The effect's name."""
+    where: Where
+    """Where it acts."""
+    value: Number
+    """In `unit`; None where these data do not identify it."""
+    std: Number
+    """Standard uncertainty; None where it is fixed or not identified."""
+    interval: list[Number] | None
+    """Both ends of the 95 % interval; None where it is fixed or not identified."""
+    unit: str
+    """Of the value."""
+    fixed: bool
+    """Whether the model file gives the value."""
+    identifiable: bool
+    """Whether these data distinguish it from the other parameters."""
+    at_bound: Annotated[bool, NOT_PROMISED] = False
+    """Whether the value lies on the edge of what is possible."""
+    poorly_known: Annotated[bool, NOT_PROMISED] = False
+    """Whether the 95 % interval is nearly as wide as the value, or wider."""
+    remark: Annotated[str | None, KeyIf("", null=False), NOT_PROMISED] = None
+    """What else is to be known of it; None where its kind of experiment makes no remarks."""
+    stiffness: Applicable = None
+    """Of a compliance: one over it, N·m/rad or N/m, NaN where it is not known or the value is 0; None of others."""
+    stiffness_std: Applicable = None
+    """Standard uncertainty of the stiffness; NaN and None as there."""
+    stiffness_interval: Annotated[list[Number] | None, KeyIf("is_compliance")] = None
+    """Both ends of the stiffness's 95 % interval."""
+    above_noise: OrAbsent[bool] = None
+    """Whether it exceeds three standard uncertainties; None where that question does not apply."""
+
+    @property
+    def is_compliance(self) -> bool:
+        """Whether the parameter has a stiffness."""
+        return self.stiffness is not None
+
+    @property
+    def known_stiffness(self) -> Number:
+        """The stiffness; None where it is not known or does not apply."""
+        return _known(self.stiffness)
+
+    @property
+    def known_stiffness_std(self) -> Number:
+        """Standard uncertainty of the stiffness; None where it is not known or does not apply."""
+        return _known(self.stiffness_std)
+
+
+def _known(value: Number) -> Number:
+    return None if value is None or value != value else value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnidentifiedParameters:
+    """Parameters that these data do not distinguish from each other or from nothing."""
+
+    parameters: list[str]
+    """Their names."""
+    known: str | None
+    """The combination of them that is known, in words."""
+    value: Annotated[Number, NOT_PROMISED] = None
+    """Of that combination."""
+    std: Annotated[Number, NOT_PROMISED] = None
+    """Standard uncertainty of that value."""
+    reason: str
+    """Why, in words."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RejectedState:
+    """A load state that was not used."""
+
+    run: str
+    """Name of its run."""
+    row: int
+    """Data row of the table, or number of the dwell, from 1."""
+    why: str
+    """In words."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoisePerAxis:
+    """Standard uncertainty of one reading along one axis."""
+
+    translation: Number
+    """m"""
+    rotation: Number
+    """rad"""
+    force: Number
+    """N"""
+    moment: Number
+    """N·m"""
+    gauge: OrAbsent[float] = None
+    """m, where gauges were read."""
+    length: OrAbsent[float] = None
+    """m, where rods were read."""
+    motor_angle: OrAbsent[float] = None
+    """rad, where motors of clamped runs were read."""
+    force_clamped: OrAbsent[float] = None
+    """N, of clamped states, where it differs from that of the others."""
+    moment_clamped: OrAbsent[float] = None
+    """N·m, of clamped states, where it differs from that of the others."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CorrelatedParameters:
+    """Two parameters whose estimates hang together."""
+
+    parameters: list[str]
+    """Both names."""
+    correlation: float
+    """Their coefficient of correlation, above 0.5 in size."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComplianceInTwoForms:
+    """A joint's compliance in the matrix form and in dual quaternions, rad/(N·m)."""
+
+    name: str
+    """The parameter's."""
+    matrix: float
+    """By the matrix form."""
+    dual_quaternion: float
+    """By dual quaternions, with the same weights."""
+    unweighted_in_metres: Number
+    """By paper 003's eq. 35 as printed, lengths in m; None where orientation is not measured everywhere."""
+    unweighted_in_millimetres: Number
+    """The same, lengths in mm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DualQuaternionFit:
+    """Joint springs identified in both forms (``identify --dual-quaternions``)."""
+
+    largest_relative_difference: float
+    """Between the two forms."""
+    parameters: list[ComplianceInTwoForms]
+    """The compliances that the fit identifies."""

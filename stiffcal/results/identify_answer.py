@@ -1,0 +1,59 @@
+"""From a fit of load states to what ``identify`` answers."""
+
+from __future__ import annotations
+
+from stiffcal.identification.bodies import cartesian_stiffness, joints_by_themselves
+from stiffcal.identification.document import (
+    correlated_parameters,
+    finite,
+    fit_warnings,
+    identified_parameter,
+    measured_links,
+    model_summary,
+    noise_per_axis,
+    rejected_states,
+    unidentified_parameters,
+)
+from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import fit_rms
+from stiffcal.identification.measured_links import link_results
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.rms import Rms
+from stiffcal.results.identify_result import IdentifyResult
+
+
+def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
+    """Return what ``identify`` answers of load states alone, but for the error to expect.
+
+    Parameters
+    ----------
+    fit : the fit.
+    states : all load states of the campaign, those set aside among them.
+    """
+    links = measured_links(fit)
+    return IdentifyResult(
+        warnings=fit_warnings(fit) + [fault.sentence for link in links for fault in link.faults],
+        model=model_summary(fit.robot),
+        parameters=[identified_parameter(parameter) for parameter in fit.parameters],
+        n_states=fit.data.n_measured,
+        n_runs=len(set(fit.data.run.tolist())),
+        rms=Rms.of(fit_rms(fit)),
+        noise=Rms.of(fit.noise_length) if fit.noise is not None else None,
+        noise_source="none" if fit.noise is None else fit.noise.source,
+        noise_per_axis=noise_per_axis(fit),
+        reduced_chi2=finite(fit.reduced_chi2),
+        dof=fit.dof,
+        std_scaled_by_reduced_chi2=fit.scaled,
+        condition=finite(fit.condition),
+        not_identifiable=[unidentified_parameters(ambiguity) for ambiguity in fit.ambiguities],
+        rejected=rejected_states(states),
+        free_parameters=list(fit.free_names),
+        covariance=fit.covariance.tolist(),
+        correlation=correlated_parameters(fit),
+        iterations=fit.iterations,
+        links=link_results(links) or None,
+        expected_rms=None,
+        expected_error="",
+        joints_by_themselves=joints_by_themselves(states, fit.robot.chain) or None,
+        cartesian_stiffness=cartesian_stiffness(states, fit.robot.chain) or None,
+    )

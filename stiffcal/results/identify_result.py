@@ -1,0 +1,117 @@
+"""What ``identify`` answers: the fit of the load states, and what each other kind of experiment adds to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal, TypeAlias
+
+from stiffcal.diagnosis.suspects.result import Suspect
+from stiffcal.documents import MANY_KEYS, NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
+from stiffcal.experiments.clamped.results import ClampedSection
+from stiffcal.experiments.friction.results import FrictionSection
+from stiffcal.identification.body_results import CartesianStiffnessResult, JointByItself
+from stiffcal.identification.fit_results import (
+    CorrelatedParameters,
+    DualQuaternionFit,
+    IdentifiedParameter,
+    NoisePerAxis,
+    RejectedState,
+    UnidentifiedParameters,
+)
+from stiffcal.identification.link_results import CouplingResult, LinkResult
+from stiffcal.identification.noise import NoiseSource
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import ModelSummary
+
+Loss: TypeAlias = Literal["linear", "huber"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IdentifyResult(CommandResult):
+    """Answer of ``identify``; SI."""
+
+    schema: Literal["stiffcal/identify/1"] = "stiffcal/identify/1"
+    model: ModelSummary
+    """What was fitted."""
+    parameters: list[IdentifiedParameter]
+    """In the model's order."""
+    n_states: int
+    """Load states that were used."""
+    n_runs: int
+    """Runs that were used."""
+    n_readings: OrAbsent[int] = None
+    """Readings of the other experiments, where there are no load states."""
+    rms: Rms
+    """Of the residuals."""
+    noise: Rms | None
+    """What the instruments scatter, in the same measure; None where it is not known."""
+    noise_source: NoiseSource
+    """Where `noise` is from."""
+    noise_per_axis: Annotated[NoisePerAxis | None, KeyIf("has_states"), NOT_PROMISED] = None
+    """What a single reading scatters; None where it is not known."""
+    reduced_chi2: Number
+    """Weighted sum of squares over degrees of freedom; None where the noise is not known."""
+    dof: Annotated[int | None, KeyIf("", null=False), NOT_PROMISED] = None
+    """Degrees of freedom of the load states' fit."""
+    std_scaled_by_reduced_chi2: Annotated[bool | None, KeyIf("", null=False), NOT_PROMISED] = None
+    """Whether standard uncertainties were scaled by the reduced χ², the noise not being known."""
+    condition: Number
+    """Condition number of the observation matrix."""
+    not_identifiable: list[UnidentifiedParameters]
+    """What these data do not identify."""
+    rejected: list[RejectedState]
+    """Load states that were set aside."""
+    free_parameters: Annotated[list[str], NOT_PROMISED]
+    """Names of the p parameters that `covariance` is of."""
+    covariance: Annotated[list[list[Number]], NOT_PROMISED]
+    """(p, p) of what was estimated: of stiffness-like parameters one over the value."""
+    correlation: Annotated[list[CorrelatedParameters], NOT_PROMISED]
+    """Strongest first."""
+    iterations: Annotated[int | None, KeyIf("", null=False), NOT_PROMISED] = None
+    """Steps of the load states' fit."""
+    links: OrAbsent[list[LinkResult]] = None
+    """Links with rods."""
+    expected_rms: Rms | None
+    """The error to expect in new poses; None where it is not known."""
+    expected_error: str
+    """The same in words."""
+    clamped: OrAbsent[ClampedSection] = None
+    """Joints of a clamped robot."""
+    friction: OrAbsent[FrictionSection] = None
+    """Friction of the drives."""
+    other_kinds: Annotated[dict[str, object], MANY_KEYS] = field(default_factory=dict)
+    """Sections of further kinds of experiment, by the kind's name."""
+    joints_by_themselves: OrAbsent[list[JointByItself]] = None
+    """Joints between tracked bodies."""
+    cartesian_stiffness: OrAbsent[list[CartesianStiffnessResult]] = None
+    """At poses where the loads fill all directions."""
+    suspects: OrAbsent[list[Suspect]] = None
+    """Runs and states that disagree with all the others; None where there are no load states."""
+    loss: Annotated[Loss, NOT_PROMISED] = "linear"
+    """Of the fit."""
+    key: Annotated[str, NOT_PROMISED] = ""
+    """A hash of all that went into the fit; "" before it is stored."""
+    fit_id: Annotated[str, NOT_PROMISED] = ""
+    """Its number in the history; "" before it is stored."""
+    dual_quaternions: OrAbsent[DualQuaternionFit] = None
+    """Joint springs in paper 003's form, where that was asked for."""
+    coupling: OrAbsent[CouplingResult] = None
+    """What measuring without the rods does, where that was asked for."""
+    origin: OrAbsent[Origin] = None
+    """From whom the fit comes."""
+
+    @property
+    def has_states(self) -> bool:
+        """Whether load states were fitted."""
+        return self.n_readings is None
+
+    def parameter(self, name: str) -> IdentifiedParameter:
+        """Return a parameter by its full name; KeyError where there is none."""
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        raise KeyError(name)
+
+    def values(self) -> dict[str, float]:
+        """Return parameter values by full name; those that are not known are left out."""
+        return {parameter.name: parameter.value for parameter in self.parameters if parameter.value is not None}

@@ -1,0 +1,32 @@
+"""What ``run`` and ``demo`` answer: the answers of all steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.documents import HAS_OWN_SCHEMA, NOT_PROMISED, CommandResult, Document, KeyIf
+from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.workflow.check_results import CheckResult
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult(CommandResult):
+    """Answer of ``run``."""
+
+    schema: Literal["stiffcal/run/1"] = "stiffcal/run/1"
+    check: Annotated[CheckResult, HAS_OWN_SCHEMA]
+    """What was understood of the campaign."""
+    identify: Annotated[IdentifyResult, HAS_OWN_SCHEMA]
+    """The fit."""
+    validate: Document
+    """Its validation."""
+    diagnose: Annotated[DiagnoseResult, HAS_OWN_SCHEMA]
+    """Its diagnosis."""
+    report: str
+    """The PDF."""
+    passed: bool
+    """Whether the thresholds hold."""
+    folder: Annotated[str | None, KeyIf("", null=False), NOT_PROMISED] = None
+    """Of ``demo``: where the example was copied to."""
