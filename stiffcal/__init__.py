@@ -15,8 +15,8 @@ Public are the names in ``__all__``, `stiffcal.effects_api` for effects of one's
 """
 
 import os
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # type checkers take it for true; `typing` itself would be the slowest import here
 if TYPE_CHECKING:
     from stiffcal.errors import Fault, InputError
     from stiffcal.python.answers import FittedModel, LoadPrediction, ModelDiagnosis, ModelValidation
@@ -60,14 +60,14 @@ for _threads in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", 
     os.environ.setdefault(_threads, "1")
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Import a public name when it is first asked for: the command line imports this package, and starts at once."""
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
     module, word = _PLACES[name]
-    value = getattr(import_module(module), word)
+    value: object = getattr(import_module(module), word)
     globals()[name] = value
     return value
 

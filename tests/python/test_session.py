@@ -66,7 +66,7 @@ def test_the_import_loads_nothing_heavy_and_offers_every_public_name() -> None:
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(json.loads(run.stdout))
-    assert not loaded & {*HEAVY, "pydantic", "typer", "rich", "stiffcal.errors"}
+    assert not loaded & {*HEAVY, "pydantic", "typer", "rich", "stiffcal.errors", "typing"}
 
 
 def test_a_name_that_is_not_public_is_missed() -> None:
@@ -298,6 +298,8 @@ def test_diagnosis_in_tables(with_play: stiffcal.CampaignSession) -> None:
     diagnosis = with_play.diagnose()
     assert diagnosis.adequate is False
     assert diagnosis.missing[["effect", "place"]].to_numpy().tolist() == [["backlash", "j4"]]
+    (missing,) = diagnosis.to_dict()["missing"]
+    assert diagnosis.missing["alternatives"].iloc[0].count(";") == max(len(missing["alternatives"]) - 1, 0)
     best = diagnosis.ranking.iloc[0]
     assert (best["effect"], best["place"], best["verdict"]) == ("backlash", "j4", "supported")
     assert best["after_m"] < best["before_m"]
