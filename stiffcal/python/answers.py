@@ -96,7 +96,9 @@ class FittedModel(CampaignAnswer):
     def summary(self) -> str:
         """Return the fit in a few lines: the parameters ± 95 %, and how well they explain the readings."""
         document = self.to_dict()
-        lines = [f"{self.title}: {document['n_states']} load states in {document['n_runs']} runs"]
+        readings = document.get("n_readings")
+        count = f"{document['n_states']} load states" if readings is None else f"{readings} readings"
+        lines = [f"{self.title}: {count} in {document['n_runs']} runs"]
         lines += [f"  {_parameter_line(name, row)}" for name, row in self.parameters.iterrows()]
         noise = both(document["noise"]) if document["noise"] else "not known"
         lines.append(f"fit {both(document['rms'])} rms, noise {noise}")
@@ -111,18 +113,15 @@ class FittedModel(CampaignAnswer):
 
 
 def _parameter_line(name: Any, row: Any) -> str:
-    what = "stiffness" if row["stiffness_unit"] else "value"
-    unit = row["stiffness_unit"] or row["unit"]
-    value, low, high = (
-        row[key]
-        for key in (
-            (what, f"{what}_low_95", f"{what}_high_95") if row["stiffness_unit"] else (what, "low_95", "high_95")
-        )
-    )
+    if row["stiffness_unit"]:
+        keys, unit = ("stiffness", "stiffness_low_95", "stiffness_high_95"), row["stiffness_unit"]
+    else:
+        keys, unit = ("value", "low_95", "high_95"), "" if row["unit"] == "1" else row["unit"]
+    value, low, high = (row[key] for key in keys)
     if math.isnan(value):
         return f"{name}: not identified"
     ends = "fixed" if row["fixed"] else f"{digits(low)} … {'∞' if math.isinf(high) else digits(high)}"
-    return f"{name}: {digits(value)} {unit} ({ends})"
+    return f"{name}: {' '.join(filter(None, (digits(value), unit)))} ({ends})"
 
 
 class ModelValidation(CampaignAnswer):

@@ -120,6 +120,21 @@ def test_a_fit_shows_itself_as_text_and_in_a_notebook(fit: stiffcal.FittedModel)
     assert "<table" in shown
 
 
+def test_a_fit_without_load_states_counts_its_readings_and_pure_numbers_have_no_unit() -> None:
+    where = {"joints": [1]}
+    of_friction = {"effect": "joint-friction", "where": where, "std": 0.1, "fixed": False, "identifiable": True}
+    exponent = {"name": "joint-friction.j1.exponent", "value": 1.59, "interval": [1.39, 1.79], "unit": "1"}
+    velocity = {"name": "joint-friction.j1.velocity", "value": None, "interval": None, "unit": "rad/s"}
+    counts = {"n_states": 0, "n_readings": 24, "n_runs": 2, "rms": {"torque": 0.728}, "noise": None}
+    document = {**counts, "parameters": [of_friction | exponent, of_friction | velocity], "warnings": []}
+    assert stiffcal.FittedModel(document, "", "joint-friction").summary().splitlines() == [
+        "joint-friction: 24 readings in 2 runs",
+        "  joint-friction.j1.exponent: 1.59 (1.39 … 1.79)",
+        "  joint-friction.j1.velocity: not identified",
+        "fit 0.728 N·m rms, noise not known",
+    ]
+
+
 def test_nothing_is_fitted_twice(
     campaign: Path, caplog: pytest.LogCaptureFixture, capsys: pytest.CaptureFixture[str]
 ) -> None:
