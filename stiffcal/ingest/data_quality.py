@@ -20,6 +20,7 @@ from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row
 from stiffcal.reduction.plausibility import LogQuality, check_displacements
+from stiffcal.reduction.repeated_rows import repeated_rows
 from stiffcal.reduction.rezeroed import rezeroed_runs
 from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
@@ -96,7 +97,7 @@ def check_load_states(
     if faults:
         return faults, []
     rezeroed, perhaps = rezeroed_runs(chosen, chain)
-    warnings = loaded_references(chosen) + rezeroed_table(chosen, chain)
+    warnings = loaded_references(chosen) + rezeroed_table(chosen, chain) + repeated_rows(chosen)
     warnings += [f"{fault.place}: {fault.reason}; {fault.mend}" for fault in (*rezeroed, *perhaps)]
     if not states.deflection_given and states.setup.targets:
         faults += check_kinematics(states, chain, estimated)

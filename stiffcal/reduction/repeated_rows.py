@@ -1,0 +1,46 @@
+"""Rows of a table that stand in it more than once, word for word."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.measurements.load_states import LoadStates
+
+MOST_NAMED = 10
+
+
+def repeated_rows(states: LoadStates) -> list[str]:
+    """Return a warning for rows with a load whose angles, loads and readings are all those of an earlier row.
+
+    Two readings of instruments never agree in every digit: one of the rows is a copy, and counts twice. Rows without a
+    load may be zeros that were written down, and are left alone.
+
+    Parameters
+    ----------
+    states : load states; those set aside do not count.
+    """
+    used = np.flatnonzero(states.used & np.any(np.nan_to_num(states.wrench) != 0.0, axis=1))
+    n = len(used)
+    readings = (states.position, states.rotation, states.deflection, states.lengths, states.displacement)
+    measured = np.concatenate([values[used].reshape(n, -1) for values in readings], axis=1)
+    used = used[np.isfinite(measured).any(axis=1)]
+    if len(used) < 2:
+        return []
+    values = (states.joints, states.wrench, *readings)
+    table = np.nan_to_num(np.concatenate([part[used].reshape(len(used), -1) for part in values], axis=1))
+    _, first, group = np.unique(table, axis=0, return_index=True, return_inverse=True)
+    original = first[group.ravel()]
+    copies = np.flatnonzero(original != np.arange(len(used)))
+    if not len(copies):
+        return []
+    named = [f"{_place(states, used[k])} repeats {_place(states, used[original[k]])}" for k in copies[:MOST_NAMED]]
+    more = f" and {len(copies) - MOST_NAMED} more" if len(copies) > MOST_NAMED else ""
+    words = (
+        "no two readings agree so; a copy counts twice and makes the noise look smaller: leave it out with [[exclude]]"
+    )
+    return [f"rows repeated to the last digit: {'; '.join(named)}{more}: {words}"]
+
+
+def _place(states: LoadStates, state: int) -> str:
+    name, row = states.runs[int(states.run[state])].name, int(states.row[state])
+    return f"row {row}" if name == str(row) else f"run {name} row {row}"
