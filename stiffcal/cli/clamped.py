@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, significant
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.experiments.clamped.results import ClampedSection
-
-_NORMAL_95 = 1.96
 
 
 def degrees(radians: float | None, digits: int = 3) -> str:
@@ -35,7 +34,7 @@ def show_clamped(console: Console, section: ClampedSection | None) -> None:
         "clamped", "play, ± 95 % [°]>", "friction [N·m]>", "reversal error [°]>", "torque reached [N·m]>", "poses"
     )
     for joint in section.joints:
-        half = degrees(_NORMAL_95 * joint.play_std, 2)
+        half = degrees(NORMAL_95 * joint.play_std, 2)
         low, high = joint.curve.torque
         table.add_row(
             f"joint {joint.joint} ({joint.name})",

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from math import sqrt
 from typing import TYPE_CHECKING
 
+from stiffcal.uncertainty import NORMAL_95
+
 if TYPE_CHECKING:
     from stiffcal.reduction.clocks import SourceClockOffset
 
@@ -29,7 +31,7 @@ def clock_rates(runs: Iterable[Mapping[str, SourceClockOffset]]) -> list[str]:
             for k, value in enumerate((1.0, weight, weight * clock.rate)):
                 total[k] += value
     return [
-        f"the clock of {source} gains {1e6 * product / weight:+.0f} ± {1.96e6 / sqrt(weight):.0f} ppm on that of "
-        f"{against}" + (f", mean of {count:.0f} runs" if count > 1 else "")
+        f"the clock of {source} gains {1e6 * product / weight:+.0f} ± {1e6 * NORMAL_95 / sqrt(weight):.0f} ppm on "
+        f"that of {against}" + (f", mean of {count:.0f} runs" if count > 1 else "")
         for (source, against), (count, weight, product) in sums.items()
     ]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, interval, places, significant
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -57,8 +58,8 @@ def show_friction(console: Console, fit: IdentifyResult) -> None:
     if more.row_count:
         console.print(more)
     for bearing in section.bearings or ():
-        coulomb = bearing.coulomb, 1.96 * bearing.coulomb_std
-        viscous = bearing.viscous, 1.96 * bearing.viscous_std
+        coulomb = bearing.coulomb, NORMAL_95 * bearing.coulomb_std
+        viscous = bearing.viscous, NORMAL_95 * bearing.viscous_std
         console.print(
             f"joint {bearing.joint}: its drive's shaft turns with other joints too; the joint's own bearing adds "
             f"{interval(coulomb[0], coulomb[0] - coulomb[1], coulomb[0] + coulomb[1])} N·m and "

@@ -10,6 +10,7 @@ from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import length, significant
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -63,7 +64,7 @@ def _clocks(run: IngestedRun) -> str:
     words = []
     for source, offset in run.clock_ahead_s.items():
         if offset.value is not None:
-            spread = f" ± {significant(1.96e3 * offset.std, 2)}" if offset.std else ""
+            spread = f" ± {significant(1e3 * NORMAL_95 * offset.std, 2)}" if offset.std else ""
             words.append(f"{source} {significant(1e3 * offset.value, 4)}{spread} ms")
         else:
             words.append(f"{source} not known" + (f" ({offset.reason})" if offset.reason else ""))

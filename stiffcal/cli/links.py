@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, interval, share, significant
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -71,7 +72,7 @@ _HEADS = {
 def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
     if estimate is None:
         return "cannot be told"
-    spread = share(1.96 * estimate.std / abs(estimate.value)) if estimate.value else "–"
+    spread = share(NORMAL_95 * estimate.std / abs(estimate.value)) if estimate.value else "–"
     if way == "with-rods":
         return f"{significant(estimate.value)} ± {spread}"
     off = "–" if estimate.against_rods is None else f"{100.0 * estimate.against_rods:+.1f} %"

@@ -12,6 +12,7 @@ from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, significant
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -117,7 +118,7 @@ def _translation(state: PredictedState, axis: int) -> str:
     # A picometre is the solver's rounding.
     if abs(value) < 1e-6:
         return "0"
-    half = 1.96e3 * float(state.covariance[axis, axis]) ** 0.5
+    half = 1e3 * NORMAL_95 * float(state.covariance[axis, axis]) ** 0.5
     return f"{significant(value)} ± {significant(half, 2)}" if half else significant(value)
 
 

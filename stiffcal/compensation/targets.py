@@ -23,12 +23,11 @@ from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import StateOrder
 from stiffcal.model.equilibrium import Balance, solve_balance
+from stiffcal.uncertainty import NORMAL_95
 
 # A micrometre and a microradian are asked for; a thousandth of that is what the steps stop at.
 REACHED_M, REACHED_RAD = 1e-6, 1e-6
 _STOP = 1e-9
-# Two-sided 95 % of a normal distribution.
-_TWO_SIGMA = 1.959964
 _MAX_STEPS = 30
 # A joint turn smaller than this share of the largest makes so little way that a correction would be sought far off.
 _SINGULAR = 1e-3
@@ -107,7 +106,7 @@ class Corrected:
         """(n,) m, what the length of the position's error keeps under with 95 %, by the model's own uncertainty."""
         # The length of a normal vector keeps below 1.96 √trace with 95 % or more: exactly where one direction rules.
         spread = np.sqrt(np.einsum("nii->n", self.covariance[:, :3, :3]))
-        return np.asarray(_TWO_SIGMA * spread + np.linalg.norm(self.after[:, :3], axis=1))
+        return np.asarray(NORMAL_95 * spread + np.linalg.norm(self.after[:, :3], axis=1))
 
 
 def correct_joints(

@@ -17,6 +17,7 @@ from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
+from stiffcal.uncertainty import NORMAL_95
 
 # So many springs of one effect in the noise are named in one line.
 JOINTLY_UNIDENTIFIABLE = 4
@@ -151,7 +152,7 @@ def fit_warnings(fit: Fit) -> list[str]:
             words.append(f"{one.name} lies on the edge of what is possible")
         elif one.poorly_known:
             words.append(
-                f"{one.name} is poorly known: ± {100.0 * 1.96 * (one.std or 0.0) / abs(one.value or 1.0):.0f} %"
+                f"{one.name} is poorly known: ± {100.0 * NORMAL_95 * (one.std or 0.0) / abs(one.value or 1.0):.0f} %"
             )
     return words
 

@@ -10,12 +10,8 @@ from stiffcal.identification.noise import Noise
 from stiffcal.identification.readings import Observations
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole, ParameterSpec, Place
+from stiffcal.uncertainty import is_poorly_known
 
-# Two-sided 95 % of the normal distribution.
-NORMAL_95 = 1.959963984540054
-# A parameter whose 95 % half-width is above 60 % of its value is called poorly known: its stiffness is not known to
-# within a factor of two or three.
-POORLY_KNOWN = 0.6
 # Of 36 compliances that are nothing one rises above this many standard uncertainties in one campaign of twenty.
 ABOVE_NOISE = 3.0
 
@@ -65,7 +61,7 @@ class Parameter:
         """True where the value is known, but hardly. What may have either sign may well be zero and is not meant."""
         if self.value is None or self.std is None or self.spec.lower < 0.0:
             return False
-        return bool(NORMAL_95 * self.std > POORLY_KNOWN * abs(self.value))
+        return is_poorly_known(self.value, self.std)
 
     @property
     def above_noise(self) -> bool | None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Progress, no_progress
-from stiffcal.identification.fit import NORMAL_95, Ambiguity, Fit
+from stiffcal.identification.fit import Ambiguity, Fit
 from stiffcal.identification.identifiability import Identifiability, check_identifiability
 from stiffcal.identification.least_squares import Reduced, reduce_blocks
 from stiffcal.identification.noise import Noise, rms_by_measure, rms_length, stated_noise
@@ -46,6 +46,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
 from stiffcal.reduction.load_cycles import find_load_cycles, repeat_groups
+from stiffcal.uncertainty import NORMAL_95
 
 __all__ = [
     "Problem", "Settings", "amplitudes", "fit_observations", "fit_problem", "fit_rms", "identify_parameters",

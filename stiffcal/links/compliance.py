@@ -34,6 +34,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rods import rod_fields
 from stiffcal.model.deformed_chain import deformed_chain
 from stiffcal.model.equilibrium import displacement_between
+from stiffcal.uncertainty import NORMAL_95
 
 # Below this share of the largest singular value a combination of loads counts as not applied.
 SMALLEST_LOAD = 1e-9
@@ -213,9 +214,9 @@ def _identified(slopes: Floats, undetermined: Floats, twist: bool) -> NDArray[np
 
 
 def _factor(dof: int, stated: bool) -> float:
-    from scipy.special import ndtri, stdtrit
+    from scipy.special import stdtrit
 
-    return float(ndtri(0.975) if stated else stdtrit(max(dof, 1), 0.975))
+    return NORMAL_95 if stated else float(stdtrit(max(dof, 1), 0.975))
 
 
 def _gaps(identified: NDArray[np.bool_]) -> tuple[str, ...]:

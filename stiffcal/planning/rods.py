@@ -11,6 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.links.rods import RodDesign, ShapeError, rod_design, shape_errors
 from stiffcal.measurements.rods import BeamProperties, Rods, rods_between
 from stiffcal.mechanics.beam import TORSION, UNKNOWNS
+from stiffcal.uncertainty import NORMAL_95
 
 # Uncertainty of a length gauge where none is stated: what the paper's class of gauges reaches.
 USUAL_SIGMA = 1e-6
@@ -157,7 +158,7 @@ def _around(points: Floats) -> Floats:
 def _observable(view: RodObservability) -> tuple[str, ...]:
     size = f"{1e6 * view.sigma:.2g} µm" + ("" if view.stated else " (assumed)")
     determined = [
-        f"{name} ± {_two_digits(1.96e6 * std)} {'µm' if i < 3 else 'µrad'}"
+        f"{name} ± {_two_digits(1e6 * NORMAL_95 * std)} {'µm' if i < 3 else 'µrad'}"
         for i, (name, std) in enumerate(zip(_COMPONENTS, view.std, strict=True))
         if np.isfinite(std)
     ]

@@ -255,8 +255,13 @@ _C1 = re.compile("[\x80-\x9f]")
 _CP1252 = 'the names seem to be Windows text read as latin-1: set csv = { encoding = "cp1252" }'
 
 
-def nearest_name(name: str, columns: Sequence[str]) -> str:
+def nearest_name(name: str, columns: Sequence[str], having: str = "the file has") -> str:
     """Return a mend for a missing column: the nearest name, or the names there are.
+
+    Parameters
+    ----------
+    name, columns : what is missing, and what there is.
+    having : words before the list of names.
 
     Examples
     --------
@@ -274,7 +279,7 @@ def nearest_name(name: str, columns: Sequence[str]) -> str:
     if any(_C1.search(column) for column in columns):
         return _CP1252
     listed = ", ".join(repr(column) for column in columns[:12]) + (", …" if len(columns) > 12 else "")
-    return f"the file has {listed}" if columns else "the file has no columns"
+    return f"{having} {listed}" if columns else f"{having} no columns"
 
 
 _KINDS = {str: "text", int: "a whole number", float: "a number", bool: "true or false", list: "a list"}

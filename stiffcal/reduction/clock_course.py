@@ -15,6 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.reduction.clocks import SharedSignal, SourceClockOffset, offset_near
+from stiffcal.uncertainty import NORMAL_95
 
 PIECES = 6
 LEAST_PIECES = 4
@@ -101,7 +102,8 @@ def _course(
     span = float(np.ptp(time)) * PIECES / (PIECES - 1)
     if abs(slope) > SURE * slope_std and abs(slope) * span > MATTERS_S:
         line = (
-            f"run {run}: the clock of {name} gains {1e6 * slope:+.0f} ± {1.96e6 * slope_std:.0f} ppm on {leader}, "
+            f"run {run}: the clock of {name} gains {1e6 * slope:+.0f} ± {1e6 * NORMAL_95 * slope_std:.0f} ppm "
+            f"on {leader}, "
             f"{1e3 * abs(slope) * span:.0f} ms over the run; one offset, that of its middle, is used: holds shorter "
             "than that are misread; correct the times in a copy of the log, or split the run"
         )

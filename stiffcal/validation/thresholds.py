@@ -12,6 +12,7 @@ from typing import Any
 
 from stiffcal.campaign.thresholds import ALL_JOINTS, Thresholds
 from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.uncertainty import NORMAL_95
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import Change
 
@@ -235,7 +236,7 @@ def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> 
     drift, chance = after / before - 1.0, min(p_value * judged, 1.0)
     words = f"stiffness of {joint} is {100 * drift:+.3g} % against {name} ({after:.3g} and {before:.3g} N·m/rad)"
     # 1.96 standard uncertainties of the relative change: smaller drifts than this cannot be seen with these two fits.
-    blur = 1.96 * std / abs(value)
+    blur = NORMAL_95 * std / abs(value)
     if abs(drift) > limit and chance < CHANCE:
         return Check("max_drift", joint, limit, drift, "", False, f"{words}, p = {chance:.1g}: above {bound}")
     if limit and blur > limit:

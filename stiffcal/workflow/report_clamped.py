@@ -12,6 +12,7 @@ from stiffcal.experiments.clamped.results import RunResult
 from stiffcal.report.clamped_curves import ClampedCurve, ClampedPose
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store import values_of
+from stiffcal.uncertainty import NORMAL_95
 from stiffcal.workflow.steps import Ingested
 
 _POINTS = 201
@@ -63,7 +64,7 @@ def _pose(run: RunResult, columns: dict[str, NDArray[Any]]) -> ClampedPose:
         up=up,
         fitted=columns["law_Nm"],
         play=run.play,
-        doubt=max(run.resolution or 0.0, 1.96 * (run.play_between_cycles or 0.0)),
+        doubt=max(run.resolution or 0.0, NORMAL_95 * (run.play_between_cycles or 0.0)),
         motion=run.motion,
         low=law.middle - half if half else None,
         high=law.middle + half if half else None,

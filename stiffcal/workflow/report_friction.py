@@ -11,6 +11,7 @@ from stiffcal.report.content import SetAside
 from stiffcal.report.friction_curves import FrictionCurve
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store import values_of
+from stiffcal.uncertainty import NORMAL_95
 from stiffcal.workflow.experiments import measured_runs
 from stiffcal.workflow.steps import Ingested
 
@@ -45,7 +46,7 @@ def friction_curves(data: Ingested, identified: IdentifyResult) -> tuple[Frictio
                     (
                         parameter.name.rsplit(".", 1)[-1],
                         parameter.value,
-                        None if parameter.std is None else 1.96 * parameter.std,
+                        None if parameter.std is None else NORMAL_95 * parameter.std,
                         parameter.unit,
                     )
                     for parameter in parameters

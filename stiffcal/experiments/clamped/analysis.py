@@ -24,6 +24,7 @@ from stiffcal.experiments.clamped.sweeps import Sweeps, cut_sweeps
 from stiffcal.experiments.clamped.torque_angle import PlaySegment, SeriesFit, TorqueAngleLaw, fit_series, play_segment
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.clamped_readings import ClampedReadings
+from stiffcal.uncertainty import NORMAL_95
 
 N_BINS = 120
 # Friction counts as found beyond so many standard uncertainties, and beyond this share of the largest torque.
@@ -157,7 +158,7 @@ def _analysed(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[int,
     segment = play_segment(fit.law) if fit.play_found else None
     step = encoder_step(readings.joints[:, chain.joint - 1])
     outer = segment.outer_slope if segment is not None else abs(fit.law.curve[0])
-    noise = np.sqrt(2.0) * 1.96 * branches.noise / max(outer, 1e-12)
+    noise = np.sqrt(2.0) * NORMAL_95 * branches.noise / max(outer, 1e-12)
     return ClampedRun(
         name=name,
         joint=chain.joint,

@@ -23,6 +23,7 @@ from stiffcal.experiments.clamped.results import (
 from stiffcal.experiments.clamped.torque_angle import SLOPE_SHARE
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from stiffcal.model.composite import PlacedEffect
     from stiffcal.model.effect import Effect, TorqueAngle
 
-NORMAL_95 = 1.96
 
 DEFINITION = Definition(
     play=(

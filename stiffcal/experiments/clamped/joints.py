@@ -11,7 +11,6 @@ from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped.analysis import ClampedRun
 from stiffcal.experiments.clamped.chain import TorqueSource
 
-NORMAL_95 = 1.96
 # Poses that resolve the play this many times more coarsely than the finest do not count for it.
 FINE = 5.0
 # Motions that reached less than this share of the largest torque do not count for the curve.

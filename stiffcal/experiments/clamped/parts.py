@@ -14,7 +14,6 @@ from stiffcal.experiments.clamped.analysis import ClampedRun, analyse_runs
 from stiffcal.experiments.clamped.chain import ClampedChain, clamped_chain
 from stiffcal.experiments.clamped.documents import (
     DEFINITION,
-    NORMAL_95,
     branches_table,
     clamped_warnings,
     joint_result,
@@ -35,6 +34,7 @@ from stiffcal.identification.document import model_summary
 from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
 from stiffcal.model.assembly import fixed_parameters
 from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

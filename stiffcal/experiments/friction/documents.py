@@ -20,6 +20,7 @@ from stiffcal.experiments.friction.rows import UnknownKind
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
 from stiffcal.model.summary import EffectInModel, Where
+from stiffcal.uncertainty import is_poorly_known
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -54,7 +55,7 @@ def identified_friction_parameter(parameter: FrictionParameter) -> IdentifiedPar
         fixed=parameter.fixed,
         identifiable=value is not None and (std is not None or not parameter.why),
         at_bound=parameter.at_bound,
-        poorly_known=bool(std is not None and value and 1.96 * std > 0.6 * abs(value)),
+        poorly_known=bool(std is not None and value and is_poorly_known(value, std)),
         remark=parameter.why,
     )
 

@@ -17,6 +17,7 @@ from stiffcal.experiments.friction.rows import FrictionRows, felt_columns, toget
 from stiffcal.experiments.friction.solving import FrictionLaw, PartFit, initial_friction_law
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole, ParameterSpec
+from stiffcal.uncertainty import NORMAL_95
 
 
 @dataclass(frozen=True)
@@ -204,7 +205,7 @@ def _parameter(
         return FrictionParameter(name, effect, law.joint, spec, value, None, None, True, False, why)
     k = free.index(spec.symbol)
     std = float(np.sqrt(covariance[k, k]))
-    interval = (max(value - 1.96 * std, spec.lower), min(value + 1.96 * std, spec.upper))
+    interval = (max(value - NORMAL_95 * std, spec.lower), min(value + NORMAL_95 * std, spec.upper))
     at_bound = value <= spec.lower or value >= spec.upper
     return FrictionParameter(name, effect, law.joint, spec, value, std, interval, False, at_bound)
 

@@ -14,6 +14,7 @@ from stiffcal.experiments.friction.rows import FrictionRows
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole
+from stiffcal.uncertainty import NORMAL_95
 
 # Singular values below this share of the largest: combinations of inertial numbers that no motion shows.
 RANK = 1e-7
@@ -246,9 +247,9 @@ class PartFit:
                         free, covariance = self.covariance(law)
             value = self.amplitude[law.joint, symbol]
             std = float(np.sqrt(covariance[free.index(symbol), free.index(symbol)]))
-            if not value - 1.96 * std > 0.0:
+            if not value - NORMAL_95 * std > 0.0:
                 law.seen[symbol] = False
-                law.verdict[symbol] += f", but its 95 % interval ({value:.3g} ± {1.96 * std:.2g} N·m) holds zero"
+                law.verdict[symbol] += f", but its 95 % interval ({value:.3g} ± {NORMAL_95 * std:.2g} N·m) holds zero"
                 law.amplitudes.remove(symbol)
                 law.free_nonlinear = [one for one in law.free_nonlinear if one not in shapes]
                 self.solve()

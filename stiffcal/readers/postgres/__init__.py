@@ -253,9 +253,9 @@ def _longest_statement_s() -> int:
     return int(text)
 
 
-def _near_table(connection: Any, message: str, source: _What) -> str:
+def _near_table(connection: Any, servers_words: str, source: _What) -> str:
     """Return the nearest name of a table in the database, where that can be said."""
-    relation = re.search(r'relation "(.*)" does not exist', message)
+    relation = re.search(r'relation "(.*)" does not exist', servers_words)
     wanted = ".".join(source.table) if source.table else relation[1] if relation else None
     if wanted is None:
         return ""
@@ -267,15 +267,14 @@ def _near_table(connection: Any, message: str, source: _What) -> str:
         )
         rows = cursor.fetchall()
     names = [table if schema == "public" else f"{schema}.{table}" for schema, table in rows]
-    near = nearest_name(wanted, names).replace("the file has columns", "the database has tables")
-    return near.replace("the file has no columns", "the database has no tables").replace("the file has", "tables:")
+    return nearest_name(wanted, names, "tables:") if names else "the database has no tables"
 
 
 def _server_message(error: Exception, address: Address) -> str:
     """Return what the server says, on one line, without the address's secrets."""
-    message = address.without_secrets(" ".join(str(error).split()))
-    first_error = re.search(r"(?:ERROR|FATAL): .*?(?= LINE \d| Query was|$)", message)
-    return (first_error.group() if first_error else message)[:300]
+    servers_words = address.without_secrets(" ".join(str(error).split()))
+    first_error = re.search(r"(?:ERROR|FATAL): .*?(?= LINE \d| Query was|$)", servers_words)
+    return (first_error.group() if first_error else servers_words)[:300]
 
 
 def _columns(cursor: Any, source: _What) -> tuple[str, ...]:

@@ -209,7 +209,7 @@ class _Topic:
                     child_frames.add(transform.child_frame_id)
         if self.child_frame is not None and not any_match:
             reason = f"no transform of frame {self.child_frame!r} in {self.name}"
-            mend = nearest_name(self.child_frame, sorted(child_frames)).replace("the file has", "there are")
+            mend = nearest_name(self.child_frame, sorted(child_frames), "there are")
             raise InputError.at(
                 FaultCode.LOG_PART_MISSING, self.display_name, f"{self.option}.child_frame", reason, mend
             )

@@ -8,12 +8,12 @@ import numpy as np
 
 from stiffcal.report.clamped_curves import ClampedCurve, ClampedPose
 from stiffcal.report.figures import canvas
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-NORMAL_95 = 1.96
 ROW_MM = 52.0
 
 

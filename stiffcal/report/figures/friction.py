@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.report.figures import canvas
 from stiffcal.report.friction_curves import FrictionCurve
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 # The slow range is drawn apart where readings lie below this share of the fastest: 004 measured 1 to 5 %, then 10 to
 # 100 %.
 SLOW = 0.08
-NORMAL_95 = 1.96
 ROW_MM = 46.0
 
 

@@ -9,13 +9,13 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.report.figures import canvas
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
-NORMAL_95 = 1.96
 ROW_MM = 62.0
 COMPONENTS = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
 # A bent link is drawn with its largest displacement as long as this share of the link.

@@ -10,6 +10,7 @@ from stiffcal.arrays import Floats
 from stiffcal.compensation.compensate_result import PathError
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.robot_poses import round_scale
+from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +23,6 @@ _WITHOUT: dict[str, Any] = {
     "label": "without compensation",
 }
 _WITH: dict[str, Any] = {"color": canvas.COLOURS[0], "linestyle": "-", "linewidth": 1.4, "label": "with compensation"}
-_TWO_SIGMA = 1.959964
 # Errors are drawn so large that the longest takes this share of the path's size.
 _SHARE = 0.18
 
@@ -37,8 +37,8 @@ def shown_error(path: PathError, error: Floats) -> Floats:
 def half_width(path: PathError) -> Floats:
     """Return (n,) half the width of the band in which 95 % of what the model's uncertainty leaves lies, m."""
     if path.direction is None:
-        return np.asarray(_TWO_SIGMA * np.sqrt(np.einsum("nii->n", path.covariance)))
-    return np.asarray(_TWO_SIGMA * np.sqrt(np.einsum("ni,nij,nj->n", path.direction, path.covariance, path.direction)))
+        return np.asarray(NORMAL_95 * np.sqrt(np.einsum("nii->n", path.covariance)))
+    return np.asarray(NORMAL_95 * np.sqrt(np.einsum("ni,nij,nj->n", path.direction, path.covariance, path.direction)))
 
 
 @canvas.styled

@@ -21,6 +21,7 @@ from stiffcal.report.blocks import (
 from stiffcal.report.clamped_curves import ClampedCurve
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.clamped import draw_branches, draw_curves, draw_play_by_pose
+from stiffcal.uncertainty import NORMAL_95
 
 ORDER = 44
 _TITLE = "The clamped robot: play, friction and torque over angle"
@@ -102,7 +103,7 @@ def _play_table(curves: list[ClampedCurve]) -> TableBlock:
     for curve in curves:
         joint = _result(curve)
         friction = (
-            f"{wording.digits(joint.friction)} ± {wording.digits(1.96 * joint.friction_std, 2)}"
+            f"{wording.digits(joint.friction)} ± {wording.digits(NORMAL_95 * joint.friction_std, 2)}"
             if joint.friction is not None and joint.friction_std is not None
             else "none found"
         )
@@ -110,7 +111,7 @@ def _play_table(curves: list[ClampedCurve]) -> TableBlock:
             (
                 curve.joint,
                 _degrees(joint.play) if joint.play_found else "none found",
-                _degrees(1.96 * joint.play_std, 2),
+                _degrees(NORMAL_95 * joint.play_std, 2),
                 wording.DASH if joint.play_band is None else wording.digits(joint.play_band, 2),
                 _degrees(joint.spread_between_poses, 2),
                 _degrees(joint.resolution, 2),
@@ -138,7 +139,7 @@ def _curve_table(curves: list[ClampedCurve]) -> TableBlock:
         cells = []
         for power, coefficient in enumerate((shape.p1, shape.p2, shape.p3), start=1):
             scale = 1.0 / _DEGREE**power
-            half = 1.96 * math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0)) * scale
+            half = NORMAL_95 * math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0)) * scale
             cells.append(f"{wording.digits(coefficient * scale)} ± {wording.digits(half, 2)}")
         reach = f"{_degrees(shape.reach[0])} … {_degrees(shape.reach[1])}"
         torque = f"{wording.digits(shape.torque[0])} … {wording.digits(shape.torque[1])}"

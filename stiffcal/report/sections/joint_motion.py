@@ -20,6 +20,7 @@ from stiffcal.report.blocks import (
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint
 from stiffcal.report.joint_curves import JointCurve, JointPicture
+from stiffcal.uncertainty import NORMAL_95
 
 ORDER = 47
 _TITLE = "Each joint by itself"
@@ -121,9 +122,9 @@ def _stiffness(compliance: float, std: float, above: bool, scale: float) -> tupl
     if not math.isfinite(compliance):
         return wording.DASH, wording.DASH
     if not above:
-        most = max(compliance, 0.0) + 1.96 * std
+        most = max(compliance, 0.0) + NORMAL_95 * std
         return (f"above {wording.digits(scale / most)}" if most > 0.0 else wording.DASH), ""
-    return wording.digits(scale / compliance), wording.digits(1.96 * std * scale / compliance**2, 2)
+    return wording.digits(scale / compliance), wording.digits(NORMAL_95 * std * scale / compliance**2, 2)
 
 
 def _verdict(curve: JointCurve, whole: tuple[float, float, bool] | None) -> str:

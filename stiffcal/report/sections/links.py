@@ -12,6 +12,7 @@ from stiffcal.report.blocks import Block, Items, Paragraph, Picture, ReportSecti
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import links as drawing
 from stiffcal.report.link_pictures import LinkPicture
+from stiffcal.uncertainty import NORMAL_95
 
 ORDER = 53
 _TITLE = "Links measured by rods"
@@ -94,7 +95,7 @@ def _coupling(coupling: CouplingResult) -> list[Block]:
 def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
     if estimate is None or not estimate.value:
         return wording.DASH
-    half = f"± {wording.digits(100.0 * 1.96 * abs(estimate.std / estimate.value), 2)} %"
+    half = f"± {wording.digits(100.0 * NORMAL_95 * abs(estimate.std / estimate.value), 2)} %"
     if way == "with-rods" or estimate.against_rods is None:
         return f"{wording.digits(estimate.value)} {half}"
     return f"{100.0 * estimate.against_rods:+.1f} % ({half})".replace("-", "−")

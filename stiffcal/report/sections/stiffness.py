@@ -9,6 +9,7 @@ from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, Sub
 from stiffcal.report.content import ReportContent
 from stiffcal.report.sections.friction import identified_friction
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.uncertainty import NORMAL_95
 
 ORDER = 30
 _TITLE = "Stiffness"
@@ -79,7 +80,7 @@ def _half_width(value: float | None, std: float | None, interval: list[float | N
         return None
     if interval and interval[0] is not None and interval[1] is not None and not _lopsided(value, interval):
         return (interval[1] - interval[0]) / 2.0
-    return 1.96 * std
+    return NORMAL_95 * std
 
 
 def _lopsided(value: float, interval: list[float | None]) -> bool:
