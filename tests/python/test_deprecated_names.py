@@ -177,18 +177,20 @@ def chain(validated_folder: Path) -> api.Chain:
     return load_campaign(validated_folder).chain
 
 
-def test_the_notebook_of_the_readme_of_0_1_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_notebook_of_the_readme_of_0_1_runs_and_warns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_small_campaign(tmp_path / "campaigns" / "fanuc-r2000ic", poses=2)  # in the place of measurements of others
     monkeypatch.chdir(tmp_path)
     *lines, last = NOTEBOOK.strip().splitlines()
     names: dict[str, Any] = {}
-    with warnings.catch_warnings(record=True):
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         exec("\n".join(lines), names)
         stiffness = eval(lines[-1], names)
         rms = eval(last, names)
     assert stiffness.keys() == {f"joint-compliance.j{k}.c" for k in range(1, 7)}
     assert rms["translation"] > 0.0
+    words = "IdentifyResult is no dict any more: read its attributes, or its to_document()"
+    assert f"{words}; the old way goes with stiffcal 0.3" in {str(warning.message) for warning in caught}
 
 
 def test_a_result_that_was_a_document_is_read_by_key_with_a_warning(validated_folder: Path) -> None:
