@@ -22,7 +22,8 @@ def least_squares(matrix: Floats, wanted: Floats) -> Floats:
 
     Parameters
     ----------
-    matrix : (m, n). wanted : (m,).
+    matrix : (m, n).
+    wanted : (m,).
     """
     scale = column_scale(matrix)
     solution, *_ = np.linalg.lstsq(matrix / scale, wanted, rcond=1e-12)
@@ -34,7 +35,8 @@ def least_squares_within(matrix: Floats, wanted: Floats, lower: Floats, upper: F
 
     Parameters
     ----------
-    matrix : (m, n). wanted : (m,).
+    matrix : (m, n).
+    wanted : (m,).
     lower, upper : (n,), infinite where there is none.
 
     Raises

@@ -254,7 +254,8 @@ def result_of(kind: type[Result], text: str | bytes) -> Result:
 
     Parameters
     ----------
-    kind : of the result. text : the document's JSON; it may hold more keys than the result has fields.
+    kind : of the result.
+    text : the document's JSON; it may hold more keys than the result has fields.
 
     Raises
     ------
@@ -278,7 +279,9 @@ def section_of(kind: type[Result], document: Document, name: str) -> Result | No
 
     Parameters
     ----------
-    kind : of the part. document : the whole. name : the key of the part.
+    kind : of the part.
+    document : the whole.
+    name : the key of the part.
 
     Returns
     -------

@@ -44,24 +44,20 @@ def one_line(text: str, most: int = MOST_SHOWN) -> str:
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault in a user's input.
-
-    Attributes
-    ----------
-    code : the family that the fault belongs to, which stays whatever the words are.
-    file : the file as the user named it (relative to the campaign folder where it lies inside), or "" where none.
-    place : line, column, key or run inside the file, e.g. ``line 12, column Fx`` or ``[sources.ft] units.force``.
-    reason : what is wrong, with the value that was found.
-    mend : what to do about it.
-    names : what of the manifest the reason is about (frames, sources, runs, columns), for who sorts faults.
-    """
+    """One fault in a user's input."""
 
     code: FaultCode
+    """The family that the fault belongs to, which stays whatever the words are."""
     file: str
+    """The file as the user named it (relative to the campaign folder where it lies inside), or "" where none."""
     place: str
+    """Line, column, key or run inside the file, e.g. ``line 12, column Fx`` or ``[sources.ft] units.force``."""
     reason: str
+    """What is wrong, with the value that was found."""
     mend: str
+    """What to do about it."""
     names: tuple[str, ...] = ()
+    """What of the manifest the reason is about (frames, sources, runs, columns), for who sorts faults."""
 
     def __post_init__(self) -> None:
         for name in ("file", "place", "reason", "mend"):

@@ -20,7 +20,9 @@ def write_fault_log(error: BaseException, version: str, command: str) -> str | N
 
     Parameters
     ----------
-    error : the fault. version : of stiffcal. command : the command line.
+    error : the fault.
+    version : of stiffcal.
+    command : the command line.
 
     Returns
     -------

@@ -72,7 +72,8 @@ def refusal(error: OSError, file: str | Path = "") -> InputError | None:
 
     Parameters
     ----------
-    error : as caught. file : how to call what was to be read or written; left out: the name in the error.
+    error : as caught.
+    file : how to call what was to be read or written; left out: the name in the error.
 
     Examples
     --------

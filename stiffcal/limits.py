@@ -50,20 +50,16 @@ RATIO_FROM = 512 * MIB
 
 @dataclass(frozen=True)
 class Limit:
-    """One limit.
-
-    Attributes
-    ----------
-    variable : the environment variable that changes it.
-    default : what holds without it.
-    what : what is counted, as it follows the number in a message.
-    in_bytes : True where a unit of bytes may stand in the variable.
-    """
+    """One limit."""
 
     variable: str
+    """The environment variable that changes it."""
     default: int
+    """What holds without it."""
     what: str
+    """What is counted, as it follows the number in a message."""
     in_bytes: bool = True
+    """True where a unit of bytes may stand in the variable."""
 
     @property
     def most(self) -> int:
@@ -178,7 +174,8 @@ def check_unpacked(unpacked: int, packed: int, file: str, place: str = "") -> No
 
     Parameters
     ----------
-    unpacked : bytes so far, or as the file states it. packed : bytes of the file, or of the part that holds them.
+    unpacked : bytes so far, or as the file states it.
+    packed : bytes of the file, or of the part that holds them.
     file, place : of what is unpacked.
 
     Examples

@@ -97,19 +97,16 @@ class UnknownUnitError(ValueError):
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit of one quantity: SI value = value * factor + offset.
-
-    Attributes
-    ----------
-    name : the unit's canonical name.
-    quantity : the quantity asked for.
-    factor, offset : to SI (m, rad, N, N·m, s, K, kg, rad/s, A).
-    """
+    """A unit of one quantity: SI value = value * factor + offset."""
 
     name: str
+    """The unit's canonical name."""
     quantity: str
+    """The quantity asked for."""
     factor: float
+    """To SI (m, rad, N, N·m, s, K, kg, rad/s, A)."""
     offset: float = 0.0
+    """To SI (m, rad, N, N·m, s, K, kg, rad/s, A)."""
 
     def to_si(self, value: float) -> float:
         """Turn a number in this unit into SI.

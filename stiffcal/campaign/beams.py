@@ -27,7 +27,8 @@ def link_beams(robot: RobotFile, fixed: Floats, bearing: Floats, link_names: tup
     Parameters
     ----------
     robot : for ``[links.NAME] from_m, to_m``, in the link's joint frame.
-    fixed : (J, 4, 4) joint to joint at zero angle, m. bearing : (J,) m along each axis.
+    fixed : (J, 4, 4) joint to joint at zero angle, m.
+    bearing : (J,) m along each axis.
     link_names : J names. Six axes: the links of joints 2 and 3 are called `swing` and `arm` here, whatever their own
         name, unless the file calls some link so.
     """

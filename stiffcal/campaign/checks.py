@@ -32,7 +32,8 @@ def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[F
 
     Parameters
     ----------
-    manifest : as read. links : names that the robot's links go by; None where the robot could not be read.
+    manifest : as read.
+    links : names that the robot's links go by; None where the robot could not be read.
     """
     faults = chain(
         frame_faults(manifest, links),

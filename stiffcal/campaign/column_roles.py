@@ -32,26 +32,17 @@ _MASSES = ("kg", "mass", "masse", "weight", "gewicht")
 
 @dataclass(frozen=True)
 class Role:
-    """The columns of one signal.
-
-    Attributes
-    ----------
-    columns : in order. places : words in the names that say where ("base", "tool", …).
-    """
+    """The columns of one signal."""
 
     columns: tuple[SniffedColumn, ...]
+    """In order."""
     places: frozenset[str] = frozenset()
+    """Words in the names that say where ("base", "tool", …)."""
 
 
 @dataclass(frozen=True)
 class Roles:
-    """What was recognised in a table; None where it was not.
-
-    Attributes
-    ----------
-    joints, force, moment, deflection, rotation, position, quaternion, mass : signals. run, time : single columns.
-    unused : columns that nothing was seen in.
-    """
+    """Columns recognised in a table, by signal; None where there are none."""
 
     joints: Role | None = None
     force: Role | None = None
@@ -62,8 +53,11 @@ class Roles:
     quaternion: Role | None = None
     mass: Role | None = None
     run: SniffedColumn | None = None
+    """Single columns."""
     time: SniffedColumn | None = None
+    """Single columns."""
     unused: tuple[SniffedColumn, ...] = field(default=())
+    """Columns that nothing was seen in."""
 
 
 def recognise(columns: Iterable[SniffedColumn]) -> Roles:

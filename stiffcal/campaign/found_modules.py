@@ -19,7 +19,8 @@ def module_names(package: str, *, folders_alone: bool = False) -> tuple[str, ...
 
     Parameters
     ----------
-    package : its full name. folders_alone : leave out modules that are single files.
+    package : its full name.
+    folders_alone : leave out modules that are single files.
 
     Examples
     --------

@@ -29,23 +29,20 @@ _LARGEST_POSITION_M = 20.0
 
 @dataclass(frozen=True)
 class Proposal:
-    """A campaign folder as proposed.
-
-    Attributes
-    ----------
-    manifest, robot : the texts of campaign.toml and robot.toml.
-    copies : name under the campaign folder to the file it is copied from.
-    guessed : the lines that are marked, each with its file.
-    unused : columns that nothing was seen in.
-    files : what was written; empty for a draft.
-    """
+    """A campaign folder as proposed."""
 
     manifest: str
+    """The texts of campaign.toml and robot.toml."""
     robot: str
+    """The texts of campaign.toml and robot.toml."""
     copies: dict[str, Path]
+    """Name under the campaign folder to the file it is copied from."""
     guessed: tuple[str, ...]
+    """The lines that are marked, each with its file."""
     unused: tuple[str, ...]
+    """Columns that nothing was seen in."""
     files: list[Path] = field(default_factory=list)
+    """What was written; empty for a draft."""
 
 
 def draft_campaign(tables: Sequence[Path], *, urdf: Path | None = None, robot: str | None = None) -> Proposal:
@@ -54,7 +51,8 @@ def draft_campaign(tables: Sequence[Path], *, urdf: Path | None = None, robot: s
     Parameters
     ----------
     tables : CSV files with a header; one row per load state.
-    urdf : the robot as a URDF; robot : the name of a bundled robot. Neither: rows to fill in.
+    urdf : the robot as a URDF;
+    robot : the name of a bundled robot. Neither: rows to fill in.
 
     Raises
     ------

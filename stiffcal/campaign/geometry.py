@@ -25,22 +25,22 @@ from stiffcal.mechanics.chain import Chain
 
 @dataclass(frozen=True)
 class _Skeleton:
-    """What the convention decides: frames, names and, for a URDF, masses and limits.
-
-    Attributes
-    ----------
-    fixed : (J, 4, 4). flange : (4, 4), before the robot file's own flange.
-    entries : J entries of the robot file, defaults where it says nothing.
-    link_names : J names. mass, com : (J,), (J, 3); mass NaN where not known. limits : (J, 2) of the model angle, rad.
-    """
+    """What the convention decides: frames, names and, for a URDF, masses and limits."""
 
     fixed: Floats
+    """(J, 4, 4)."""
     flange: Floats
+    """(4, 4), before the robot file's own flange."""
     entries: tuple[JointEntry, ...]
+    """J entries of the robot file, defaults where it says nothing."""
     link_names: tuple[str | None, ...]
+    """J names."""
     mass: Floats
+    """(J,), (J, 3); mass NaN where not known."""
     com: Floats
+    """(J,), (J, 3); mass NaN where not known."""
     limits: Floats
+    """(J, 2) of the model angle, rad."""
 
 
 def chain_of(robot: RobotFile, folder: Path) -> Chain:

@@ -39,20 +39,18 @@ Loaded = TypeVar("Loaded")
 
 @dataclass(frozen=True)
 class Campaign:
-    """A campaign folder, read and checked.
-
-    Attributes
-    ----------
-    folder : the campaign folder.
-    manifest, robot, model : its three files.
-    model_written : False where there is no model.toml and the default model stands in.
-    """
+    """A campaign folder, read and checked."""
 
     folder: Path
+    """The campaign folder."""
     manifest: Manifest
+    """Its three files."""
     robot: RobotFile
+    """Its three files."""
     model: ModelFile
+    """Its three files."""
     model_written: bool = True
+    """False where there is no model.toml and the default model stands in."""
 
     @property
     def name(self) -> str:
@@ -191,7 +189,8 @@ def load_robot(path: Path, file: str | None = None) -> RobotFile:
 
     Parameters
     ----------
-    path : where it lies. file : how to call it in a fault; its name where left out.
+    path : where it lies.
+    file : how to call it in a fault; its name where left out.
 
     Raises
     ------

@@ -72,7 +72,8 @@ def set_starts(folder: Path, effect: str, names: Sequence[str], n_joints: int) -
 
     Parameters
     ----------
-    folder : the campaign folder. effect : its name.
+    folder : the campaign folder.
+    effect : its name.
     names : full names (effect.place.symbol) of places that the effect has there.
     n_joints : J, for ``joints = "all"``.
 
@@ -113,7 +114,8 @@ def remove_effect(
 
     Parameters
     ----------
-    folder : the campaign folder. effect : its name.
+    folder : the campaign folder.
+    effect : its name.
     joints, links, pairs : the places to remove; none of them: the whole effect.
     n_joints : J, for ``joints = "all"``.
 

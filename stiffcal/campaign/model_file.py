@@ -135,7 +135,8 @@ def load_model(folder: Path, n_joints: int, experiments: Collection[str] = ()) -
 
     Parameters
     ----------
-    folder : the campaign folder. n_joints : J, for ``joints = "all"``.
+    folder : the campaign folder.
+    n_joints : J, for ``joints = "all"``.
     experiments : the kinds of experiment of its runs.
 
     Raises

@@ -29,7 +29,8 @@ def odd_character(name: str, allowed: frozenset[str] | set[str] = frozenset()) -
 
     Parameters
     ----------
-    name : as it stands in a file. allowed : characters that pass.
+    name : as it stands in a file.
+    allowed : characters that pass.
 
     Examples
     --------
@@ -66,7 +67,8 @@ def name_faults(document: dict[str, Any], file: str) -> Iterator[Fault]:
 
     Parameters
     ----------
-    document : as read. file : how to call it in a fault.
+    document : as read.
+    file : how to call it in a fault.
     """
     waiting: list[tuple[tuple[int | str, ...], Any]] = [((), document)]
     while waiting:

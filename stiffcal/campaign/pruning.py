@@ -22,7 +22,8 @@ def validate_without_wrong_keys(document: dict[str, Any], model: type[Model]) ->
 
     Parameters
     ----------
-    document : a file with faults, which have been told already. model : its type.
+    document : a file with faults, which have been told already.
+    model : its type.
 
     Returns
     -------
@@ -64,7 +65,8 @@ def apart_from(doubtful: Sequence[str], faults: Sequence[Fault]) -> list[Fault]:
 
     Parameters
     ----------
-    doubtful : of `validate_without_wrong_keys`. faults : of the checks on what was left.
+    doubtful : of `validate_without_wrong_keys`.
+    faults : of the checks on what was left.
     """
     names = {place.rsplit(".", 1)[1] for place in doubtful if "." in place}
     around = {place.rsplit(".", 1)[0] for place in doubtful if "." in place}

@@ -15,13 +15,10 @@ class OneOf:
     """Marks a text as one of names that are known only when a file is read: ``Annotated[str, OneOf(names)]``.
 
     What is not among them is refused as a `Literal` would be, and the JSON Schema lists them as one.
-
-    Attributes
-    ----------
-    names : returns what may be written.
     """
 
     names: Callable[[], tuple[str, ...]]
+    """Returns what may be written."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Return the check."""

@@ -20,15 +20,12 @@ _ROW_KEYS = ("a_m", "alpha_deg", "d_m")
 
 @dataclass(frozen=True)
 class RobotOutline:
-    """A robot's names.
-
-    Attributes
-    ----------
-    joint_names : J names. link_names : all names that its links go by, `swing` and `arm` included.
-    """
+    """A robot's names."""
 
     joint_names: tuple[str, ...]
+    """J names."""
     link_names: tuple[str, ...]
+    """All names that its links go by, `swing` and `arm` included."""
 
 
 def outline_of(robot: RobotFile, path: Path) -> RobotOutline:
@@ -36,7 +33,8 @@ def outline_of(robot: RobotFile, path: Path) -> RobotOutline:
 
     Parameters
     ----------
-    robot : the robot file. path : where it lies; a URDF's path counts from its folder.
+    robot : the robot file.
+    path : where it lies; a URDF's path counts from its folder.
 
     Raises
     ------

@@ -17,16 +17,14 @@ _CONDITION = re.compile(
 
 @dataclass(frozen=True)
 class RowCondition:
-    """One comparison of a column with a number or a text.
-
-    Attributes
-    ----------
-    column : the column's name. operator : one of < <= > >= == !=. value : number, or text (== and != only).
-    """
+    """One comparison of a column with a number or a text."""
 
     column: str
+    """The column's name."""
     operator: str
+    """One of < <= > >= == !=."""
     value: float | str
+    """Number, or text (== and != only)."""
 
 
 def parse_rows(text: str) -> tuple[RowCondition, ...]:

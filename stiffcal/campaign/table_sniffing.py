@@ -29,18 +29,16 @@ _LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which 
 
 @dataclass(frozen=True)
 class SniffedColumn:
-    """One column of a table.
-
-    Attributes
-    ----------
-    header : as it stands in the file. name : without the unit. unit : as written in header or unit row, or None.
-    values : its numbers; empty where the column holds words.
-    """
+    """One column of a table."""
 
     header: str
+    """As it stands in the file."""
     name: str
+    """Without the unit."""
     unit: str | None
+    """As written in header or unit row, or None."""
     values: tuple[float, ...]
+    """Its numbers; empty where the column holds words."""
 
     @property
     def size(self) -> float:
@@ -50,18 +48,16 @@ class SniffedColumn:
 
 @dataclass(frozen=True)
 class SniffedTable:
-    """What a look at a table told.
-
-    Attributes
-    ----------
-    path : the file. columns : in order. n_rows : data rows, as far as looked at.
-    options : what the manifest must say under `csv` for the file to be read; empty where the defaults hold.
-    """
+    """What a look at a table told."""
 
     path: Path
+    """The file."""
     columns: tuple[SniffedColumn, ...]
+    """In order."""
     n_rows: int
+    """Data rows, as far as looked at."""
     options: dict[str, str | int | bool]
+    """What the manifest must say under `csv` for the file to be read; empty where the defaults hold."""
 
 
 def sniff_table(path: Path) -> SniffedTable:

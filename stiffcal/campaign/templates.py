@@ -79,7 +79,8 @@ def write_template(folder: Path, kind: str) -> list[Path]:
 
     Parameters
     ----------
-    folder : made where it does not exist. kind : one of `template_kinds`.
+    folder : made where it does not exist.
+    kind : one of `template_kinds`.
 
     Returns
     -------
@@ -109,7 +110,9 @@ def write_folder(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Pa
 
     Parameters
     ----------
-    folder : the campaign folder. texts : file name to contents. copies : file name to the file that is copied there.
+    folder : the campaign folder.
+    texts : file name to contents.
+    copies : file name to the file that is copied there.
 
     Raises
     ------

@@ -84,7 +84,8 @@ class ThresholdsFile(TomlTable):
 
         Parameters
         ----------
-        name : in its manifest. folder : the name of its folder.
+        name : in its manifest.
+        folder : the name of its folder.
         """
         limits = self.limits
         if folder in self.campaigns:

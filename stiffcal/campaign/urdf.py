@@ -30,24 +30,25 @@ _ZERO: Triple = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """One joint element.
-
-    Attributes
-    ----------
-    name, kind, parent, child : as written.
-    xyz : m, rpy : rad (fixed x, y, z), parent link to joint. axis : in the joint's frame, as written.
-    limits : rad, None where not given. mimics : follows another joint.
-    """
+    """One joint element."""
 
     name: str
+    """As written."""
     kind: str
+    """As written."""
     parent: str
+    """As written."""
     child: str
+    """As written."""
     xyz: Triple
+    """m, rpy : rad (fixed x, y, z), parent link to joint."""
     rpy: Triple
     axis: Triple
+    """In the joint's frame, as written."""
     limits: tuple[float, float] | None
+    """rad, None where not given."""
     mimics: bool
+    """Follows another joint."""
 
 
 @dataclass(frozen=True)
@@ -61,21 +62,19 @@ class UrdfLink:
 
 @dataclass(frozen=True)
 class UrdfRobot:
-    """The path from base to tip, and what hangs on it.
-
-    Attributes
-    ----------
-    path : joints from base to tip in order, fixed ones included.
-    links : all links by name. children : link name to the joints that leave it, whole tree.
-    base, tip : link names.
-    """
+    """The path from base to tip, and what hangs on it."""
 
     name: str
     path: tuple[UrdfJoint, ...]
+    """Joints from base to tip in order, fixed ones included."""
     links: dict[str, UrdfLink]
+    """All links by name."""
     children: dict[str, tuple[UrdfJoint, ...]]
+    """Link name to the joints that leave it, whole tree."""
     base: str
+    """Link names."""
     tip: str
+    """Link names."""
 
     @property
     def turning(self) -> tuple[UrdfJoint, ...]:
@@ -88,7 +87,8 @@ def read_urdf(path: Path, file: str, base_link: str | None = None, tip_link: str
 
     Parameters
     ----------
-    path : where it lies. file : how to call it in a fault.
+    path : where it lies.
+    file : how to call it in a fault.
     base_link, tip_link : ends of the chain; left out: the root, and the leaf behind the most turning joints.
 
     Raises

@@ -27,45 +27,38 @@ _TRIED_FORCE, _TRIED_MOMENT, _TRIALS = 1000.0, 1000.0, 8
 
 @dataclass(frozen=True)
 class LinearNodes:
-    """The linear part of a model.
-
-    Attributes
-    ----------
-    nodes : numbers of the nodes that give, base to tool.
-    compliance : (6 N, 6 N) displacement of these nodes per wrench on them, node axes; m, rad, N, N·m.
-    setup : the set-up as the model's own effects correct it.
-    deformed : False for the papers' first-order form.
-    left_out : names of the effects that stand in no matrix.
-    """
+    """The linear part of a model."""
 
     nodes: tuple[int, ...]
+    """Numbers of the nodes that give, base to tool."""
     compliance: Floats
+    """(6 N, 6 N) displacement of these nodes per wrench on them, node axes; m, rad, N, N·m."""
     setup: MeasurementSetup
+    """The set-up as the model's own effects correct it."""
     deformed: bool
+    """False for the papers' first-order form."""
     left_out: tuple[str, ...]
+    """Names of the effects that stand in no matrix."""
 
 
 @dataclass(frozen=True)
 class NodeChain:
-    """The chain as a row of nodes, each placed in the displaced frame of the one before.
-
-    Attributes
-    ----------
-    nodes : N node numbers.
-    fixed : (N, 4, 4) from the displaced frame before to the node's own, its joint at zero.
-    joint : (N,) number of the joint that turns before the node, from 0; −1 for none.
-    mass : (N,) kg that ride on the displaced node; mass_moment : (N, 3) the sum of mass times place there, kg·m.
-    gravity : (3,) m/s².
-    bodies : (node index, (4, 4) node_from_body) for each body, base to flange; index −1: the ground.
-    """
+    """The chain as a row of nodes, each placed in the displaced frame of the one before."""
 
     nodes: tuple[int, ...]
+    """N node numbers."""
     fixed: Floats
+    """(N, 4, 4) from the displaced frame before to the node's own, its joint at zero."""
     joint: NDArray[np.int64]
+    """(N,) number of the joint that turns before the node, from 0; −1 for none."""
     mass: Floats
+    """(N,) kg that ride on the displaced node."""
     mass_moment: Floats
+    """(N, 3) the sum of mass times place there, kg·m."""
     gravity: Floats
+    """(3,) m/s²."""
     bodies: tuple[tuple[int, Floats], ...]
+    """(node index, (4, 4) node_from_body) for each body, base to flange; index −1: the ground."""
 
     def placed(self, attachment: Attachment) -> tuple[int, Floats]:
         """Return the node index that a frame rides on, and its (4, 4) place there."""

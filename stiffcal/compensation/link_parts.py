@@ -17,25 +17,26 @@ from stiffcal.model.equilibrium import find_rest, rest_under_weight, solve_balan
 
 @dataclass(frozen=True)
 class LinkPart:
-    """A link's part in n predicted states.
-
-    Attributes
-    ----------
-    link : its name.
-    carried : (n, 6) what its outboard end carries of the load, beam axes, N and N·m.
-    end : (n, 6) how far that moves its outboard end by the model's effects on the link, beam axes, m and rad.
-    at_target : (n, 6) what the first target's deflection loses where the link is rigid, base axes, m and rad. None,
-        like ``end``, where the model holds nothing on the link.
-    end_by_compliance, at_target_by_compliance : the same by the 6×6 compliance that the link's rods gave, in place of
-        the model; None where no rods are on it. A twist that the rods do not tell is the model's, else none.
-    """
+    """A link's part in n predicted states."""
 
     link: str
+    """Its name."""
     carried: Floats
+    """(n, 6) what its outboard end carries of the load, beam axes, N and N·m."""
     end: Floats | None
+    """(n, 6) how far that moves its outboard end by the model's effects on the link, beam axes, m and rad."""
     at_target: Floats | None
+    """(n, 6) what the first target's deflection loses where the link is rigid, base axes, m and rad. None, like
+    ``end``, where the model holds nothing on the link.
+    """
     end_by_compliance: Floats | None
+    """The same by the 6×6 compliance that the link's rods gave, in place of the model; None where no rods are on it. A
+    twist that the rods do not tell is the model's, else none.
+    """
     at_target_by_compliance: Floats | None
+    """The same by the 6×6 compliance that the link's rods gave, in place of the model; None where no rods are on it. A
+    twist that the rods do not tell is the model's, else none.
+    """
 
 
 def links_rigid(
@@ -65,7 +66,9 @@ def link_parts(
 
     Parameters
     ----------
-    robot : valued. angles : (n, J) model angles, rad. wrench : (n, 6) as the set-up says.
+    robot : valued.
+    angles : (n, J) model angles, rad.
+    wrench : (n, 6) as the set-up says.
     order : of the states, for laws with a memory; None where each stands alone.
     compliances : (6, 6) by link: its end's displacement per wrench there, beam axes; NaN where not known.
     """

@@ -38,34 +38,26 @@ QUANTITIES: dict[str, tuple[str, str]] = (
 
 @dataclass(frozen=True)
 class LoadTable:
-    """Poses and loads.
-
-    Attributes
-    ----------
-    joints : (n, L) logged joint angles, rad.
-    wrench : (n, 6) N and N·m; zero where the table has no such column.
-    """
+    """Poses and loads."""
 
     joints: Floats
+    """(n, L) logged joint angles, rad."""
     wrench: Floats
+    """(n, 6) N and N·m; zero where the table has no such column."""
 
 
 @dataclass(frozen=True)
 class WrittenTable:
-    """Any such table, SI.
-
-    Attributes
-    ----------
-    file : as it is called in messages.
-    numbers : column name to (n,).
-    words : column name to n words.
-    lines : (n,) line of each row in the file.
-    """
+    """Any such table, SI."""
 
     file: str
+    """As it is called in messages."""
     numbers: Mapping[str, Floats]
+    """Column name to (n,)."""
     words: Mapping[str, tuple[str, ...]]
+    """Column name to n words."""
     lines: NDArray[np.int64]
+    """(n,) line of each row in the file."""
 
     def __len__(self) -> int:
         return len(self.lines)

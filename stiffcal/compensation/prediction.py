@@ -28,25 +28,22 @@ LARGEST_CONDITION = 1e10
 
 @dataclass(frozen=True)
 class Prediction:
-    """What the model says of n states; base axes.
-
-    Attributes
-    ----------
-    deflection : (n, 6) of the first target, from the unloaded, weight-sagged robot: m, then rotation vector, rad.
-    covariance : (n, 6, 6) that the parameters' uncertainty leaves; zero where the values were given.
-    cartesian_compliance : (n, 6, 6) deflection of the target per wrench at the target, in the loaded state.
-    cartesian_stiffness : n matrices (6, 6), its inverse; None where a direction does not give.
-    linear_compliance : (n, 6, 6) the same without complementary stiffness: C = J K_θ⁻¹ Jᵀ on the undeformed chain,
-        every law by its slope under this load (002, eq. 2; 003, eq. 29 with K_C = 0).
-    linear_stiffness : its inverses.
-    """
+    """What the model says of n states; base axes."""
 
     deflection: Floats
+    """(n, 6) of the first target, from the unloaded, weight-sagged robot: m, then rotation vector, rad."""
     covariance: Floats
+    """(n, 6, 6) that the parameters' uncertainty leaves; zero where the values were given."""
     cartesian_compliance: Floats
+    """(n, 6, 6) deflection of the target per wrench at the target, in the loaded state."""
     cartesian_stiffness: tuple[Floats | None, ...]
+    """n matrices (6, 6), its inverse; None where a direction does not give."""
     linear_compliance: Floats
+    """(n, 6, 6) the same without complementary stiffness: C = J K_θ⁻¹ Jᵀ on the undeformed chain, every law by its
+    slope under this load (002, eq. 2; 003, eq. 29 with K_C = 0).
+    """
     linear_stiffness: tuple[Floats | None, ...]
+    """Its inverses."""
 
 
 def predict_states(

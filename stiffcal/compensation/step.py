@@ -30,29 +30,26 @@ FIRST_SWEEPS = 3
 
 @dataclass(frozen=True)
 class StepSettings:
-    """How a controller's loop compensates.
-
-    Attributes
-    ----------
-    cycle_s : time between two calls, s (002: 4 ms; 001: 1 ms).
-    cutoff_hz : of the filter for the sensor's noise; None: no filter.
-    tool_mass : kg, of what hangs beyond the sensor and is in its reading; tool_com : (3,) in the flange frame, m.
-    zeroed_at : (L,) logged angles, rad, at which the sensor read zero with the tool on; None: it was never zeroed.
-    sweeps : in each call; the first call after a start makes `FIRST_SWEEPS`, as nothing was found before.
-    damping : Jacobian's directions that move less than this, m/rad or rad/rad, are corrected less and less.
-    largest_correction : rad, what a joint's offset is cut off at.
-    leave_out : names of effects that the loop may leave out, because it cannot hold them.
-    """
+    """How a controller's loop compensates."""
 
     cycle_s: float = 0.004
+    """Time between two calls, s (002: 4 ms; 001: 1 ms)."""
     cutoff_hz: float | None = None
+    """Of the filter for the sensor's noise; None: no filter."""
     tool_mass: float = 0.0
+    """kg, of what hangs beyond the sensor and is in its reading."""
     tool_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """(3,) in the flange frame, m."""
     zeroed_at: Floats | None = None
+    """(L,) logged angles, rad, at which the sensor read zero with the tool on; None: it was never zeroed."""
     sweeps: int = 1
+    """In each call; the first call after a start makes `FIRST_SWEEPS`, as nothing was found before."""
     damping: float = 5e-3
+    """Jacobian's directions that move less than this, m/rad or rad/rad, are corrected less and less."""
     largest_correction: float = float(np.radians(2.0))
+    """rad, what a joint's offset is cut off at."""
     leave_out: tuple[str, ...] = ()
+    """Names of effects that the loop may leave out, because it cannot hold them."""
 
 
 class CompensationStep:

@@ -37,64 +37,52 @@ LARGEST_CORRECTION = np.radians(5.0)
 
 @dataclass(frozen=True)
 class PoseGoal:
-    """Wanted places of the first target, base axes.
-
-    Attributes
-    ----------
-    position : (n, 3) m.
-    rotation : (n, 3, 3) base_from_target.
-    """
+    """Wanted places of the first target, base axes."""
 
     position: Floats
+    """(n, 3) m."""
     rotation: Floats
+    """(n, 3, 3) base_from_target."""
 
 
 @dataclass(frozen=True)
 class CorrectionOptions:
-    """What is to be reached, and how.
-
-    Attributes
-    ----------
-    goal : the wanted poses; None: where the robot would stand at the commanded angles without the load.
-    orientation : False where only the position counts.
-    in_order : the states follow each other in one run (laws with a memory), loads and all.
-    time : (n,) s of the states, for laws that go by time; None where not known.
-    largest_correction : rad, how far a joint may go from its commanded angle.
-    """
+    """What is to be reached, and how."""
 
     goal: PoseGoal | None = None
+    """The wanted poses; None: where the robot would stand at the commanded angles without the load."""
     orientation: bool = True
+    """False where only the position counts."""
     in_order: bool = False
+    """The states follow each other in one run (laws with a memory), loads and all."""
     time: Floats | None = None
+    """(n,) s of the states, for laws that go by time; None where not known."""
     largest_correction: float = LARGEST_CORRECTION
+    """rad, how far a joint may go from its commanded angle."""
 
 
 @dataclass(frozen=True)
 class Corrected:
-    """Corrected joint targets of n states, base axes throughout.
-
-    Attributes
-    ----------
-    joints : (n, L) logged angles to command, rad.
-    before : (n, 6) pose error without correction (reached minus wanted), m, then rotation vector, rad.
-    after : (n, 6) the same with the correction, by the model itself: below a micrometre where ``reached``.
-    covariance : (n, 6, 6) of the error that the model's uncertainty leaves.
-    deflection : (n, 6) what the load alone does at the commanded angles.
-    reached : (n,) True where the whole wish is met.
-    position_reached : (n,) True where at least the position is: orientation gives way where both cannot be had.
-    held : n times the names of the joints that a limit stopped.
-    singular : (n,) True where a correction would have gone farther than a joint may.
-    """
+    """Corrected joint targets of n states, base axes throughout."""
 
     joints: Floats
+    """(n, L) logged angles to command, rad."""
     before: Floats
+    """(n, 6) pose error without correction (reached minus wanted), m, then rotation vector, rad."""
     after: Floats
+    """(n, 6) the same with the correction, by the model itself: below a micrometre where ``reached``."""
     covariance: Floats
+    """(n, 6, 6) of the error that the model's uncertainty leaves."""
     deflection: Floats
+    """(n, 6) what the load alone does at the commanded angles."""
     reached: Booleans
+    """(n,) True where the whole wish is met."""
     position_reached: Booleans
+    """(n,) True where at least the position is: orientation gives way where both cannot be had."""
     held: tuple[tuple[str, ...], ...]
+    """n times the names of the joints that a limit stopped."""
     singular: Booleans
+    """(n,) True where a correction would have gone farther than a joint may."""
 
     @property
     def std(self) -> Floats:

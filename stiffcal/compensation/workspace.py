@@ -26,48 +26,40 @@ _MARGIN = 0.03
 
 @dataclass(frozen=True)
 class MapTask:
-    """What is to be mapped.
-
-    Attributes
-    ----------
-    points : (n, 3) m, base axes, where the target is to stand.
-    home : (L,) rad, logged angles that solutions are to be near to.
-    rotation : (3, 3) base_from_target kept everywhere; None: the orientation is free.
-    wrench : (6,) N, N·m, base axes, about the set-up's wrench point.
-    direction : (3,) unit vector along which stiffness is wanted; None: no stiffness.
-    """
+    """What is to be mapped."""
 
     points: Floats
+    """(n, 3) m, base axes, where the target is to stand."""
     home: Floats
+    """(L,) rad, logged angles that solutions are to be near to."""
     rotation: Floats | None
+    """(3, 3) base_from_target kept everywhere; None: the orientation is free."""
     wrench: Floats
+    """(6,) N, N·m, base axes, about the set-up's wrench point."""
     direction: Floats | None = None
+    """(3,) unit vector along which stiffness is wanted; None: no stiffness."""
 
 
 @dataclass(frozen=True)
 class WorkspaceMap:
-    """What was found at n points; NaN where the robot does not reach.
-
-    Attributes
-    ----------
-    points : (n, 3) m.
-    status : (n,) 0 out of reach, 1 only beyond joint limits, 2 reached.
-    joints : (n, L) rad, logged angles.
-    deflection : (n, 6) m, rad, base axes.
-    std : (n, 2) standard uncertainty of the deflection's position and rotation parts, root of the traces, m and rad.
-    stiffness : (n,) N/m along the direction, all other directions free to give; NaN where not wanted.
-    margin : (n,) rad to the nearest joint limit; infinite without limits.
-    smallest_singular : (n,) of the Jacobian: how near a singular pose is.
-    """
+    """What was found at n points; NaN where the robot does not reach."""
 
     points: Floats
+    """(n, 3) m."""
     status: Integers
+    """(n,) 0 out of reach, 1 only beyond joint limits, 2 reached."""
     joints: Floats
+    """(n, L) rad, logged angles."""
     deflection: Floats
+    """(n, 6) m, rad, base axes."""
     std: Floats
+    """(n, 2) standard uncertainty of the deflection's position and rotation parts, root of the traces, m and rad."""
     stiffness: Floats
+    """(n,) N/m along the direction, all other directions free to give; NaN where not wanted."""
     margin: Floats
+    """(n,) rad to the nearest joint limit; infinite without limits."""
     smallest_singular: Floats
+    """(n,) of the Jacobian: how near a singular pose is."""
 
     @property
     def position_error(self) -> Floats:

@@ -56,7 +56,9 @@ class ClockOffset(DocumentedEffect):
 
         Parameters
         ----------
-        time : (n,) s, increasing. value : (n,) the signal. offset : s.
+        time : (n,) s, increasing.
+        value : (n,) the signal.
+        offset : s.
         """
         return np.asarray(np.interp(time + offset, time, value))
 

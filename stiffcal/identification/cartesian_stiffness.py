@@ -31,28 +31,26 @@ NOTHING = 1e-9
 
 @dataclass(frozen=True)
 class CartesianStiffness:
-    """At one pose, about the target's origin, base axes.
-
-    Attributes
-    ----------
-    run : its name. target : the frame that was measured.
-    stiffness : (6, 6) by eq. 15, N/m, N/rad, N·m/m, N·m/rad: displacement taken for exact.
-    from_compliance : (6, 6) inverse of the compliance fitted the other way round.
-    compliance : (6, 6) m/N, rad/N, rad/(N·m).
-    fullness : smallest direction over the largest, of the wrenches and of the displacements (lengths scaled by 0.5 m).
-    over_noise : r, variance of the displacement that follows the wrench over that of the rest, in the weakest
-        direction: eq. 15 draws that direction down to r/(1 + r).
-    n : states.
-    """
+    """At one pose, about the target's origin, base axes."""
 
     run: str
+    """Its name."""
     target: str
+    """The frame that was measured."""
     stiffness: Floats
+    """(6, 6) by eq. 15, N/m, N/rad, N·m/m, N·m/rad: displacement taken for exact."""
     from_compliance: Floats
+    """(6, 6) inverse of the compliance fitted the other way round."""
     compliance: Floats
+    """(6, 6) m/N, rad/N, rad/(N·m)."""
     fullness: tuple[float, float]
+    """Smallest direction over the largest, of the wrenches and of the displacements (lengths scaled by 0.5 m)."""
     over_noise: float
+    """r, variance of the displacement that follows the wrench over that of the rest, in the weakest direction: eq. 15
+    draws that direction down to r/(1 + r).
+    """
     n: int
+    """States."""
 
 
 def stiffness_by_equation_15(displacement: Floats, wrench: Floats) -> Floats:
@@ -60,7 +58,8 @@ def stiffness_by_equation_15(displacement: Floats, wrench: Floats) -> Floats:
 
     Parameters
     ----------
-    displacement : (n, 6) m and rad. wrench : (n, 6) N and N·m, both about one point in one frame.
+    displacement : (n, 6) m and rad.
+    wrench : (n, 6) N and N·m, both about one point in one frame.
 
     Examples
     --------

@@ -23,21 +23,18 @@ MOST_CONTRASTS = 2000
 
 @dataclass(frozen=True)
 class Contrasts:
-    """Orthonormal contrasts of repeats, the load's difference taken out.
-
-    Attributes
-    ----------
-    differences : (c, m), zero mean under noise alone.
-    compliance : (c, m, 6) the sensitivity that goes with each.
-    run : (c,) the run that each is from.
-    translation, rotation : (c, m) and (c, m, m), as in `PoseSpread`; None where poses are read.
-    """
+    """Orthonormal contrasts of repeats, the load's difference taken out."""
 
     differences: Floats
+    """(c, m), zero mean under noise alone."""
     compliance: Floats
+    """(c, m, 6) the sensitivity that goes with each."""
     run: Integers
+    """(c,) the run that each is from."""
     translation: Floats | None = None
+    """(c, m) and (c, m, m), as in `PoseSpread`; None where poses are read."""
     rotation: Floats | None = None
+    """(c, m) and (c, m, m), as in `PoseSpread`; None where poses are read."""
 
     def part(self, keep: NDArray[np.bool_]) -> Contrasts:
         """Return some of them."""
@@ -51,7 +48,8 @@ class Contrasts:
 
         Parameters
         ----------
-        kinds : (m,) of rows. scales : (m,) one of each kind, by which its rows were divided.
+        kinds : (m,) of rows.
+        scales : (m,) one of each kind, by which its rows were divided.
         """
         if self.translation is None or self.rotation is None:
             return None

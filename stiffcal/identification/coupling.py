@@ -39,18 +39,16 @@ WORDS: dict[Way, str] = {
 
 @dataclass(frozen=True)
 class Coupling:
-    """The same load states, identified in four ways.
-
-    Attributes
-    ----------
-    fits : by way. links : the links that carry rods.
-    by_rods : standard uncertainty that the rods' noise leaves where the links' part was taken out, of amplitudes; the
-        fit of what remains knows nothing of it.
-    """
+    """The same load states, identified in four ways."""
 
     fits: dict[Way, Fit]
+    """By way."""
     links: tuple[str, ...]
+    """The links that carry rods."""
     by_rods: dict[str, float] = field(default_factory=dict)
+    """Standard uncertainty that the rods' noise leaves where the links' part was taken out, of amplitudes; the fit of
+    what remains knows nothing of it.
+    """
 
     def values(self, way: Way) -> dict[str, tuple[float, float]]:
         """Return each identified parameter's value and standard uncertainty."""

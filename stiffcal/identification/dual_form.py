@@ -47,23 +47,20 @@ TIGHT = 1e-15
 
 @dataclass(frozen=True)
 class TwoForms:
-    """One campaign identified in both forms.
-
-    Attributes
-    ----------
-    names : p full parameter names: the compliances that the fit tells.
-    matrix, dual : (p,) rad/(N·m), each form carried on until its steps are rounding, with the same weights.
-    unweighted : (p,) by eq. 35 as printed, lengths in metres; unweighted_mm : lengths in millimetres. NaN where
-        orientation is not measured everywhere.
-    difference : largest relative difference between matrix and dual form.
-    """
+    """One campaign identified in both forms."""
 
     names: tuple[str, ...]
+    """p full parameter names: the compliances that the fit tells."""
     matrix: Floats
+    """(p,) rad/(N·m), each form carried on until its steps are rounding, with the same weights."""
     dual: Floats
+    """(p,) rad/(N·m), each form carried on until its steps are rounding, with the same weights."""
     unweighted: Floats
+    """(p,) by eq. 35 as printed, lengths in metres."""
     unweighted_mm: Floats
+    """Lengths in millimetres. NaN where orientation is not measured everywhere."""
     difference: float
+    """Largest relative difference between matrix and dual form."""
 
 
 @dataclass(frozen=True)

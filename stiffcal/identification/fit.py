@@ -29,32 +29,28 @@ class Stiffness:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a fit.
-
-    Attributes
-    ----------
-    name : full name, ``effect.place.symbol``.
-    effect : the effect's name.
-    place : where it acts.
-    spec : symbol, unit, bounds.
-    value : estimate, None where not identifiable.
-    std : standard uncertainty, None where fixed or not identifiable.
-    interval : 95 %, clipped to possible values; None where fixed or not identifiable.
-    fixed : held at the model file's value.
-    identifiable : whether these data can tell it apart.
-    at_bound : the estimate lies on the edge of possible values.
-    """
+    """One parameter of a fit."""
 
     name: str
+    """Full name, ``effect.place.symbol``."""
     effect: str
+    """The effect's name."""
     place: Place
+    """Where it acts."""
     spec: ParameterSpec
+    """Symbol, unit, bounds."""
     value: float | None
+    """Estimate, None where not identifiable."""
     std: float | None
+    """Standard uncertainty, None where fixed or not identifiable."""
     interval: tuple[float, float] | None
+    """95 %, clipped to possible values; None where fixed or not identifiable."""
     fixed: bool
+    """Held at the model file's value."""
     identifiable: bool
+    """Whether these data can tell it apart."""
     at_bound: bool
+    """The estimate lies on the edge of possible values."""
 
     @property
     def poorly_known(self) -> bool:
@@ -86,68 +82,62 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Ambiguity:
-    """Parameters that these data cannot tell apart, and what of them is known.
-
-    Attributes
-    ----------
-    names : the parameters.
-    known : the combination that is known, in words; "" where nothing is.
-    reason : why, in words.
-    coefficients : of the known combination, one per name; empty where nothing is known.
-    value, std : of that combination, or None.
-    """
+    """Parameters that these data cannot tell apart, and what of them is known."""
 
     names: tuple[str, ...]
+    """The parameters."""
     known: str
+    """The combination that is known, in words; "" where nothing is."""
     reason: str
+    """Why, in words."""
     coefficients: tuple[float, ...] = ()
+    """Of the known combination, one per name; empty where nothing is known."""
     value: float | None = None
+    """Of that combination, or None."""
     std: float | None = None
+    """Of that combination, or None."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The result of an identification.
-
-    Attributes
-    ----------
-    robot : the model with the estimated values (parameters that are not identifiable at their neutral value).
-    parameters : all of them, in the model's order.
-    covariance : (p, p) of the free, identifiable amplitudes, in the order of ``free_names``.
-    free_names : p full names.
-    condition : condition number of the whitened observation matrix with columns of unit length.
-    ambiguities : what cannot be told apart.
-    noise : instrument noise, or None where it cannot be told.
-    noise_length : {"translation", "rotation"}, with rods "length": rms length of the noise, wrench noise included; None
-        where not known.
-    scaled : True where standard uncertainties were scaled by the reduced χ², the noise not being known.
-    reduced_chi2 : weighted sum of squares over degrees of freedom; None where the noise is not known.
-    dof : degrees of freedom of the fit.
-    residual : (m, n) measured minus predicted, each run's offset taken out, base axes.
-    predicted : (m, n) model's displacement plus the run's offset.
-    data : the observations that were fitted.
-    iterations : Gauss–Newton steps taken.
-    held : full names of parameters left at their neutral value because nothing tells them apart.
-    left : the last step, in standard uncertainties per parameter, where the fit did not settle; None where it did.
-    """
+    """The result of an identification."""
 
     robot: CompliantRobot
+    """The model with the estimated values (parameters that are not identifiable at their neutral value)."""
     parameters: tuple[Parameter, ...]
+    """All of them, in the model's order."""
     covariance: Floats
+    """(p, p) of the free, identifiable amplitudes, in the order of ``free_names``."""
     free_names: tuple[str, ...]
+    """p full names."""
     condition: float
+    """Condition number of the whitened observation matrix with columns of unit length."""
     ambiguities: tuple[Ambiguity, ...]
+    """What cannot be told apart."""
     noise: Noise | None
+    """Instrument noise, or None where it cannot be told."""
     noise_length: dict[str, float | None]
+    """{"translation", "rotation"}, with rods "length": rms length of the noise, wrench noise included; None where not
+    known.
+    """
     scaled: bool
+    """True where standard uncertainties were scaled by the reduced χ², the noise not being known."""
     reduced_chi2: float | None
+    """Weighted sum of squares over degrees of freedom; None where the noise is not known."""
     dof: int
+    """Degrees of freedom of the fit."""
     residual: Floats
+    """(m, n) measured minus predicted, each run's offset taken out, base axes."""
     predicted: Floats
+    """(m, n) model's displacement plus the run's offset."""
     data: Observations
+    """The observations that were fitted."""
     iterations: int
+    """Gauss–Newton steps taken."""
     held: frozenset[str] = frozenset()
+    """Full names of parameters left at their neutral value because nothing tells them apart."""
     left: float | None = None
+    """The last step, in standard uncertainties per parameter, where the fit did not settle; None where it did."""
 
     def parameter(self, name: str) -> Parameter:
         """Return a parameter by its full name; KeyError where there is none."""

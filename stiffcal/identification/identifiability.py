@@ -25,21 +25,16 @@ TAKES_PART = 0.1
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Which of p parameters can be told.
-
-    Attributes
-    ----------
-    identifiable : (p,).
-    held : (p,) True for those left at their neutral value, so that the others of their set carry what is known.
-    condition : ratio of the largest to the smallest singular value, columns of unit length; infinite where a column is
-        zero.
-    ambiguities : sets that cannot be told apart.
-    """
+    """Which of p parameters can be told."""
 
     identifiable: Booleans
+    """(p,)."""
     held: Booleans
+    """(p,) True for those left at their neutral value, so that the others of their set carry what is known."""
     condition: float
+    """Ratio of the largest to the smallest singular value, columns of unit length; infinite where a column is zero."""
     ambiguities: tuple[Ambiguity, ...]
+    """Sets that cannot be told apart."""
 
 
 def check_identifiability(

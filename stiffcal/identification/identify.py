@@ -68,38 +68,30 @@ REWEIGHTED_STEPS = 2
 
 @dataclass(frozen=True)
 class Settings:
-    """How to identify.
-
-    Attributes
-    ----------
-    loss : "linear" (least squares) or "huber" (readings beyond 2.5 standard uncertainties count less).
-    equal_weights : leave the wrench's noise out of the weights: every reading of a kind counts alike.
-    fixed : full parameter names that keep the model file's values.
-    noise : take this noise instead of estimating it.
-    noise_dominated : full names of parameters that only the wrench's noise turns: not told.
-    """
+    """How to identify."""
 
     loss: str = "linear"
+    """"linear" (least squares) or "huber" (readings beyond 2.5 standard uncertainties count less)."""
     equal_weights: bool = False
+    """Leave the wrench's noise out of the weights: every reading of a kind counts alike."""
     fixed: frozenset[str] = field(default_factory=frozenset)
+    """Full parameter names that keep the model file's values."""
     noise: Noise | None = None
+    """Take this noise instead of estimating it."""
     noise_dominated: frozenset[str] = field(default_factory=frozenset)
+    """Full names of parameters that only the wrench's noise turns: not told."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Observations with what is known of their repeats.
-
-    Attributes
-    ----------
-    data : the observations that may be used to fit.
-    groups : positions in ``data`` of states that repeat each other.
-    stated : the manifest's noise, or None.
-    """
+    """Observations with what is known of their repeats."""
 
     data: Observations
+    """The observations that may be used to fit."""
     groups: tuple[NDArray[np.int64], ...]
+    """Positions in ``data`` of states that repeat each other."""
     stated: Noise | None
+    """The manifest's noise, or None."""
 
 
 def fit_problem(states: LoadStates, robot: CompliantRobot, keep: Booleans | None = None) -> Problem:

@@ -34,29 +34,26 @@ LENGTH_M = 0.5
 
 @dataclass(frozen=True)
 class JointLine:
-    """One component of a joint's displacement over the same component of its wrench: one of the 36.
-
-    Attributes
-    ----------
-    component : one of `COMPONENTS`.
-    compliance, std : of the straight line, m/N or rad/(N·m); NaN where no load turns it.
-    curve : (3,) of δ = c₁ w + c₂ w² + c₃ w³; c₁ alone where a straight line does.
-    p_curved : chance of such a bend where there is none.
-    scatter : standard deviation of single states about the line that holds, m or rad.
-    largest : the largest displacement that the line that holds gives to these loads, m or rad.
-    n : states.
-    offsets : run number to its offset, m or rad.
-    """
+    """One component of a joint's displacement over the same component of its wrench: one of the 36."""
 
     component: Component
+    """One of `COMPONENTS`."""
     compliance: float
+    """Of the straight line, m/N or rad/(N·m); NaN where no load turns it."""
     std: float
+    """Of the straight line, m/N or rad/(N·m); NaN where no load turns it."""
     curve: tuple[float, float, float]
+    """(3,) of δ = c₁ w + c₂ w² + c₃ w³; c₁ alone where a straight line does."""
     p_curved: float
+    """Chance of such a bend where there is none."""
     scatter: float
+    """Standard deviation of single states about the line that holds, m or rad."""
     largest: float
+    """The largest displacement that the line that holds gives to these loads, m or rad."""
     n: int
+    """States."""
     offsets: dict[int, float]
+    """Run number to its offset, m or rad."""
 
     @property
     def above_noise(self) -> bool:
@@ -71,22 +68,22 @@ class JointLine:
 
 @dataclass(frozen=True)
 class JointComplianceMatrix:
-    """What one joint's own displacements say of it.
-
-    Attributes
-    ----------
-    joint : from 1.
-    lines : the six components.
-    matrix, matrix_std : (6, 6) δ = C w, and standard uncertainties; None where the loads do not turn all directions.
-        The diagonal of a curved component is its slope at no load.
-    coupled : standard uncertainties beyond which an element beside the diagonal is no chance (`FALSE_COUPLINGS`).
-    """
+    """What one joint's own displacements say of it."""
 
     joint: int
+    """From 1."""
     lines: tuple[JointLine, ...]
+    """The six components."""
     matrix: Floats | None
+    """(6, 6) δ = C w, and standard uncertainties; None where the loads do not turn all directions. The diagonal of a
+    curved component is its slope at no load.
+    """
     matrix_std: Floats | None
+    """(6, 6) δ = C w, and standard uncertainties; None where the loads do not turn all directions. The diagonal of a
+    curved component is its slope at no load.
+    """
     coupled: float
+    """Standard uncertainties beyond which an element beside the diagonal is no chance (`FALSE_COUPLINGS`)."""
 
     @property
     def couplings(self) -> tuple[tuple[str, str], ...]:

@@ -24,29 +24,28 @@ from stiffcal.reduction.load_cycles import run_members
 
 @dataclass(frozen=True)
 class JointMotion:
-    """One joint in n states.
-
-    Attributes
-    ----------
-    joint : from 1.
-    inboard, outboard : the two targets' names; "" inboard of joint 1 where the base itself carries none.
-    displacement : (n, 6) m and rad, joint axes, about the joint's origin, since the run's reference; NaN where one of
-        the two bodies was not seen, or that which carries the force sensor.
-    wrench : (n, 6) N and N·m that the load puts on the joint, joint axes, about its origin.
-    std : (n, 6) how far each displacement is known, over what is usual: 1 but where poses come from points of which
-        some were hidden.
-    run : (n,) run numbers.
-    index : (n,) index of the state in the campaign's load states.
-    """
+    """One joint in n states."""
 
     joint: int
+    """From 1."""
     inboard: str
+    """The two targets' names; "" inboard of joint 1 where the base itself carries none."""
     outboard: str
+    """The two targets' names; "" inboard of joint 1 where the base itself carries none."""
     displacement: Floats
+    """(n, 6) m and rad, joint axes, about the joint's origin, since the run's reference; NaN where one of the two
+    bodies was not seen, or that which carries the force sensor.
+    """
     wrench: Floats
+    """(n, 6) N and N·m that the load puts on the joint, joint axes, about its origin."""
     std: Floats
+    """(n, 6) how far each displacement is known, over what is usual: 1 but where poses come from points of which some
+    were hidden.
+    """
     run: Integers
+    """(n,) run numbers."""
     index: Integers
+    """(n,) index of the state in the campaign's load states."""
 
 
 def measured_joints(states: LoadStates, chain: Chain) -> dict[int, tuple[int, int]]:
@@ -176,7 +175,8 @@ def _relative(outboard: _Motion, inboard: _Motion, place: Floats, axes: Floats) 
 
     Parameters
     ----------
-    place : (n, 3) the joint's origin, base axes, m. axes : (n, 3, 3) base_from_joint.
+    place : (n, 3) the joint's origin, base axes, m.
+    axes : (n, 3, 3) base_from_joint.
     """
     moved = inboard.measured_from(outboard.carried(place)) - place
     turn = np.swapaxes(inboard.turn, 1, 2) @ outboard.turn
@@ -189,7 +189,8 @@ def _spread(states: LoadStates, kept: Integers, pair: tuple[int, int], place: Fl
 
     Parameters
     ----------
-    pair : targets inboard and outboard, −1 for the base. place, axes : as in `_relative`.
+    pair : targets inboard and outboard, −1 for the base.
+    place, axes : as in `_relative`.
     """
     n = len(kept)
     variance = np.zeros((n, 6))

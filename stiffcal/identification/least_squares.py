@@ -30,22 +30,18 @@ ALIKE = 1e4
 
 @dataclass(frozen=True)
 class Reduced:
-    """A least-squares problem brought to triangular form: minimise |factor x − target|² + remainder.
-
-    Attributes
-    ----------
-    factor : (p, p) upper triangular.
-    target : (p,).
-    remainder : what no x can lower.
-    dof : whitened rows minus the offsets' components; the parameters are not yet subtracted.
-    predicted : (m, n) the model's displacements that the problem was linearised about, where it was built from blocks.
-    """
+    """A least-squares problem brought to triangular form: minimise |factor x − target|² + remainder."""
 
     factor: Floats
+    """(p, p) upper triangular."""
     target: Floats
+    """(p,)."""
     remainder: float
+    """What no x can lower."""
     dof: int
+    """Whitened rows minus the offsets' components; the parameters are not yet subtracted."""
     predicted: Floats | None = None
+    """(m, n) the model's displacements that the problem was linearised about, where it was built from blocks."""
 
     def solve(self) -> Floats:
         """Return the minimum of smallest norm (directions that the data do not see stay at zero)."""

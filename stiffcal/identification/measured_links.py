@@ -26,29 +26,28 @@ from stiffcal.model.equilibrium import blocks
 
 @dataclass(frozen=True)
 class MeasuredLink:
-    """A link with rods, in n states in which all its rods were read.
-
-    Attributes
-    ----------
-    link : its name. index : (n,) the states' places among the observations. run : (n,) their runs.
-    estimate : how its outboard end moved since the run's reference, beam axes.
-    wrench : (n, 6) what its end carried beyond weight, beam axes, N and N·m.
-    at_tool : (n, 6) what that displacement moves the first target by, base axes, m and rad; a twist that the rods do
-        not see counts as none.
-    share : of the measured deflection, which part runs along it; NaN where no deflection was measured.
-    compliance : regressed on the wrench.
-    faults : rods that cannot be right.
-    """
+    """A link with rods, in n states in which all its rods were read."""
 
     link: str
+    """Its name."""
     index: Integers
+    """(n,) the states' places among the observations."""
     run: Integers
+    """(n,) their runs."""
     estimate: LinkEstimate
+    """How its outboard end moved since the run's reference, beam axes."""
     wrench: Floats
+    """(n, 6) what its end carried beyond weight, beam axes, N and N·m."""
     at_tool: Floats
+    """(n, 6) what that displacement moves the first target by, base axes, m and rad; a twist that the rods do not see
+    counts as none.
+    """
     share: float
+    """Of the measured deflection, which part runs along it; NaN where no deflection was measured."""
     compliance: LinkCompliance
+    """Regressed on the wrench."""
     faults: tuple[RodFault, ...]
+    """Rods that cannot be right."""
 
 
 def measure_links(data: Observations, robot: CompliantRobot, sigma: float | None = None) -> tuple[MeasuredLink, ...]:

@@ -49,29 +49,30 @@ NoiseSource: TypeAlias = Literal["repeats", "manifest", "none"]
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard uncertainty of one load state, per component.
-
-    Attributes
-    ----------
-    translation, rotation : of the measured displacement, m and rad.
-    force, moment : of the wrench, N and N·m.
-    source : "repeats", "manifest" or "none".
-    dof : degrees of freedom behind it; infinite for the manifest's word.
-    gauge, length : of gauges and rods, m. motor_angle : of clamped motors' angles, rad.
-    held : of force and moment in clamped states, N and N·m, where it is not that of the others: a sweep averages fewer
-        readings than a hold. None: alike.
-    """
+    """Standard uncertainty of one load state, per component."""
 
     translation: float
+    """Of the measured displacement, m and rad."""
     rotation: float
+    """Of the measured displacement, m and rad."""
     force: float
+    """Of the wrench, N and N·m."""
     moment: float
+    """Of the wrench, N and N·m."""
     source: NoiseSource
+    """"repeats", "manifest" or "none"."""
     dof: float
+    """Degrees of freedom behind it; infinite for the manifest's word."""
     gauge: float = 0.0
+    """Of gauges and rods, m."""
     length: float = 0.0
+    """Of gauges and rods, m."""
     motor_angle: float = 0.0
+    """Of clamped motors' angles, rad."""
     held: tuple[float, float] | None = None
+    """Of force and moment in clamped states, N and N·m, where it is not that of the others: a sweep averages fewer
+    readings than a hold. None: alike.
+    """
 
     @classmethod
     def of_kinds(cls, sizes: Floats, wrench: tuple[float, float], source: NoiseSource, dof: float) -> Noise:
@@ -101,16 +102,12 @@ class Noise:
 
 @dataclass(frozen=True)
 class Whitening:
-    """What turns residuals into independent numbers of unit variance.
-
-    Attributes
-    ----------
-    scale : (m, n) 1/σ where the covariance is diagonal; zero where nothing was seen.
-    lower : (m, m, n) inverse of the covariance's Cholesky factor, or None where it is diagonal.
-    """
+    """What turns residuals into independent numbers of unit variance."""
 
     scale: Floats
+    """(m, n) 1/σ where the covariance is diagonal; zero where nothing was seen."""
     lower: Floats | None = None
+    """(m, m, n) inverse of the covariance's Cholesky factor, or None where it is diagonal."""
 
     @property
     def diagonal(self) -> bool:

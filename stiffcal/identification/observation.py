@@ -55,36 +55,28 @@ FORCE_STEP, MOMENT_STEP = 1.0, 0.2
 
 @dataclass(frozen=True)
 class ParameterColumn:
-    """One free parameter of a fit.
-
-    Attributes
-    ----------
-    placed : number of the placed effect in the robot's list.
-    symbol : the parameter's symbol.
-    sort : amplitude, shape or set-up.
-    """
+    """One free parameter of a fit."""
 
     placed: int
+    """Number of the placed effect in the robot's list."""
     symbol: str
+    """The parameter's symbol."""
     role: ParameterRole
+    """Amplitude, nonlinear or set-up."""
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What the model says of a block of states.
-
-    Attributes
-    ----------
-    part : which states.
-    predicted : (m, n) displacement, base axes; of gauges and rods their change.
-    columns : (p, m, n) derivatives by the free parameters.
-    sensitivity : (m, 6, n) derivative by the wrench as read, or None.
-    """
+    """What the model says of a block of states."""
 
     part: slice
+    """Which states."""
     predicted: Floats
+    """(m, n) displacement, base axes; of gauges and rods their change."""
     columns: Floats
+    """(p, m, n) derivatives by the free parameters."""
     sensitivity: Floats | None
+    """(m, 6, n) derivative by the wrench as read, or None."""
 
 
 def evaluate(

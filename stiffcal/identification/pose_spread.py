@@ -16,16 +16,12 @@ from stiffcal.measurements.load_states import LoadStates
 
 @dataclass(frozen=True)
 class PoseSpread:
-    """Covariance of the rows of n states per unit of noise: σ_t² translation + σ_r² rotation.
-
-    Attributes
-    ----------
-    translation : (m, n) on the diagonal; 1 where a place was read or all points were seen, 0 but for displacements.
-    rotation : (m, m, n); the unit matrix of the turns' rows where a pose was read.
-    """
+    """Covariance of the rows of n states per unit of noise: σ_t² translation + σ_r² rotation."""
 
     translation: Floats
+    """(m, n) on the diagonal; 1 where a place was read or all points were seen, 0 but for displacements."""
     rotation: Floats
+    """(m, m, n); the unit matrix of the turns' rows where a pose was read."""
 
     def part(self, pick: slice | Booleans | Integers) -> PoseSpread:
         """Return that of some states."""
@@ -41,7 +37,8 @@ def pose_spread(states: LoadStates, layout: RowLayout) -> PoseSpread | None:
 
     Parameters
     ----------
-    states : all load states. layout : what the rows are.
+    states : all load states.
+    layout : what the rows are.
     """
     if not any(states.setup.markers):
         return None

@@ -18,25 +18,24 @@ NUMBERS_AT_ONCE = 1 << 20
 
 @dataclass(frozen=True)
 class Projection:
-    """Turns displacements (k, m, n) into whitened rows (k, m · n), run offsets eliminated.
-
-    Attributes
-    ----------
-    data, whitening : the observations and their noise.
-    edges, counts : where each run begins, and how many states it has.
-    precision : (m, m, n) inverse covariances, None where diagonal.
-    inverse_total : (R, m, m) inverse of each run's summed precision (m, R reciprocals where diagonal).
-    offsets : per run length L: which states, and (R_L, m · L, m) orthonormal whitened offsets of their runs; empty
-        where runs carry none.
-    """
+    """Turns displacements (k, m, n) into whitened rows (k, m · n), run offsets eliminated."""
 
     data: Observations
+    """The observations and their noise."""
     whitening: Whitening
+    """The observations and their noise."""
     edges: Integers
+    """Where each run begins, and how many states it has."""
     counts: Integers
+    """Where each run begins, and how many states it has."""
     precision: Floats | None
+    """(m, m, n) inverse covariances, None where diagonal."""
     inverse_total: Floats
+    """(R, m, m) inverse of each run's summed precision (m, R reciprocals where diagonal)."""
     offsets: tuple[tuple[Integers | slice, Floats], ...]
+    """Per run length L: which states, and (R_L, m · L, m) orthonormal whitened offsets of their runs; empty where runs
+    carry none.
+    """
 
     @classmethod
     def of(cls, data: Observations, whitening: Whitening) -> Projection:

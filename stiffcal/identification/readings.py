@@ -23,37 +23,34 @@ from stiffcal.reduction.outliers import load_is_good
 
 @dataclass(frozen=True)
 class Observations:
-    """What was measured, ready for a fit: n states, m rows each, state axis last.
-
-    Attributes
-    ----------
-    angles : (J, n) model joint angles, rad, constant within a run.
-    wrench : (6, n) as read, N and N·m.
-    order : order and time of the states.
-    measured : (m, n) displacement since the run's reference reading, base axes, m and rad; change of a gauge or of a
-        rod, m; 0 where not measured.
-    measured_mask : (m, n) True where measured.
-    layout : what the rows are.
-    free_offset : True where each run carries a free offset.
-    run : (n,) run number.
-    setup : where the instruments sit.
-    index : (n,) index of the state in the campaign's load states.
-    spread : how far each pose is known where poses come from points, some of them hidden at times; else None.
-    run_names : of the campaign's runs, by run number.
-    """
+    """What was measured, ready for a fit: n states, m rows each, state axis last."""
 
     angles: Floats
+    """(J, n) model joint angles, rad, constant within a run."""
     wrench: Floats
+    """(6, n) as read, N and N·m."""
     order: StateOrder
+    """Order and time of the states."""
     measured: Floats
+    """(m, n) displacement since the run's reference reading, base axes, m and rad; change of a gauge or of a rod, m; 0
+    where not measured.
+    """
     measured_mask: Booleans
+    """(m, n) True where measured."""
     layout: RowLayout
+    """What the rows are."""
     free_offset: bool
+    """True where each run carries a free offset."""
     run: Integers
+    """(n,) run number."""
     setup: MeasurementSetup
+    """Where the instruments sit."""
     index: Integers
+    """(n,) index of the state in the campaign's load states."""
     spread: PoseSpread | None = None
+    """How far each pose is known where poses come from points, some of them hidden at times; else None."""
     run_names: tuple[str, ...] = ()
+    """Of the campaign's runs, by run number."""
 
     def place_of(self, state: int) -> str:
         """Return in words where a state was measured, for messages."""

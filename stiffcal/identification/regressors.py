@@ -31,44 +31,38 @@ MOST_KEPT = 1 << 25
 
 @dataclass(frozen=True)
 class Regressor:
-    """An effect's displacements per unit of its amplitudes.
-
-    Attributes
-    ----------
-    effect, place : which.
-    shape : values of the shape parameters.
-    symbols : q amplitudes or set-up parameters.
-    columns : (q, m, n) displacement per unit of each.
-    fixed : (m, n) displacement without a free parameter (zero for most effects).
-    """
+    """An effect's displacements per unit of its amplitudes."""
 
     effect: Effect
+    """Which."""
     place: Place
+    """Which."""
     shape: Mapping[str, float]
+    """Values of the shape parameters."""
     symbols: tuple[str, ...]
+    """q amplitudes or set-up parameters."""
     columns: Floats
+    """(q, m, n) displacement per unit of each."""
     fixed: Floats
+    """(m, n) displacement without a free parameter (zero for most effects)."""
 
 
 @dataclass(frozen=True)
 class Linearised:
-    """The present model at rest in all states.
-
-    Attributes
-    ----------
-    robot : chain and valued effects.
-    data : the observations.
-    loaded, unloaded : rests under load and under weight alone.
-    seen : (B, 6, n) displacements of the targets, observation effects included.
-    predicted : (m, n) what the rows read of it.
-    """
+    """The present model at rest in all states."""
 
     robot: CompliantRobot
+    """Chain and valued effects."""
     data: Observations
+    """The observations."""
     loaded: Rest
+    """Rests under load and under weight alone."""
     unloaded: WeightOnlyRest
+    """Rests under load and under weight alone."""
     seen: Floats
+    """(B, 6, n) displacements of the targets, observation effects included."""
     predicted: Floats
+    """(m, n) what the rows read of it."""
     _levers: dict[tuple[int, int], Floats] = field(default_factory=dict)
 
     @classmethod
@@ -175,19 +169,18 @@ class RegressorSource:
 
 @dataclass(frozen=True)
 class StoredRegressor:
-    """A signature whose columns are made when they are asked for.
-
-    Attributes
-    ----------
-    effect, place, shape, symbols : as in `Regressor`.
-    source : makes them.
-    """
+    """A signature whose columns are made when they are asked for."""
 
     effect: Effect
+    """As in `Regressor`."""
     place: Place
+    """As in `Regressor`."""
     shape: Mapping[str, float]
+    """As in `Regressor`."""
     symbols: tuple[str, ...]
+    """As in `Regressor`."""
     source: RegressorSource
+    """Makes them."""
 
     def whole(self) -> Regressor:
         """Return the signature with its columns."""

@@ -38,20 +38,16 @@ OPTIONAL = ("length", "motor_angle")
 
 @dataclass(frozen=True)
 class GaugeRows:
-    """Rows that see a target along a direction: gauges that no state reads together share one.
-
-    Attributes
-    ----------
-    row : (g,) their places among the m rows.
-    target : (g,) indices of targets.
-    direction : (g, 3, n) unit vectors, base axes; zero where the row was not read.
-    gauge : (g, n) which gauge of the set-up was read, −1 where none was.
-    """
+    """Rows that see a target along a direction: gauges that no state reads together share one."""
 
     row: Integers
+    """(g,) their places among the m rows."""
     target: Integers
+    """(g,) indices of targets."""
     direction: Floats
+    """(g, 3, n) unit vectors, base axes; zero where the row was not read."""
     gauge: Integers
+    """(g, n) which gauge of the set-up was read, −1 where none was."""
 
     def along(self, full: Floats) -> Floats:
         """Return (…, g, n) of displacements (…, B, 6, n)."""
@@ -60,34 +56,26 @@ class GaugeRows:
 
 @dataclass(frozen=True)
 class RodRows:
-    """Rows of the rods on one link.
-
-    Attributes
-    ----------
-    row : (r,) their places among the m rows.
-    node : the link's node.
-    matrix : (r, 6) what each reads per displacement of the link's outboard end, beam axes, m per m and rad.
-    """
+    """Rows of the rods on one link."""
 
     row: Integers
+    """(r,) their places among the m rows."""
     node: int
+    """The link's node."""
     matrix: Floats
+    """(r, 6) what each reads per displacement of the link's outboard end, beam axes, m per m and rad."""
 
 
 @dataclass(frozen=True)
 class MotorRows:
-    """Rows that see what the motors of a clamped robot had to turn: the flange is held, the drives give.
-
-    Attributes
-    ----------
-    row : (J,) their places among the m rows, one per drive.
-    target : index of the held frame among the targets.
-    matrix : (J, 6, n) the drives' turn per displacement of the held frame; zero in states that were not clamped.
-    """
+    """Rows that see what the motors of a clamped robot had to turn: the flange is held, the drives give."""
 
     row: Integers
+    """(J,) their places among the m rows, one per drive."""
     target: int
+    """Index of the held frame among the targets."""
     matrix: Floats
+    """(J, 6, n) the drives' turn per displacement of the held frame; zero in states that were not clamped."""
 
     def of(self, full: Floats) -> Floats:
         """Return (…, J, n) of displacements (…, B, 6, n)."""
@@ -96,24 +84,20 @@ class MotorRows:
 
 @dataclass(frozen=True)
 class RowLayout:
-    """What the m rows are.
-
-    Attributes
-    ----------
-    kind : (m,) TRANSLATION, ROTATION, GAUGE or LENGTH.
-    body : (m,) the target; of a rod, which of the set-up's links with rods.
-    component : (m,) 0 … 5 of the target's displacement; a gauge row's number; a rod's number on its link.
-    gauges : the gauge rows, or None.
-    rods : the rod rows, link by link.
-    motors : the rows of clamped motors, or None.
-    """
+    """What the m rows are."""
 
     kind: Integers
+    """(m,) TRANSLATION, ROTATION, GAUGE or LENGTH."""
     body: Integers
+    """(m,) the target; of a rod, which of the set-up's links with rods."""
     component: Integers
+    """(m,) 0 … 5 of the target's displacement; a gauge row's number; a rod's number on its link."""
     gauges: GaugeRows | None = None
+    """The gauge rows, or None."""
     rods: tuple[RodRows, ...] = ()
+    """The rod rows, link by link."""
     motors: MotorRows | None = None
+    """The rows of clamped motors, or None."""
 
     @property
     def plain(self) -> bool:

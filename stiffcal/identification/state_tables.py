@@ -83,7 +83,8 @@ def gauge_block(table: pa.Table, names: Sequence[str], directions: Floats, kind:
     Parameters
     ----------
     table : of `observed_table`.
-    names : of the gauges. directions : (n_states, G, 3) base axes.
+    names : of the gauges.
+    directions : (n_states, G, 3) base axes.
     kind, n_states : as in `component_block`.
     """
     block = np.full((n_states, 6), np.nan)

@@ -21,7 +21,9 @@ def variance_components(
 
     Parameters
     ----------
-    differences : (c, m). levers : (c, m, 6). row_kinds : (m,).
+    differences : (c, m).
+    levers : (c, m, 6).
+    row_kinds : (m,).
     basis : (kinds, c, m, m) what a unit of each kind's variance adds; None: its rows alike and apart.
     """
     m = differences.shape[1]

@@ -22,22 +22,18 @@ NEIGHBOURS = 9
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the observations and where they come from.
-
-    Attributes
-    ----------
-    noise : what is known of the noise, or None.
-    assumed : what the weights were made from: the noise, or the size of residuals where nothing is known.
-    carried : True where the wrench's noise was carried through the model into the weights.
-    whitening : the weights.
-    sensitivity : (m, 6, n) by which it was carried, or None.
-    """
+    """Weights of the observations and where they come from."""
 
     noise: Noise | None
+    """What is known of the noise, or None."""
     assumed: Noise
+    """What the weights were made from: the noise, or the size of residuals where nothing is known."""
     carried: bool
+    """True where the wrench's noise was carried through the model into the weights."""
     whitening: Whitening
+    """The weights."""
     sensitivity: Floats | None
+    """(m, 6, n) by which it was carried, or None."""
 
 
 def wrench_matters(stated: Noise | None) -> bool:
@@ -123,7 +119,8 @@ def along_the_sweep(sensitivity: Floats, data: Observations) -> Floats:
 
     Parameters
     ----------
-    sensitivity : (m, 6, n). data : the observations, whole runs.
+    sensitivity : (m, 6, n).
+    data : the observations, whole runs.
     """
     motors = data.rows_of(MOTOR)
     clamped = data.measured_mask[motors].any(axis=0)

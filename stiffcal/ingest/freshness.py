@@ -20,20 +20,16 @@ NOT_YOURS = "the store was not written by you: computed again"
 
 @dataclass(frozen=True)
 class Freshness:
-    """What a look at a store has found.
-
-    Attributes
-    ----------
-    reason : why the logs have to be read, "" where not.
-    first : True where nothing is ingested yet: there is nothing that changed.
-    missing : logs that are not there, where all else is as it was: what is stored is all there is.
-    origin : from whom the stored states come: "own", "trusted place" or "foreign".
-    """
+    """What a look at a store has found."""
 
     reason: str = ""
+    """Why the logs have to be read, "" where not."""
     missing: tuple[str, ...] = ()
+    """Logs that are not there, where all else is as it was: what is stored is all there is."""
     origin: str = OWN
+    """From whom the stored states come: "own", "trusted place" or "foreign"."""
     first: bool = False
+    """True where nothing is ingested yet: there is nothing that changed."""
 
     @property
     def changed(self) -> str:

@@ -52,19 +52,16 @@ class ReducedCampaign:
 
 @dataclass(frozen=True)
 class ReadingOptions:
-    """How a campaign is read.
-
-    Attributes
-    ----------
-    writing : where the recordings go as they stream past; None: nowhere.
-    collected : faults of files join this list instead of stopping (`check`); None: the first one stops.
-    only : this run alone. quick : only the first lines of logs.
-    """
+    """How a campaign is read."""
 
     writing: Writing | None = None
+    """Where the recordings go as they stream past; None: nowhere."""
     collected: list[Fault] | None = None
+    """Faults of files join this list instead of stopping (`check`); None: the first one stops."""
     only: str | None = None
+    """This run alone."""
     quick: bool = False
+    """Only the first lines of logs."""
 
     def fault(self, error: InputError) -> None:
         """Collect a fault, or raise it."""

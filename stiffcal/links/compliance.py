@@ -44,33 +44,32 @@ TWIST = 3
 
 @dataclass(frozen=True)
 class LinkCompliance:
-    """Compliance of a link's end, beam axes: displacement (m, rad) per wrench (N, N·m) about the outboard end.
-
-    Attributes
-    ----------
-    link : the link's name.
-    matrix : (6, 6); NaN where these rods or these loads do not tell.
-    std : (6, 6) standard uncertainty.
-    slopes : (36, p) of the matrix by the fitted coefficients; coefficients : (p,); covariance : (p, p).
-    structure : "symmetric": any C = Cᵀ; "beam": an even beam, where the rods leave out a bending moment.
-    reduced_chi2 : of the readings against the stated uncertainty; NaN where none is stated.
-    dof : readings beyond coefficients and offsets. factor : of the 95 % interval.
-    twist : the rods' verdict on the twist, where its compliance is not known; None where it is.
-    gaps : in words, what else these loads do not tell.
-    """
+    """Compliance of a link's end, beam axes: displacement (m, rad) per wrench (N, N·m) about the outboard end."""
 
     link: str
+    """The link's name."""
     matrix: Floats
+    """(6, 6); NaN where these rods or these loads do not tell."""
     std: Floats
+    """(6, 6) standard uncertainty."""
     slopes: Floats
+    """(36, p) of the matrix by the fitted coefficients."""
     coefficients: Floats
+    """(p,) values in the same order."""
     covariance: Floats
+    """(p, p)."""
     structure: Literal["symmetric", "beam"]
+    """"symmetric": any C = Cᵀ; "beam": an even beam, where the rods leave out a bending moment."""
     reduced_chi2: float
+    """Of the readings against the stated uncertainty; NaN where none is stated."""
     dof: int
+    """Readings beyond coefficients and offsets."""
     factor: float
+    """Of the 95 % interval."""
     twist: Torsion | None = None
+    """The rods' verdict on the twist, where its compliance is not known; None where it is."""
     gaps: tuple[str, ...] = ()
+    """In words, what else these loads do not tell."""
 
     @property
     def not_identifiable(self) -> tuple[str, ...]:
@@ -238,7 +237,8 @@ def carried_to_target(
 
     Parameters
     ----------
-    chain : the robot. angles : (n, J) model angles, rad.
+    chain : the robot.
+    angles : (n, J) model angles, rad.
     link : its name among ``chain.beams``.
     tip : (n, 6) displacement of its outboard end, beam axes, m and rad.
     target : the frame that is looked at.

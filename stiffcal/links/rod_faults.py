@@ -45,51 +45,50 @@ PLAINER = 1.2
 
 @dataclass(frozen=True)
 class RodFault:
-    """One fault of one rod, or of two.
-
-    Attributes
-    ----------
-    kind : "loose", "swapped-sign", "exchanged", "drifting", "warming" (all rods grow with the logged temperature), or
-        "unexplained": something contradicts, and no single fault says what.
-    rods : names of the rods.
-    size : m, rms of what is wrong with these rods' readings.
-    before, after : m, rms of the contradiction of all rods with the fault, and with it mended.
-    alternatives : other faults that explain the data as well, in words.
-    sentence : what was seen and what to do, in words.
-    """
+    """One fault of one rod, or of two."""
 
     kind: FaultKind
+    """"loose", "swapped-sign", "exchanged", "drifting", "warming" (all rods grow with the logged temperature), or
+    "unexplained": something contradicts, and no single fault says what.
+    """
     rods: tuple[str, ...]
+    """Names of the rods."""
     size: float
+    """m, rms of what is wrong with these rods' readings."""
     before: float
+    """m, rms of the contradiction of all rods with the fault, and with it mended."""
     after: float
+    """m, rms of the contradiction of all rods with the fault, and with it mended."""
     alternatives: tuple[str, ...]
+    """Other faults that explain the data as well, in words."""
     sentence: str
+    """What was seen and what to do, in words."""
 
 
 @dataclass(frozen=True)
 class _RodReadings:
-    """The rods' readings and what holds them together.
-
-    Attributes
-    ----------
-    lengths : (n, m) m, less their run's mean. sigma : m, one number, or 0 where not known. time : (n,) s, or None.
-    growth : (n, m) m, what the rods would grow by the logged temperature if the link expanded by 1/K more than they,
-        less its run's mean; None where no temperature changes.
-    run : (n,) or None. columns : (p, n, m) what the rods read per unknown of the load model; None: the field alone.
-    design : of the field. used : (m,) False for rods that were already found loose.
-    signed : True where flexibilities cannot be negative.
-    """
+    """The rods' readings and what holds them together."""
 
     lengths: Floats
+    """(n, m) m, less their run's mean."""
     sigma: float
+    """m, one number, or 0 where not known."""
     time: Floats | None
+    """(n,) s, or None."""
     run: Integers | None
+    """(n,) or None."""
     columns: Floats | None
+    """(p, n, m) what the rods read per unknown of the load model; None: the field alone."""
     design: RodDesign
+    """Of the field."""
     used: NDArray[np.bool_]
+    """(m,) False for rods that were already found loose."""
     signed: bool = True
+    """True where flexibilities cannot be negative."""
     growth: Floats | None = None
+    """(n, m) m, what the rods would grow by the logged temperature if the link expanded by 1/K more than they, less its
+    run's mean; None where no temperature changes.
+    """
 
 
 @dataclass(frozen=True)
@@ -126,7 +125,8 @@ def find_rod_faults(
     lengths : (n, m) changes of length since each run's reference, m.
     wrench : (n, 6) at the link's outboard end in beam axes, since the reference; None where not known. Then at least
         one rod more than unknowns is needed to see anything, and two to name a loose one.
-    time : (n,) s, for drift. run : (n,) each run with an offset of its own.
+    time : (n,) s, for drift.
+    run : (n,) each run with an offset of its own.
     temperature : (n,) K, for rods that grow with it.
 
     Returns

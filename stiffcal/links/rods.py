@@ -32,37 +32,30 @@ SigmaSource: TypeAlias = Literal["stated", "residuals", "none"]
 
 @dataclass(frozen=True)
 class ShapeError:
-    """What a load that the assumed shape cannot carry does to the estimate.
-
-    Attributes
-    ----------
-    load : which field it makes (`UNKNOWNS` and `OTHER_FIELDS` of `stiffcal.mechanics.beam`).
-    relative : error of the end's displacement over the displacement (translations; for torsion the twist).
-    error, truth : (6,) for a unit of the field, m and rad.
-    """
+    """What a load that the assumed shape cannot carry does to the estimate."""
 
     load: str
+    """Which field it makes (`UNKNOWNS` and `OTHER_FIELDS` of `stiffcal.mechanics.beam`)."""
     relative: float
+    """Error of the end's displacement over the displacement (translations; for torsion the twist)."""
     error: Floats
+    """(6,) for a unit of the field, m and rad."""
     truth: Floats
+    """(6,) for a unit of the field, m and rad."""
 
 
 @dataclass(frozen=True)
 class Torsion:
-    """Whether the rods tell how the link twists.
-
-    Attributes
-    ----------
-    identifiable : True where the estimate's fourth component is an estimate.
-    bound : rad; where it is not: the largest twist that the end can have had. None where nothing bounds it.
-    cause : in words, what of the rods lets them carry the twist or not.
-    bounded_by : what the bound rests on: the rods' readings, or the moment about the link.
-    """
+    """Whether the rods tell how the link twists."""
 
     identifiable: bool
+    """True where the estimate's fourth component is an estimate."""
     bound: float | None
+    """rad; where it is not: the largest twist that the end can have had. None where nothing bounds it."""
     cause: str
+    """In words, what of the rods lets them carry the twist or not."""
     bounded_by: Literal["readings", "load"] = "readings"
+    """What the bound rests on: the rods' readings, or the moment about the link."""
 
     @property
     def why(self) -> str:
@@ -81,23 +74,22 @@ class Torsion:
 
 @dataclass(frozen=True)
 class RodDesign:
-    """What m rods carry of a link's k unknowns.
-
-    Attributes
-    ----------
-    carried : k indices into `UNKNOWNS`. blind : indices of what no rod sees. left_out : indices of the rest.
-    matrix : (m, k) what the rods read per amplitude. end : (6, k) what the end does per amplitude.
-    gain : displacement of the end per error of the rods, in the worst direction; turns count at one link's length.
-    condition : condition number of the rods' matrix, each unknown scaled to one displacement of the end.
-    """
+    """What m rods carry of a link's k unknowns."""
 
     carried: tuple[int, ...]
+    """k indices into `UNKNOWNS`."""
     blind: tuple[int, ...]
+    """Indices of what no rod sees."""
     left_out: tuple[int, ...]
+    """Indices of the rest."""
     matrix: Floats
+    """(m, k) what the rods read per amplitude."""
     end: Floats
+    """(6, k) what the end does per amplitude."""
     gain: float
+    """Displacement of the end per error of the rods, in the worst direction; turns count at one link's length."""
     condition: float
+    """Condition number of the rods' matrix, each unknown scaled to one displacement of the end."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -112,36 +104,36 @@ class RodDesign:
 
 @dataclass(frozen=True)
 class LinkEstimate:
-    """How a link's end moved in n states, by m rods; beam axes.
-
-    Attributes
-    ----------
-    rods, shape : what was measured with, and the link.
-    design : what the rods carry.
-    displacement : (n, 6) m and rad; NaN where not known.
-    covariance : (6, 6) of one state's displacement, from the rods' uncertainty; NaN where not known.
-    amplitudes : (n, k) of the carried unknowns; amplitude_covariance : (k, k).
-    residual : (n, m) read minus explained, m.
-    disagreement : (m,) by how many of its standard uncertainties each rod differs from what the others say of it, rms
-        over the states; NaN where the others cannot say.
-    sigma : (m,) m, as stated, or from the residuals. sigma_source : "stated", "residuals" or "none".
-    torsion : whether the twist is known.
-    shape_errors : what loads that are not carried would do.
-    """
+    """How a link's end moved in n states, by m rods; beam axes."""
 
     rods: Rods
+    """What was measured with, and the link."""
     shape: BeamProperties
+    """What was measured with, and the link."""
     design: RodDesign
+    """What the rods carry."""
     displacement: Floats
+    """(n, 6) m and rad; NaN where not known."""
     covariance: Floats
+    """(6, 6) of one state's displacement, from the rods' uncertainty; NaN where not known."""
     amplitudes: Floats
+    """(n, k) of the carried unknowns."""
     amplitude_covariance: Floats
+    """(k, k)."""
     residual: Floats
+    """(n, m) read minus explained, m."""
     disagreement: Floats
+    """(m,) by how many of its standard uncertainties each rod differs from what the others say of it, rms over the
+    states; NaN where the others cannot say.
+    """
     sigma: Floats
+    """(m,) m, as stated, or from the residuals."""
     sigma_source: SigmaSource
+    """"stated", "residuals" or "none"."""
     torsion: Torsion
+    """Whether the twist is known."""
     shape_errors: tuple[ShapeError, ...]
+    """What loads that are not carried would do."""
 
     @property
     def known(self) -> Booleans:

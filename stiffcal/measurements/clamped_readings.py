@@ -19,26 +19,22 @@ _KEY = b"stiffcal"
 
 @dataclass(frozen=True)
 class ClampedReadings:
-    """n readings of clamped runs, in order of time within each run, all on the clock of the joints' log.
-
-    Attributes
-    ----------
-    runs : R runs.
-    run : (n,) index into ``runs``.
-    time : (n,) s on the clock of the log that holds the motor angles.
-    joints : (n, L) motor angles at the joint's side of the gear, rad, as the controller counts them.
-    wrench : (n, 6) N, N·m, what the fixture does to the robot, sensor axes; NaN where no force sensor was read.
-    torque : (n, L) N·m, the motors' torques at the joint's side, friction included; NaN where not logged.
-    two_clocks : (R,) True where angles and wrench come from devices with clocks of their own.
-    """
+    """n readings of clamped runs, in order of time within each run, all on the clock of the joints' log."""
 
     runs: tuple[RunInfo, ...]
+    """R runs."""
     run: Integers
+    """(n,) index into ``runs``."""
     time: Floats
+    """(n,) s on the clock of the log that holds the motor angles."""
     joints: Floats
+    """(n, L) motor angles at the joint's side of the gear, rad, as the controller counts them."""
     wrench: Floats
+    """(n, 6) N, N·m, what the fixture does to the robot, sensor axes; NaN where no force sensor was read."""
     torque: Floats
+    """(n, L) N·m, the motors' torques at the joint's side, friction included; NaN where not logged."""
     two_clocks: Booleans
+    """(R,) True where angles and wrench come from devices with clocks of their own."""
 
     def __len__(self) -> int:
         return int(self.run.shape[0])

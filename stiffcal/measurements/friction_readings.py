@@ -23,38 +23,38 @@ _KEY = b"stiffcal"
 
 @dataclass(frozen=True)
 class SteadyReadings:
-    """m passes of one joint at constant velocity, free in the air; torque and velocity at the joint's side of the gear.
-
-    Attributes
-    ----------
-    runs : R runs. run : (m,) index into ``runs``.
-    joint : (m,) the joint that moved, from 1.
-    velocity : (m,) rad/s, as logged, mean over the stretch; its sign is the direction of motion.
-    torque : (m,) N·m, the drive's, mean over the stretch.
-    stretch : (m,) number of the stretch of angle: passes of one joint that share it, at one speed and with the other
-        joints alike, carry the same mean weight.
-    low, high : (m,) rad, the ends of that stretch.
-    start, end : (m,) s on the log's clock, where the velocity was held.
-    n_readings : (m,) samples averaged.
-    scatter : (m,) N·m, standard deviation of single samples about the mean.
-    set_aside : (m,) text for people why the pass is not used, "" where it is.
-    set_aside_code : (m,) values of `SetAsideCode`.
-    """
+    """m passes of one joint at constant velocity in free motion; values at the joint's side of the gear."""
 
     runs: tuple[RunInfo, ...]
+    """R runs."""
     run: Integers
+    """(m,) index into ``runs``."""
     joint: Integers
+    """(m,) the joint that moved, from 1."""
     velocity: Floats
+    """(m,) rad/s, as logged, mean over the stretch; its sign is the direction of motion."""
     torque: Floats
+    """(m,) N·m, the drive's, mean over the stretch."""
     stretch: Integers
+    """(m,) number of the stretch of angle: passes of one joint that share it, at one speed and with the other joints
+    alike, carry the same mean weight.
+    """
     low: Floats
+    """(m,) rad, the ends of that stretch."""
     high: Floats
+    """(m,) rad, the ends of that stretch."""
     start: Floats
+    """(m,) s on the log's clock, where the velocity was held."""
     end: Floats
+    """(m,) s on the log's clock, where the velocity was held."""
     n_readings: Integers
+    """(m,) samples averaged."""
     scatter: Floats
+    """(m,) N·m, standard deviation of single samples about the mean."""
     set_aside: NDArray[np.str_]
+    """(m,) text for people why the pass is not used, "" where it is."""
     set_aside_code: NDArray[np.str_]
+    """(m,) values of `SetAsideCode`."""
 
     def __len__(self) -> int:
         return int(self.run.shape[0])
@@ -75,28 +75,30 @@ class FreeMotion:
     """n samples of a motion in the air that is not steady, evenly spaced pieces of one or more runs.
 
     Weight and inertia are in the torque; the rigid-body model takes them out.
-
-    Attributes
-    ----------
-    runs : R runs. run : (n,) index into ``runs``.
-    time : (n,) s on the log's clock.
-    angles, velocity, acceleration : (n, J) of the chain's model joints; rad, rad/s, rad/s².
-    drive_velocity, drive_acceleration : (n, J) of the drives, rad/s and rad/s² at the joint's side of the gear.
-    torque : (n, J) N·m of the drives, at the joint's side.
-    one_way : (n, J) True where the drive kept its direction for as long as one sample takes in: there the sign of its
-        velocity is one number.
     """
 
     runs: tuple[RunInfo, ...]
+    """R runs."""
     run: Integers
+    """(n,) index into ``runs``."""
     time: Floats
+    """(n,) s on the log's clock."""
     angles: Floats
+    """(n, J) of the chain's model joints; rad, rad/s, rad/s²."""
     velocity: Floats
+    """(n, J) of the chain's model joints; rad, rad/s, rad/s²."""
     acceleration: Floats
+    """(n, J) of the chain's model joints; rad, rad/s, rad/s²."""
     drive_velocity: Floats
+    """(n, J) of the drives, rad/s and rad/s² at the joint's side of the gear."""
     drive_acceleration: Floats
+    """(n, J) of the drives, rad/s and rad/s² at the joint's side of the gear."""
     torque: Floats
+    """(n, J) N·m of the drives, at the joint's side."""
     one_way: Booleans
+    """(n, J) True where the drive kept its direction for as long as one sample takes in: there the sign of its velocity
+    is one number.
+    """
 
     def __len__(self) -> int:
         return int(self.run.shape[0])

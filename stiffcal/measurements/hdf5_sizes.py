@@ -47,7 +47,9 @@ def by_chunk(read: Read, dataset: Any, axis: int, n_rows: int) -> Read:
 
     Parameters
     ----------
-    read : gives rows `start` to before `end`. dataset : where they lie. axis : along which they lie.
+    read : gives rows `start` to before `end`.
+    dataset : where they lie.
+    axis : along which they lie.
     """
     if chunk_bytes(dataset) <= CACHED or dataset.dtype.hasobject:
         return read

@@ -22,93 +22,80 @@ HELD = "held"
 
 @dataclass(frozen=True)
 class Attachment:
-    """A frame that rides on a body of the robot.
-
-    Attributes
-    ----------
-    body : 0 base, k = 1 … J link of joint k (its joint frame), J + 1 flange.
-    transform : (4, 4) body_from_frame, m.
-    """
+    """A frame that rides on a body of the robot."""
 
     body: int
+    """0 base, k = 1 … J link of joint k (its joint frame), J + 1 flange."""
     transform: Floats
+    """(4, 4) body_from_frame, m."""
 
 
 @dataclass(frozen=True)
 class Sigma:
-    """Standard uncertainty of one load state's reading, SI; None where the manifest does not say.
-
-    Attributes
-    ----------
-    translation, rotation : of a measured pose or deflection, m and rad, per axis.
-    force, moment : of the wrench, N and N·m, per axis.
-    length : of a rod's length, m.
-    gauge : of a gauge's displacement along its direction, m.
-    motor_angle : of a motor's angle at the joint's side, rad, where clamped runs count them.
-    """
+    """Standard uncertainty of one load state's reading, SI; None where the manifest does not say."""
 
     translation: float | None = None
+    """Of a measured pose or deflection, m and rad, per axis."""
     rotation: float | None = None
+    """Of a measured pose or deflection, m and rad, per axis."""
     force: float | None = None
+    """Of the wrench, N and N·m, per axis."""
     moment: float | None = None
+    """Of the wrench, N and N·m, per axis."""
     length: float | None = None
+    """Of a rod's length, m."""
     gauge: float | None = None
+    """Of a gauge's displacement along its direction, m."""
     motor_angle: float | None = None
+    """Of a motor's angle at the joint's side, rad, where clamped runs count them."""
 
 
 @dataclass(frozen=True)
 class Gauge:
-    """A gauge, or a load-displacement device's own: it reads its target's displacement along one direction.
-
-    Attributes
-    ----------
-    name : the source that logs it.
-    target : index of the measured frame in ``MeasurementSetup.targets``.
-    axes : the frame in whose axes the direction is.
-    direction : (3,) unit vector; a positive reading is a displacement along it.
-    """
+    """A gauge, or a load-displacement device's own: it reads its target's displacement along one direction."""
 
     name: str
+    """The source that logs it."""
     target: int
+    """Index of the measured frame in ``MeasurementSetup.targets``."""
     axes: Attachment
+    """The frame in whose axes the direction is."""
     direction: Floats
+    """(3,) unit vector; a positive reading is a displacement along it."""
 
 
 @dataclass(frozen=True)
 class MeasurementSetup:
-    """Where the instruments sit: all that is needed to relate readings to the chain.
-
-    Attributes
-    ----------
-    wrench_axes : frame whose axes the wrench components are in.
-    wrench_point : frame whose origin the moment refers to (the sensor), or where the force acts (force only).
-    targets : the measured frames, one per tracked body, in the order of ``LoadStates.position``.
-    target_names : the frames' names in the manifest.
-    moments_measured : False where only forces are known; the moment about ``wrench_point`` is then zero.
-    base_from_tracker : (4, 4), how readings were brought to base axes; identity where they came in base axes.
-    tool_mass : kg hung on the flange; tool_com : (3,) in the flange frame, m.
-    sigma : stated standard uncertainties.
-    tared : "run", "campaign" or "no": when the force sensor was zeroed.
-    rods : the rods on each link that has some; ``LoadStates.lengths`` holds them one link after the other.
-    beams : what the field of each of these links needs to know of it, in the same order.
-    gauges : in the order of ``LoadStates.displacement``; their targets are among ``targets``.
-    markers : of each target the points that its poses come from, None where poses are read; empty where all are.
-    """
+    """Where the instruments sit: all that is needed to relate readings to the chain."""
 
     wrench_axes: Attachment
+    """Frame whose axes the wrench components are in."""
     wrench_point: Attachment
+    """Frame whose origin the moment refers to (the sensor), or where the force acts (force only)."""
     targets: tuple[Attachment, ...]
+    """The measured frames, one per tracked body, in the order of ``LoadStates.position``."""
     target_names: tuple[str, ...]
+    """The frames' names in the manifest."""
     moments_measured: bool
+    """False where only forces are known; the moment about ``wrench_point`` is then zero."""
     base_from_tracker: Floats
+    """(4, 4), how readings were brought to base axes; identity where they came in base axes."""
     tool_mass: float = 0.0
+    """kg hung on the flange."""
     tool_com: Floats = field(default_factory=lambda: np.zeros(3))
+    """(3,) in the flange frame, m."""
     sigma: Sigma = field(default_factory=Sigma)
+    """Stated standard uncertainties."""
     tared: str = "run"
+    """"run", "campaign" or "no": when the force sensor was zeroed."""
     rods: tuple[Rods, ...] = ()
+    """The rods on each link that has some; ``LoadStates.lengths`` holds them one link after the other."""
     beams: tuple[BeamProperties, ...] = ()
+    """What the field of each of these links needs to know of it, in the same order."""
     gauges: tuple[Gauge, ...] = ()
+    """In the order of ``LoadStates.displacement``; their targets are among ``targets``."""
     markers: tuple[Markers | None, ...] = ()
+    """Of each target the points that its poses come from, None where poses are read; empty where all are."""
 
     @property
     def rod_names(self) -> tuple[str, ...]:
@@ -118,80 +105,74 @@ class MeasurementSetup:
 
 @dataclass(frozen=True)
 class RunInfo:
-    """What the manifest says of a run.
-
-    Attributes
-    ----------
-    name : the run's id, unique in the campaign.
-    experiment : "load", "clamped", "friction" or "free".
-    holdout : never used to fit.
-    tags : free words.
-    compensated : the controller was correcting while the run was measured.
-    swept : the load went up and down without being held; states are moments of that motion.
-    fixture : of a clamped run, 6 × 6 compliance of the fixture, m/N and rad/(N·m), base axes; None: rigid.
-    """
+    """What the manifest says of a run."""
 
     name: str
+    """The run's id, unique in the campaign."""
     experiment: str = "load"
+    """"load", "clamped", "friction" or "free"."""
     holdout: bool = False
+    """Never used to fit."""
     tags: tuple[str, ...] = ()
+    """Free words."""
     compensated: bool = False
+    """The controller was correcting while the run was measured."""
     swept: bool = field(default=False, kw_only=True)
+    """The load went up and down without being held; states are moments of that motion."""
     fixture: tuple[tuple[float, ...], ...] | None = None
+    """Of a clamped run, 6 × 6 compliance of the fixture, m/N and rad/(N·m), base axes; None: rigid."""
 
 
 @dataclass(frozen=True)
 class LoadStates:
-    """n load states, grouped by run (contiguous) and in the order in which they were reached.
-
-    Attributes
-    ----------
-    runs : R runs.
-    run : (n,) index into ``runs``.
-    time : (n,) s on the campaign clock, NaN where not logged; of what is averaged over a hold the middle.
-    hold : (n,) s since the load was reached, NaN where not known; in logs since it was half-way there.
-    joints : (n, L) logged joint angles, rad (what the controller shows; the robot file turns them into model angles).
-    wrench : (n, 6) N, N·m: force then moment, what the surroundings do to the robot, axes and point as in the setup.
-    position : (n, B, 3) m, base axes, of each target; NaN where not seen.
-    rotation : (n, B, 3, 3) base_from_target; NaN where orientation is not measured.
-    deflection : (n, B, 6) m, rad, base axes: loaded minus unloaded where the campaign holds that; else NaN.
-    reference : (n,) True for the run's reference state.
-    temperature : (n, T) kelvin or degC as logged; T may be 0.
-    row : (n,) data row of the states table from 1, or the hold's number in the run.
-    n_readings : (n,) readings averaged into the state.
-    wrench_scatter : (n, 6) standard deviation of single readings within the hold, NaN where not known.
-    position_scatter : (n, B, 3) likewise, m.
-    set_aside : (n,) text for people why the state is not used, "" where it is.
-    setup : where the instruments sit.
-    lengths : (n, R) m, of each rod as read, less what it grows with the temperature where that is known: changes are
-        what counts; NaN where not logged. R may be 0.
-    displacement : (n, G) m, of each gauge as read, along its direction; NaN where not logged. G may be 0.
-    markers_measured : (n, B, K) which of a target's points were measured, in the order of ``setup.markers``;
-        K is that of the target with most of them, 0 where poses are read.
-    set_aside_code : (n,) values of `SetAsideCode`; where not given, what has a text is excluded.
-    """
+    """n load states, grouped by run (contiguous) and in the order in which they were reached."""
 
     runs: tuple[RunInfo, ...]
+    """R runs."""
     run: Integers
+    """(n,) index into ``runs``."""
     time: Floats
+    """(n,) s on the campaign clock, NaN where not logged; of what is averaged over a hold the middle."""
     hold: Floats
+    """(n,) s since the load was reached, NaN where not known; in logs since it was half-way there."""
     joints: Floats
+    """(n, L) logged joint angles, rad (what the controller shows; the robot file turns them into model angles)."""
     wrench: Floats
+    """(n, 6) N, N·m: force then moment, what the surroundings do to the robot, axes and point as in the setup."""
     position: Floats
+    """(n, B, 3) m, base axes, of each target; NaN where not seen."""
     rotation: Floats
+    """(n, B, 3, 3) base_from_target; NaN where orientation is not measured."""
     deflection: Floats
+    """(n, B, 6) m, rad, base axes: loaded minus unloaded where the campaign holds that; else NaN."""
     reference: Booleans
+    """(n,) True for the run's reference state."""
     temperature: Floats
+    """(n, T) kelvin or degC as logged; T may be 0."""
     row: Integers
+    """(n,) data row of the states table from 1, or the hold's number in the run."""
     n_readings: Integers
+    """(n,) readings averaged into the state."""
     wrench_scatter: Floats
+    """(n, 6) standard deviation of single readings within the hold, NaN where not known."""
     position_scatter: Floats
+    """(n, B, 3) likewise, m."""
     set_aside: NDArray[np.str_]
+    """(n,) text for people why the state is not used, "" where it is."""
     setup: MeasurementSetup
+    """Where the instruments sit."""
     lengths: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    """(n, R) m, of each rod as read, less what it grows with the temperature where that is known: changes are what
+    counts; NaN where not logged. R may be 0.
+    """
     displacement: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    """(n, G) m, of each gauge as read, along its direction; NaN where not logged. G may be 0."""
     markers_measured: Booleans = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=np.bool_))
+    """(n, B, K) which of a target's points were measured, in the order of ``setup.markers``; K is that of the target
+    with most of them, 0 where poses are read.
+    """
     set_aside_code: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, dtype=np.str_))
+    """(n,) values of `SetAsideCode`; where not given, what has a text is excluded."""
 
     def __post_init__(self) -> None:
         # Campaigns without rods or gauges need not say so: no columns, as many rows as there are states.

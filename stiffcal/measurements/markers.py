@@ -21,16 +21,12 @@ FEWEST = 3
 
 @dataclass(frozen=True)
 class Markers:
-    """Points on one body.
-
-    Attributes
-    ----------
-    names : k of them.
-    places : (k, 3) in the body's frame, m.
-    """
+    """Points on one body."""
 
     names: tuple[str, ...]
+    """k of them."""
     places: Floats
+    """(k, 3) in the body's frame, m."""
 
     @property
     def turn_variance(self) -> float:
@@ -64,7 +60,8 @@ class Markers:
 
         Parameters
         ----------
-        measured_mask : (n, k). rotation : (n, 3, 3) base_from_body; NaN where there is no pose.
+        measured_mask : (n, k).
+        rotation : (n, 3, 3) base_from_body; NaN where there is no pose.
 
         Returns
         -------

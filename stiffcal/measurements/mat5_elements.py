@@ -69,7 +69,8 @@ def _unpacked(data: bytes, before: int, packed: int, display_name: str) -> bytes
 
     Parameters
     ----------
-    data : as it lies in the file. before : bytes that the variables before it have unpacked to.
+    data : as it lies in the file.
+    before : bytes that the variables before it have unpacked to.
     packed : bytes that they and this one take in the file.
     display_name : the file as messages name it.
     """

@@ -16,26 +16,24 @@ from stiffcal.arrays import Floats
 
 @dataclass(frozen=True)
 class Rods:
-    """The m rods on one link.
-
-    Attributes
-    ----------
-    link : the link's name.
-    names : m names, as in the manifest.
-    start, end : (m, 3) the material points that each rod joins, beam frame, m.
-    warping : (m, 2) value of the warping function at start and end, m²; NaN where not known.
-    sigma : (m,) standard uncertainty of one state's reading, m; NaN where not known.
-    growth : (m,) by how much more the link grows along a rod than the rod itself as both get warmer, m/K; NaN, or no
-        numbers at all, where not known.
-    """
+    """The m rods on one link."""
 
     link: str
+    """The link's name."""
     names: tuple[str, ...]
+    """m names, as in the manifest."""
     start: Floats
+    """(m, 3) the material points that each rod joins, beam frame, m."""
     end: Floats
+    """(m, 3) the material points that each rod joins, beam frame, m."""
     warping: Floats
+    """(m, 2) value of the warping function at start and end, m²; NaN where not known."""
     sigma: Floats
+    """(m,) standard uncertainty of one state's reading, m; NaN where not known."""
     growth: Floats = field(default_factory=lambda: np.zeros(0))
+    """(m,) by how much more the link grows along a rod than the rod itself as both get warmer, m/K; NaN, or no numbers
+    at all, where not known.
+    """
 
     @property
     def length(self) -> Floats:
@@ -75,21 +73,19 @@ def rods_between(
 
 @dataclass(frozen=True)
 class BeamProperties:
-    """What the displacement field of a link needs to know of it.
-
-    Attributes
-    ----------
-    length : m.
-    neutral : (x2, x3) of the neutral fibre, m: where tension does not bend and bending does not stretch.
-    twist_centre : (x2, x3) of the fibre that torsion leaves straight, m (the section's shear centre).
-    warping_decay : m, length over which warping held back at the clamp decays; None where not known: the twist is then
-        taken as even along the link (000: κ constant), and a rod along the fibre is blind to it.
-    warping_hold : share of the twist that the clamp takes away there; 1 for open sections (Vlasov), less for closed
-        ones, where the section shears as well.
-    """
+    """What the displacement field of a link needs to know of it."""
 
     length: float
+    """m."""
     neutral: tuple[float, float] = (0.0, 0.0)
+    """(x2, x3) of the neutral fibre, m: where tension does not bend and bending does not stretch."""
     twist_centre: tuple[float, float] = (0.0, 0.0)
+    """(x2, x3) of the fibre that torsion leaves straight, m (the section's shear centre)."""
     warping_decay: float | None = None
+    """m, length over which warping held back at the clamp decays; None where not known: the twist is then taken as even
+    along the link (000: κ constant), and a rod along the fibre is blind to it.
+    """
     warping_hold: float = 1.0
+    """Share of the twist that the clamp takes away there; 1 for open sections (Vlasov), less for closed ones, where the
+    section shears as well.
+    """

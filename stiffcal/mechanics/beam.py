@@ -139,7 +139,8 @@ def material_displacement(shape: BeamProperties, tip: Floats, points: Floats, wa
     ----------
     shape : the beam.
     tip : (n, 6) displacement of the outboard end, beam axes, m and rad.
-    points : (p, 3) beam frame, m. warping : (p,) m², zero where left out.
+    points : (p, 3) beam frame, m.
+    warping : (p,) m², zero where left out.
 
     Returns
     -------
@@ -174,7 +175,8 @@ def beam_compliance(
     ----------
     shape : the beam.
     bending : EI2 = E ∫x3² dA (about x2) and EI3 = E ∫x2² dA (about x3), N·m².
-    torsion : GJ, N·m². tension : EA, N.
+    torsion : GJ, N·m².
+    tension : EA, N.
     product : EI23 = E ∫x2 x3 dA, N·m²; zero where x2 and x3 are the section's principal axes.
 
     Returns

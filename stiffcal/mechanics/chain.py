@@ -18,25 +18,22 @@ from stiffcal.mechanics.section import BeamSection
 
 @dataclass(frozen=True)
 class BeamFrame:
-    """Where a link bends: its beam frame in the link's joint frame.
-
-    Attributes
-    ----------
-    joint : k = 1 … J, the joint that moves this link.
-    end : (4, 4) joint_frame_from_beam_frame at the beam's *outboard* end; x1 along the beam, x3 the inboard joint's
-        axis made perpendicular to x1 (x1 parallel to it: the outboard axis), x2 = x3 × x1.
-    length : m.
-    warping_decay : m, as the robot file gives it, or None.
-    section : the drawn section, solved, or None; solved only where somebody needs it (rods on the link).
-    expansion : 1/K, thermal, as the robot file gives it, or None.
-    """
+    """Where a link bends: its beam frame in the link's joint frame."""
 
     joint: int
+    """k = 1 … J, the joint that moves this link."""
     end: Floats
+    """(4, 4) joint_frame_from_beam_frame at the beam's *outboard* end; x1 along the beam, x3 the inboard joint's axis
+    made perpendicular to x1 (x1 parallel to it: the outboard axis), x2 = x3 × x1.
+    """
     length: float
+    """m."""
     warping_decay: float | None = None
+    """m, as the robot file gives it, or None."""
     section: BeamSection | None = None
+    """The drawn section, solved, or None; solved only where somebody needs it (rods on the link)."""
     expansion: float | None = None
+    """1/K, thermal, as the robot file gives it, or None."""
 
     @property
     def shape(self) -> BeamProperties:
@@ -50,48 +47,44 @@ class BeamFrame:
 
 @dataclass(frozen=True)
 class Chain:
-    """Geometry and masses of a serial robot with J revolute joints, of which L angles are logged.
-
-    Attributes
-    ----------
-    name : the robot's name.
-    joint_names : J names.
-    fixed : (J, 4, 4) from frame k-1 to frame k at q_k = 0, m.
-    flange : (4, 4) last joint frame to flange, m.
-    coupling : (J, L) model angle = coupling @ logged + offset; carries ``direction`` and ``logged``.
-    offset : (J,) rad, ``theta_deg``.
-    limits : (J, 2) rad, of the logged angles; infinite where not given.
-    gear_ratio : (J,) motor side / joint side.
-    gear_orders : J tuples of orders per joint turn.
-    mechanical : (J,) True where ``coupling = "mechanical"``: the drives sit on the logged axes, so springs act there.
-    bearing : (J,) m along the joint's axis from the frame's origin to the bearing.
-    link_names : J names.
-    link_mass : (J,) kg, zero where not known; ``masses_known`` tells.
-    link_com : (J, 3) m, in the link's joint frame.
-    masses_known : True where the robot file gives every link a mass.
-    gravity : (3,) m/s² in base axes.
-    beams : link name to its beam.
-    compensator : gravity compensator's geometry as in the robot file, or None.
-    """
+    """Geometry and masses of a serial robot with J revolute joints, of which L angles are logged."""
 
     name: str
+    """The robot's name."""
     joint_names: tuple[str, ...]
+    """J names."""
     fixed: Floats
+    """(J, 4, 4) from frame k-1 to frame k at q_k = 0, m."""
     flange: Floats
+    """(4, 4) last joint frame to flange, m."""
     coupling: Floats
+    """(J, L) model angle = coupling @ logged + offset; carries ``direction`` and ``logged``."""
     offset: Floats
+    """(J,) rad, ``theta_deg``."""
     limits: Floats
+    """(J, 2) rad, of the logged angles; infinite where not given."""
     gear_ratio: Floats
+    """(J,) motor side / joint side."""
     gear_orders: tuple[tuple[int, ...], ...]
+    """J tuples of orders per joint turn."""
     mechanical: NDArray[np.bool_]
+    """(J,) True where ``coupling = "mechanical"``: the drives sit on the logged axes, so springs act there."""
     bearing: Floats
+    """(J,) m along the joint's axis from the frame's origin to the bearing."""
     link_names: tuple[str, ...]
+    """J names."""
     link_mass: Floats
+    """(J,) kg, zero where not known; ``masses_known`` tells."""
     link_com: Floats
+    """(J, 3) m, in the link's joint frame."""
     masses_known: bool
+    """True where the robot file gives every link a mass."""
     gravity: Floats
+    """(3,) m/s² in base axes."""
     beams: dict[str, BeamFrame] = field(default_factory=dict)
+    """Link name to its beam."""
     compensator: dict[str, object] | None = None
+    """Gravity compensator's geometry as in the robot file, or None."""
 
     @property
     def n_joints(self) -> int:

@@ -18,7 +18,8 @@ def clamped_inverse(chain: Chain, angles: Floats, held: Attachment) -> tuple[Flo
 
     Parameters
     ----------
-    angles : (1, J) model angles, rad. held : the frame by which the robot is held.
+    angles : (1, J) model angles, rad.
+    held : the frame by which the robot is held.
     """
     jacobian = jacobians(chain, angles, held)[0] @ chain.drive_axes
     # lengths count by the lever, so that metres and radians weigh alike

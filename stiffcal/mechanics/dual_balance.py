@@ -33,18 +33,14 @@ MAX_STEPS = 50
 
 @dataclass(frozen=True)
 class PointLoad:
-    """A wrench on a body.
-
-    Attributes
-    ----------
-    at : where it acts; the moment is about that frame's origin.
-    axes : the frame whose axes the components are in; it turns with its body.
-    wrench : (n, 6) force and moment, N and N·m.
-    """
+    """A wrench on a body."""
 
     at: Attachment
+    """Where it acts; the moment is about that frame's origin."""
     axes: Attachment
+    """The frame whose axes the components are in; it turns with its body."""
     wrench: Floats
+    """(n, 6) force and moment, N and N·m."""
 
 
 def weights_of(chain: Chain, setup: MeasurementSetup, n: int) -> list[PointLoad]:

@@ -71,7 +71,8 @@ def dual_from_pose(position: Floats, rotation: Floats) -> Floats:
 
     Parameters
     ----------
-    position : (…, 3) m. rotation : (…, 3, 3).
+    position : (…, 3) m.
+    rotation : (…, 3, 3).
 
     Returns
     -------

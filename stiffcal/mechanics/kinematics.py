@@ -25,16 +25,12 @@ SMALL_SINE = 0.01
 
 @dataclass(frozen=True)
 class StackedFrame:
-    """n rigid frames with the state axis last.
-
-    Attributes
-    ----------
-    rotation : (3, 3, n) base_from_frame.
-    position : (3, n) origin in base axes, m.
-    """
+    """n rigid frames with the state axis last."""
 
     rotation: Floats
+    """(3, 3, n) base_from_frame."""
     position: Floats
+    """(3, n) origin in base axes, m."""
 
     def moved(self, fixed: Floats) -> StackedFrame:
         """Return the frames ``self @ fixed`` for a constant rigid transform (4, 4)."""

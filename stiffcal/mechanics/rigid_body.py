@@ -108,7 +108,8 @@ def _link_wrench(lift: Floats, spin: Floats, change: Floats) -> Floats:
 
     Parameters
     ----------
-    lift : (n, 3) acceleration of the origin less gravity. spin, change : (n, 3) angular velocity and acceleration.
+    lift : (n, 3) acceleration of the origin less gravity.
+    spin, change : (n, 3) angular velocity and acceleration.
     """
     wrench = np.zeros((lift.shape[0], 6, PER_LINK))
     turning = _skew(spin)

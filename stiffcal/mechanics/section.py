@@ -11,38 +11,42 @@ from stiffcal.arrays import Floats, Integers
 
 @dataclass(frozen=True)
 class BeamSection:
-    """A section of one material; x2 and x3 as in the beam frame, m.
-
-    Attributes
-    ----------
-    area : m². EA : N.
-    EI2, EI3, EI23 : E ∫x3² dA, E ∫x2² dA, E ∫x2 x3 dA about the neutral fibre, N·m².
-    GJ : torsional rigidity after Saint-Venant, N·m².
-    shear_2, shear_3 : shear rigidities for forces along x2 and x3, N; the Euler–Bernoulli beam takes them as infinite.
-    neutral : (x2, x3) of the centroid. twist_centre : of the shear centre (Trefftz).
-    warping_rigidity : E ∫Ψ² dA, N·m⁴.
-    warping_decay : m, over which warping held back at a clamp decays; None where the section does not warp. From one
-        mode of warping: near for open sections, of the right order for closed ones (`tests.benchmarks.solid_link`).
-    warping_hold : share of the twist that the clamp takes away there.
-    nodes : (p, 2) of the mesh. triangles : (t, 3). warping : (p,) Ψ about the twist centre, m², without mean and tilt.
-    """
+    """A section of one material; x2 and x3 as in the beam frame, m."""
 
     area: float
+    """m²."""
     EA: float
+    """N."""
     EI2: float
+    """E ∫x3² dA, E ∫x2² dA, E ∫x2 x3 dA about the neutral fibre, N·m²."""
     EI3: float
+    """E ∫x3² dA, E ∫x2² dA, E ∫x2 x3 dA about the neutral fibre, N·m²."""
     EI23: float
+    """E ∫x3² dA, E ∫x2² dA, E ∫x2 x3 dA about the neutral fibre, N·m²."""
     GJ: float
+    """Torsional rigidity after Saint-Venant, N·m²."""
     shear_2: float
+    """Shear rigidities for forces along x2 and x3, N; the Euler–Bernoulli beam takes them as infinite."""
     shear_3: float
+    """Shear rigidities for forces along x2 and x3, N; the Euler–Bernoulli beam takes them as infinite."""
     neutral: tuple[float, float]
+    """(x2, x3) of the centroid."""
     twist_centre: tuple[float, float]
+    """Of the shear centre (Trefftz)."""
     warping_rigidity: float
+    """E ∫Ψ² dA, N·m⁴."""
     warping_decay: float | None
+    """m, over which warping held back at a clamp decays; None where the section does not warp. From one mode of
+    warping: near for open sections, of the right order for closed ones (`tests.benchmarks.solid_link`).
+    """
     warping_hold: float
+    """Share of the twist that the clamp takes away there."""
     nodes: Floats
+    """(p, 2) of the mesh."""
     triangles: Integers
+    """(t, 3)."""
     warping: Floats
+    """(p,) Ψ about the twist centre, m², without mean and tilt."""
 
     def shear_share(self, length: float) -> tuple[float, float]:
         """Return what shear adds to the deflection of a force at the end of a cantilever, along x2 and x3, relative.

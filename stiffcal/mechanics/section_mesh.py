@@ -28,7 +28,8 @@ def inner_outline(outline: Floats, wall: float) -> Floats:
 
     Parameters
     ----------
-    outline : (k, 2) in order around the section, m. wall : m.
+    outline : (k, 2) in order around the section, m.
+    wall : m.
 
     Raises
     ------

@@ -50,7 +50,8 @@ def solve_section(
 
     Parameters
     ----------
-    outline : (k, 2) corners in order, m. holes : the same for each hollow.
+    outline : (k, 2) corners in order, m.
+    holes : the same for each hollow.
     young, shear : moduli E and G, Pa.
 
     Raises

@@ -18,16 +18,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class UntrustedEffect:
-    """An effect of a campaign's own code that is left out because the user has not allowed that code.
-
-    Attributes
-    ----------
-    effect : its name as it stands in the code, or the file's where the name is made while the code runs.
-    needs : what it takes to have it.
-    """
+    """An effect of a campaign's own code that is left out because the user has not allowed that code."""
 
     effect: str
+    """Its name as it stands in the code, or the file's where the name is made while the code runs."""
     needs: str
+    """What it takes to have it."""
 
 
 def plugin_code(campaign: Campaign) -> PluginCode:

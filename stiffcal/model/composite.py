@@ -11,18 +11,14 @@ from stiffcal.model.effect import Effect, ParameterRole, ParameterSpec, Place
 
 @dataclass(frozen=True)
 class PlacedEffect:
-    """An effect at one place, with values.
-
-    Attributes
-    ----------
-    effect : the physics.
-    place : where.
-    values : symbol to value, in the units of the effect's parameters. Missing amplitudes count as neutral.
-    """
+    """An effect at one place, with values."""
 
     effect: Effect
+    """The physics."""
     place: Place
+    """Where."""
     values: Mapping[str, float] = field(default_factory=dict)
+    """Symbol to value, in the units of the effect's parameters. Missing amplitudes count as neutral."""
 
     def parameter_name(self, symbol: str) -> str:
         """The parameter's full name, ``effect.place.symbol``."""
@@ -55,19 +51,16 @@ class PlacedEffect:
 
 @dataclass(frozen=True)
 class CompliantRobot:
-    """A chain whose nodes give.
-
-    Attributes
-    ----------
-    chain : geometry and masses.
-    placed : the effects, each at one place.
-    deformed : True where the wrench acts on the deformed, weight-sagged chain (``balance = "deformed"``); False for the
-        papers' first-order form.
-    """
+    """A chain whose nodes give."""
 
     chain: Chain
+    """Geometry and masses."""
     placed: tuple[PlacedEffect, ...]
+    """The effects, each at one place."""
     deformed: bool = True
+    """True where the wrench acts on the deformed, weight-sagged chain (``balance = "deformed"``); False for the papers'
+    first-order form.
+    """
 
     @property
     def has_memory(self) -> bool:

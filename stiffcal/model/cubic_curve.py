@@ -48,7 +48,8 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
 
     Parameters
     ----------
-    torque : (n,) N·m; all angles are NaN where one is infinite or no number. curve : p1, p2, p3; p1 > 0.
+    torque : (n,) N·m; all angles are NaN where one is infinite or no number.
+    curve : p1, p2, p3; p1 > 0.
 
     Raises
     ------

@@ -20,7 +20,8 @@ def curve_specs(straight: ParameterSpec, load: float, largest: float) -> tuple[P
     Parameters
     ----------
     straight : the spring's, its unit one of displacement over load.
-    load : a usual load, N or N·m. largest : bound of the change at it, displacement over load.
+    load : a usual load, N or N·m.
+    largest : bound of the change at it, displacement over load.
     """
     unit = straight.unit.partition("/")[2].strip("()")
     source = _SOURCE.format(load=load, unit=unit)

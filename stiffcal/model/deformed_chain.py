@@ -15,20 +15,17 @@ from stiffcal.model.effect import RZ, Inputs
 
 @dataclass(frozen=True)
 class DeformedChain:
-    """A chain in one shape: n states, state axis last.
-
-    Attributes
-    ----------
-    bodies : J + 2 frames, base to flange, on the deformed chain.
-    nodes : 2J + 2 frames of the nodes before their own displacement.
-    origins : where each node turns about, (3, n) in base axes: its origin after its own shift. A node that shifts and
-        turns gives the more work to its moment the farther it has shifted: moments that belong to the turn are those
-        about the shifted origin.
-    """
+    """A chain in one shape: n states, state axis last."""
 
     bodies: list[StackedFrame]
+    """J + 2 frames, base to flange, on the deformed chain."""
     nodes: list[StackedFrame]
+    """2J + 2 frames of the nodes before their own displacement."""
     origins: list[Floats]
+    """Where each node turns about, (3, n) in base axes: its origin after its own shift. A node that shifts and turns
+    gives the more work to its moment the farther it has shifted: moments that belong to the turn are those about the
+    shifted origin.
+    """
 
 
 def deformed_chain(chain: Chain, angles: Floats, small: Floats | None) -> DeformedChain:

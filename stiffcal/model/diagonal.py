@@ -12,19 +12,16 @@ AXES = {"rx": RX, "ry": RY, "rz": RZ, "tx": TX, "ty": TY, "tz": TZ}
 
 @dataclass(frozen=True)
 class CompliantAxis:
-    """How much a node may give about (or along) an axis.
-
-    Attributes
-    ----------
-    meaning : in words, with ``{axis}`` where the axis is named.
-    upper, typical : rad/(N·m) (or m/N).
-    source : where ``typical`` is from.
-    """
+    """How much a node may give about (or along) an axis."""
 
     meaning: str
+    """In words, with ``{axis}`` where the axis is named."""
     upper: float
+    """rad/(N·m) (or m/N)."""
     typical: float
+    """rad/(N·m) (or m/N)."""
     source: str
+    """Where ``typical`` is from."""
 
 
 def diagonal_parameters(turn: CompliantAxis, shift: CompliantAxis) -> tuple[ParameterSpec, ...]:

@@ -55,54 +55,50 @@ class ParameterRole(Enum):
 @with_old_field("sort", "role")
 @dataclass(frozen=True)
 class ParameterSpec:
-    """One parameter of an effect.
-
-    Attributes
-    ----------
-    symbol : its name in the model file, e.g. ``c``.
-    unit : SI, as printed.
-    meaning : in words.
-    lower, upper : bounds of possible values.
-    typical : a size met on industrial robots; ``source`` says where the number is from.
-    source : where ``typical`` is from.
-    role : amplitude, nonlinear or set-up.
-    inverse : True where the amplitude in the law is 1 / value (a stiffness or flexural rigidity is reported, and its
-        inverse is estimated, because the displacement is linear in that).
-    compliance : True where ``1 / value`` is a stiffness that people want to read.
-    discrete : True where only some values make sense (an order, the number of a state): such a parameter is tried value
-        by value (`Effect.nonlinear_grid`), never by a derivative.
-    along : the component of the node (`TX` to `RZ`) whose own compliance it is: displacement over load along the same
-        axis, all of it, at any load; None elsewhere. Joints that are measured by themselves are compared with these.
-    """
+    """One parameter of an effect."""
 
     symbol: str
+    """Its name in the model file, e.g. ``c``."""
     unit: str
+    """SI, as printed."""
     meaning: str
+    """In words."""
     lower: float
+    """Bounds of possible values."""
     upper: float
+    """Bounds of possible values."""
     typical: float
+    """a size met on industrial robots; ``source`` says where the number is from."""
     source: str
+    """Where ``typical`` is from."""
     role: ParameterRole = ParameterRole.AMPLITUDE
+    """Amplitude, nonlinear or set-up."""
     inverse: bool = False
+    """True where the amplitude in the law is 1 / value (a stiffness or flexural rigidity is reported, and its inverse
+    is estimated, because the displacement is linear in that).
+    """
     compliance: bool = False
+    """True where ``1 / value`` is a stiffness that people want to read."""
     discrete: bool = False
+    """True where only some values make sense (an order, the number of a state): such a parameter is tried value by
+    value (`Effect.nonlinear_grid`), never by a derivative.
+    """
     along: int | None = None
+    """The component of the node (`TX` to `RZ`) whose own compliance it is: displacement over load along the same axis,
+    all of it, at any load; None elsewhere. Joints that are measured by themselves are compared with these.
+    """
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where an effect acts.
-
-    Attributes
-    ----------
-    kind : "joints", "links", "pairs" or "setup".
-    joints : joint numbers from 1: one for a joint, two for a pair, none else.
-    link : the link's name, or "".
-    """
+    """Where an effect acts."""
 
     kind: PlaceKind
+    """"joints", "links", "pairs" or "setup"."""
     joints: tuple[int, ...] = ()
+    """Joint numbers from 1: one for a joint, two for a pair, none else."""
     link: str = ""
+    """The link's name, or ""."""
 
     @property
     def label(self) -> str:
@@ -122,46 +118,38 @@ class Place:
 
 @dataclass(frozen=True)
 class Term:
-    """One product ``amplitude × value`` that adds to one component of one node's displacement.
-
-    Attributes
-    ----------
-    node : node number.
-    component : 0 … 5, translation then rotation, node axes.
-    symbol : the amplitude's symbol; "" for a term without a free parameter.
-    value : (n,) what the amplitude is multiplied with, per state.
-    """
+    """One product ``amplitude × value`` that adds to one component of one node's displacement."""
 
     node: int
+    """Node number."""
     component: int
+    """0 … 5, translation then rotation, node axes."""
     symbol: str
+    """The amplitude's symbol; "" for a term without a free parameter."""
     value: Floats
+    """(n,) what the amplitude is multiplied with, per state."""
 
 
 @dataclass(frozen=True)
 class StateOrder:
-    """Order and time of states, for laws with a memory.
-
-    Attributes
-    ----------
-    run : (n,) run number; states of a run are contiguous and in order.
-    time : (n,) s, NaN where not logged.
-    hold : (n,) s since the load was reached, NaN where not known.
-    motor : (J, n) model-joint motion of the motors since the run's reference, rad; zero where not logged.
-    temperature : (n,) first temperature channel minus its value at the run's reference; NaN where not logged.
-    since_reference : (n,) s since the run's reference state.
-    number : (n,) the state's number in the campaign, from 1; empty where the states stand in no campaign.
-    swept : (n,) True for moments of a load that moves; empty where all loads are held.
-    """
+    """Order and time of states, for laws with a memory."""
 
     run: NDArray[np.int64]
+    """(n,) run number; states of a run are contiguous and in order."""
     time: Floats
+    """(n,) s, NaN where not logged."""
     hold: Floats
+    """(n,) s since the load was reached, NaN where not known."""
     motor: Floats
+    """(J, n) model-joint motion of the motors since the run's reference, rad; zero where not logged."""
     temperature: Floats
+    """(n,) first temperature channel minus its value at the run's reference; NaN where not logged."""
     since_reference: Floats
+    """(n,) s since the run's reference state."""
     number: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(n,) the state's number in the campaign, from 1; empty where the states stand in no campaign."""
     swept: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    """(n,) True for moments of a load that moves; empty where all loads are held."""
 
     def block(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> StateOrder:
         """Return some of the states."""
@@ -179,52 +167,40 @@ class StateOrder:
 
 @dataclass(frozen=True)
 class NodeLoads:
-    """What the nodes carry in n states.
-
-    Attributes
-    ----------
-    wrench : (2J + 2, 6, n) force and moment in each node's axes about its origin, N and N·m, weight included.
-    angles : (J, n) model joint angles, rad.
-    order : the states' order and time, or None where the states stand alone.
-    weight : (2J + 2, 6, n) the part of ``wrench`` that weight alone makes at no load, where a law needs it; else None.
-    """
+    """What the nodes carry in n states."""
 
     wrench: Floats
+    """(2J + 2, 6, n) force and moment in each node's axes about its origin, N and N·m, weight included."""
     angles: Floats
+    """(J, n) model joint angles, rad."""
     order: StateOrder | None = None
+    """The states' order and time, or None where the states stand alone."""
     weight: Floats | None = None
+    """(2J + 2, 6, n) the part of ``wrench`` that weight alone makes at no load, where a law needs it; else None."""
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """What goes into the balance, for effects that change it.
-
-    Attributes
-    ----------
-    angles : (J, n) model joint angles, rad.
-    wrench : (6, n) as read, sensor axes.
-    setup : where the instruments sit.
-    loaded : False for the weight-only state, where no sensor is read.
-    """
+    """What goes into the balance, for effects that change it."""
 
     angles: Floats
+    """(J, n) model joint angles, rad."""
     wrench: Floats
+    """(6, n) as read, sensor axes."""
     setup: MeasurementSetup
+    """Where the instruments sit."""
     loaded: bool = True
+    """False for the weight-only state, where no sensor is read."""
 
 
 @dataclass(frozen=True)
 class Observed:
-    """What observation effects act on.
-
-    Attributes
-    ----------
-    displacement : (B, 6, n) predicted displacement of each target since the unloaded state, base axes, m and rad.
-    order : the states' order and time.
-    """
+    """What observation effects act on."""
 
     displacement: Floats
+    """(B, 6, n) predicted displacement of each target since the unloaded state, base axes, m and rad."""
     order: StateOrder
+    """The states' order and time."""
 
 
 @dataclass(frozen=True)
@@ -238,34 +214,28 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Covariate:
-    """What the residual is to be plotted against.
-
-    Attributes
-    ----------
-    label, unit : for the axis.
-    value : (n,).
-    """
+    """What the residual is to be plotted against."""
 
     label: str
+    """For the axis."""
     unit: str
+    """For the axis."""
     value: Floats = field(default_factory=lambda: np.zeros(0))
+    """(n,)."""
 
 
 @dataclass(frozen=True)
 class TorqueAngle:
-    """What a clamped joint's torque over angle says, each a value with its standard uncertainty, SI.
-
-    Attributes
-    ----------
-    curve : p1, p2, p3 of τ = p1 φ + p2 φ² + p3 φ³, counted from the flank.
-    compliance : rad/(N·m), from the flanks to the ends of what was reached.
-    width : rad, lost motion; (0, std) where none was found. band : N·m within which it is crossed; None without play.
-    """
+    """What a clamped joint's torque over angle says, each a value with its standard uncertainty, SI."""
 
     curve: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+    """p1, p2, p3 of τ = p1 φ + p2 φ² + p3 φ³, counted from the flank."""
     compliance: tuple[float, float]
+    """rad/(N·m), from the flanks to the ends of what was reached."""
     width: tuple[float, float]
+    """rad, lost motion; (0, std) where none was found."""
     band: tuple[float, float] | None
+    """N·m within which it is crossed; None without play."""
 
 
 @with_old_methods

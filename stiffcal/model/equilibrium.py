@@ -36,26 +36,22 @@ EVEN_CONTRACTION = 0.05
 
 @dataclass(frozen=True)
 class Rest:
-    """Where n states came to rest.
-
-    Attributes
-    ----------
-    shape : the deformed chain.
-    wrench : (2J + 2, 6, n) what the nodes carry, node axes.
-    displacement : (2J + 2, 6, n) their small displacements, node axes.
-    terms : the laws' terms at rest, each with the placed effect that made it.
-    inputs : what went in, after the effects that change it.
-    sweeps : how many fixed-point sweeps it took.
-    weight : what the nodes carry under weight alone, as it was handed in, or None.
-    """
+    """Where n states came to rest."""
 
     shape: DeformedChain
+    """The deformed chain."""
     wrench: Floats
+    """(2J + 2, 6, n) what the nodes carry, node axes."""
     displacement: Floats
+    """(2J + 2, 6, n) their small displacements, node axes."""
     terms: list[tuple[PlacedEffect, Term]]
+    """The laws' terms at rest, each with the placed effect that made it."""
     inputs: Inputs
+    """What went in, after the effects that change it."""
     sweeps: int
+    """How many fixed-point sweeps it took."""
     weight: Floats | None
+    """What the nodes carry under weight alone, as it was handed in, or None."""
 
     @cached_property
     def targets(self) -> list[StackedFrame]:
@@ -146,27 +142,26 @@ def find_rest(
 
 @dataclass(frozen=True)
 class Balance:
-    """Where the targets are at rest, and how far the load moved them.
-
-    Attributes
-    ----------
-    target_position : (n, B, 3) base axes, m.
-    target_rotation : (n, B, 3, 3) base_from_target.
-    unloaded_position, unloaded_rotation : the same under weight alone.
-    displacement : (n, B, 6) from the weight-only state: difference of positions, and rotation vector of R R_refᵀ, base
-        axes, m and rad.
-    joint_torque : (n, J) whole torque about the joints' axes at rest, N·m.
-    nodes : (n, 2J + 2, 6) every node's own small displacement, from the weight-only state, in the node's axes, m and
-        rad; 2k is the outboard end of link k in beam axes, which the rods on the link see.
-    """
+    """Where the targets are at rest, and how far the load moved them."""
 
     target_position: Floats
+    """(n, B, 3) base axes, m."""
     target_rotation: Floats
+    """(n, B, 3, 3) base_from_target."""
     unloaded_position: Floats
+    """The same under weight alone."""
     unloaded_rotation: Floats
+    """The same under weight alone."""
     displacement: Floats
+    """(n, B, 6) from the weight-only state: difference of positions, and rotation vector of R R_refᵀ, base axes, m and
+    rad.
+    """
     joint_torque: Floats
+    """(n, J) whole torque about the joints' axes at rest, N·m."""
     nodes: Floats
+    """(n, 2J + 2, 6) every node's own small displacement, from the weight-only state, in the node's axes, m and rad; 2k
+    is the outboard end of link k in beam axes, which the rods on the link see.
+    """
 
 
 def blocks(run: NDArray[np.int64] | None, n: int, keep_runs: bool) -> Iterator[slice]:
@@ -219,21 +214,18 @@ def first_order_displacement(rest: Rest, nodes: Floats | None = None) -> list[Fl
 
 @dataclass(frozen=True)
 class WeightOnlyRest:
-    """The rest under weight alone, which loads are counted from; state axis last.
-
-    Attributes
-    ----------
-    targets : each target's frame.
-    linear : each target's (6, n) first-order displacement; empty in the finite form.
-    wrench, displacement : (2J + 2, 6, n) of the nodes.
-    terms : the laws' terms.
-    """
+    """The rest under weight alone, which loads are counted from; state axis last."""
 
     targets: list[StackedFrame]
+    """Each target's frame."""
     linear: list[Floats]
+    """Each target's (6, n) first-order displacement; empty in the finite form."""
     wrench: Floats
+    """(2J + 2, 6, n) of the nodes."""
     displacement: Floats
+    """(2J + 2, 6, n) of the nodes."""
     terms: list[tuple[PlacedEffect, Term]]
+    """The laws' terms."""
 
 
 def rest_under_weight(robot: CompliantRobot, inputs: Inputs, tolerance: float = TOLERANCE) -> WeightOnlyRest:

@@ -30,18 +30,18 @@ SOFTEST_NM_PER_RAD = 100.0
 
 @dataclass(frozen=True)
 class Suspect:
-    """A number that is larger than on any robot.
-
-    Attributes
-    ----------
-    excess : how many times larger. file, place : where it stands. found : the number in words. mend : what to write.
-    """
+    """A number that is larger than on any robot."""
 
     excess: float
+    """How many times larger."""
     file: str
+    """Where it stands."""
     place: str
+    """Where it stands."""
     found: str
+    """The number in words."""
     mend: str
+    """What to write."""
 
 
 class NoBalanceError(InputError):
@@ -83,7 +83,8 @@ class NoBalanceError(InputError):
 
         Parameters
         ----------
-        file, place : where the load was given. mend : what to do about it.
+        file, place : where the load was given.
+        mend : what to do about it.
         """
         if self._suspect is not None and self._suspect.place != "wrench":
             return self
@@ -95,8 +96,10 @@ def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, chan
 
     Parameters
     ----------
-    robot : chain and effects. inputs : angles (J, n), wrench (6, n), set-up.
-    displacement : (2J + 2, 6, n) of the nodes after the last sweep. change : (n,) by the last sweep, rad and m.
+    robot : chain and effects.
+    inputs : angles (J, n), wrench (6, n), set-up.
+    displacement : (2J + 2, 6, n) of the nodes after the last sweep.
+    change : (n,) by the last sweep, rad and m.
     """
     state = int(np.argmax(np.where(np.isfinite(change), change, np.inf)))
     force, moment = (

@@ -30,18 +30,14 @@ HASH_FORM = b"stiffcal plugins 1\n"
 
 @dataclass(frozen=True)
 class PluginFile:
-    """A file of plugin code.
-
-    Attributes
-    ----------
-    name : as campaign.toml lists it, with `/` between folders.
-    path : where it is.
-    content : its bytes, as they were read: these run, and no others.
-    """
+    """A file of plugin code."""
 
     name: str
+    """As campaign.toml lists it, with `/` between folders."""
     path: Path
+    """Where it is."""
     content: bytes
+    """Its bytes, as they were read: these run, and no others."""
 
     @property
     def module(self) -> str:
@@ -84,16 +80,12 @@ def _targets(line: ast.Assign | ast.AnnAssign) -> list[ast.expr]:
 
 @dataclass(frozen=True)
 class PluginCode:
-    """All plugin code of a campaign.
-
-    Attributes
-    ----------
-    folder : the campaign folder.
-    files : in the order of campaign.toml.
-    """
+    """All plugin code of a campaign."""
 
     folder: Path
+    """The campaign folder."""
     files: tuple[PluginFile, ...]
+    """In the order of campaign.toml."""
 
     @cached_property
     def digest(self) -> str:
@@ -133,7 +125,8 @@ def read_plugins(folder: Path, names: Iterable[str]) -> PluginCode:
 
     Parameters
     ----------
-    folder : the campaign folder. names : as campaign.toml lists them.
+    folder : the campaign folder.
+    names : as campaign.toml lists them.
 
     Raises
     ------

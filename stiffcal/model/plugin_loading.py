@@ -94,7 +94,8 @@ def fault_of(error: BaseException, name: str) -> InputError:
 
     Parameters
     ----------
-    error : what it raised. name : the file, where the exception does not say which.
+    error : what it raised.
+    name : the file, where the exception does not say which.
     """
     file, line, error = place_in_plugin(error) or (name, 0, error)
     if isinstance(error, SyntaxError) and error.lineno:

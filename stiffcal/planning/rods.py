@@ -22,55 +22,54 @@ _COMPONENTS = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
 
 @dataclass(frozen=True)
 class ExtraRod:
-    """A rod that would help.
-
-    Attributes
-    ----------
-    start, end : (3,) beam frame, m.
-    determines : unknowns that could be carried with it and could not without.
-    gain_before, gain_after : how much of a rod's error the link's end shows at worst, for the unknowns carried before.
-    gain : the same with all that the rods then carry.
-    spare : rods beyond the unknowns, with it.
-    """
+    """A rod that would help."""
 
     start: Floats
+    """(3,) beam frame, m."""
     end: Floats
+    """(3,) beam frame, m."""
     determines: tuple[str, ...]
+    """Unknowns that could be carried with it and could not without."""
     gain_before: float
+    """How much of a rod's error the link's end shows at worst, for the unknowns carried before."""
     gain_after: float
+    """How much of a rod's error the link's end shows at worst, for the unknowns carried before."""
     gain: float
+    """The same with all that the rods then carry."""
     spare: int
+    """Rods beyond the unknowns, with it."""
 
 
 @dataclass(frozen=True)
 class RodObservability:
-    """What the rods on one link can and cannot see.
-
-    Attributes
-    ----------
-    link : its name. rods : the rods' names.
-    carried, taken_as_absent, blind : unknowns by name.
-    spare : rods beyond the unknowns: the check.
-    condition, gain : see `stiffcal.links.rods.RodDesign`.
-    std : (6,) standard uncertainty of the end's displacement in one state, m and rad; NaN where not seen.
-    sigma : of a rod, m: as stated, else `USUAL_SIGMA`. stated : whether it was.
-    mistakes : what loads that are not carried do to the estimate.
-    advice : rods that would help, the best first.
-    """
+    """What the rods on one link can and cannot see."""
 
     link: str
+    """Its name."""
     rods: tuple[str, ...]
+    """The rods' names."""
     carried: tuple[str, ...]
+    """Unknowns by name."""
     taken_as_absent: tuple[str, ...]
+    """Unknowns by name."""
     blind: tuple[str, ...]
+    """Unknowns by name."""
     spare: int
+    """Rods beyond the unknowns: the check."""
     condition: float
+    """See `stiffcal.links.rods.RodDesign`."""
     gain: float
+    """See `stiffcal.links.rods.RodDesign`."""
     std: Floats
+    """(6,) standard uncertainty of the end's displacement in one state, m and rad; NaN where not seen."""
     sigma: float
+    """Of a rod, m: as stated, else `USUAL_SIGMA`."""
     stated: bool
+    """Whether it was."""
     mistakes: tuple[ShapeError, ...]
+    """What loads that are not carried do to the estimate."""
     advice: tuple[ExtraRod, ...]
+    """Rods that would help, the best first."""
 
     @property
     def sentences(self) -> tuple[str, ...]:

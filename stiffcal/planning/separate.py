@@ -17,20 +17,16 @@ POSES = 400
 
 @dataclass(frozen=True)
 class Separation:
-    """A measurement that two models disagree on most.
-
-    Attributes
-    ----------
-    joints : (L,) logged joint angles, rad.
-    wrench : (6,) in the sensor's axes, N and N·m.
-    difference : of the two predictions, m.
-    gain : difference over the noise of one reading.
-    """
+    """A measurement that two models disagree on most."""
 
     joints: Floats
+    """(L,) logged joint angles, rad."""
     wrench: Floats
+    """(6,) in the sensor's axes, N and N·m."""
     difference: float
+    """Of the two predictions, m."""
     gain: float
+    """Difference over the noise of one reading."""
 
 
 def separating_measurement(

@@ -39,20 +39,16 @@ Options: TypeAlias = Mapping[str, object]
 
 @dataclass(frozen=True)
 class WantedColumns:
-    """The columns that are to be read.
-
-    Attributes
-    ----------
-    numbers : columns of numbers; every cell must be a finite number.
-    texts : columns of words, such as a run's name.
-    times : columns of ISO 8601 times; they come back among the numbers, as seconds since 1970-01-01 UTC.
-    gaps : those of `numbers` in which an empty cell or NaN is a missing reading (a marker out of sight), given as NaN.
-    """
+    """The columns that are to be read."""
 
     numbers: tuple[str, ...]
+    """Columns of numbers; every cell must be a finite number."""
     texts: tuple[str, ...] = ()
+    """Columns of words, such as a run's name."""
     times: tuple[str, ...] = ()
+    """Columns of ISO 8601 times; they come back among the numbers, as seconds since 1970-01-01 UTC."""
     gaps: frozenset[str] = frozenset()
+    """Those of `numbers` in which an empty cell or NaN is a missing reading (a marker out of sight), given as NaN."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -62,18 +58,14 @@ class WantedColumns:
 
 @dataclass(frozen=True)
 class Batch:
-    """Consecutive data rows of a log.
-
-    Attributes
-    ----------
-    first_row : the first row's number in the log, from 1; header lines are not counted.
-    numbers : column name to (n,) array in the log's own units; ISO times are seconds since 1970-01-01 UTC.
-    texts : column name to the n words.
-    """
+    """Consecutive data rows of a log."""
 
     first_row: int
+    """The first row's number in the log, from 1; header lines are not counted."""
     numbers: dict[str, Floats]
+    """Column name to (n,) array in the log's own units; ISO times are seconds since 1970-01-01 UTC."""
     texts: dict[str, list[str]] = field(default_factory=dict)
+    """Column name to the n words."""
 
     def __len__(self) -> int:
         for values in self.numbers.values():
@@ -85,20 +77,16 @@ class Batch:
 
 @dataclass(frozen=True)
 class Header:
-    """What a log says of itself.
-
-    Attributes
-    ----------
-    columns : the names of all columns, in order.
-    units : column name to the unit that the log itself states (a unit row, an attribute), where it does.
-    n_rows : the number of data rows where the format knows it without reading them, else None.
-    options : the options as understood, detected ones included (a delimiter that was not given).
-    """
+    """What a log says of itself."""
 
     columns: tuple[str, ...]
+    """The names of all columns, in order."""
     units: dict[str, str] = field(default_factory=dict)
+    """Column name to the unit that the log itself states (a unit row, an attribute), where it does."""
     n_rows: int | None = None
+    """The number of data rows where the format knows it without reading them, else None."""
     options: dict[str, object] = field(default_factory=dict)
+    """The options as understood, detected ones included (a delimiter that was not given)."""
 
 
 class NoOptions(TomlTable):
@@ -107,21 +95,18 @@ class NoOptions(TomlTable):
 
 @dataclass(frozen=True)
 class FuzzInput:
-    """A small valid log of a format, which tests read back, and spoil to see that it is refused in one line.
-
-    Attributes
-    ----------
-    ending : what its file's name ends with; a format whose logs are folders names a file that it reads as well.
-    write : writes it.
-    numbers, texts : columns that it holds, of numbers and of words.
-    options : the format's options with which it is read.
-    """
+    """A small valid log of a format, which tests read back, and spoil to see that it is refused in one line."""
 
     ending: str
+    """What its file's name ends with; a format whose logs are folders names a file that it reads as well."""
     write: Callable[[Path], None]
+    """Writes it."""
     numbers: tuple[str, ...]
+    """Columns that it holds, of numbers and of words."""
     texts: tuple[str, ...] = ()
+    """Columns that it holds, of numbers and of words."""
     options: Mapping[str, object] = field(default_factory=dict)
+    """The format's options with which it is read."""
 
 
 class Reader(ABC):
@@ -368,7 +353,8 @@ def damaged_file_errors(
 
     Parameters
     ----------
-    kind : what the file should be, e.g. "TDMS file". mend : what to do.
+    kind : what the file should be, e.g. "TDMS file".
+    mend : what to do.
     """
     try:
         yield

@@ -21,25 +21,22 @@ MOST_BLOCKS = 1 << 17
 
 @dataclass(frozen=True)
 class Blocks:
-    """A log as m block averages, on the device's own clock.
-
-    Attributes
-    ----------
-    time : (m,) s, mean of the block's sample times.
-    start, end : (m,) s, its first and last sample.
-    count : (m,) samples in the block.
-    mean : signal name to (m, c), in the units that were fed.
-    variance : signal name to (m, c), of single samples about the block's mean (0 where one sample).
-    dropped : samples left out because a value was missing.
-    """
+    """A log as m block averages, on the device's own clock."""
 
     time: Floats
+    """(m,) s, mean of the block's sample times."""
     start: Floats
+    """(m,) s, its first and last sample."""
     end: Floats
+    """(m,) s, its first and last sample."""
     count: Integers
+    """(m,) samples in the block."""
     mean: dict[str, Floats]
+    """Signal name to (m, c), in the units that were fed."""
     variance: dict[str, Floats]
+    """Signal name to (m, c), of single samples about the block's mean (0 where one sample)."""
     dropped: int = 0
+    """Samples left out because a value was missing."""
 
     def __len__(self) -> int:
         return int(self.time.shape[0])

@@ -32,7 +32,9 @@ def clock_courses(
 
     Parameters
     ----------
-    run : its name. shared : what each device saw. clocks : source to the offset of the whole run.
+    run : its name.
+    shared : what each device saw.
+    clocks : source to the offset of the whole run.
 
     Returns
     -------

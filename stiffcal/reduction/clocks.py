@@ -30,20 +30,16 @@ SETTLED_S = 1e-6  # a lag that moves by less has settled: a fiftieth of the quic
 
 @dataclass(frozen=True)
 class SharedSignal:
-    """What a device saw that another may have seen too, on its own clock.
-
-    Attributes
-    ----------
-    source : the source's name.
-    time : (m,) s.
-    values : (m, c) wrench, position, joint angles, lengths: anything that follows the load linearly, nearly.
-    leads : True for the load itself (wrench): the others are regressed on it.
-    """
+    """What a device saw that another may have seen too, on its own clock."""
 
     source: str
+    """The source's name."""
     time: Floats
+    """(m,) s."""
     values: Floats
+    """(m, c) wrench, position, joint angles, lengths: anything that follows the load linearly, nearly."""
     leads: bool
+    """True for the load itself (wrench): the others are regressed on it."""
 
     @cached_property
     def holds(self) -> Holds:

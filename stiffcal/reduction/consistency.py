@@ -122,7 +122,9 @@ def check_work(
 
     Parameters
     ----------
-    acts_on : what the manifest says now. place : the wrench's key in it. columns : of the wrench, 3 or 6.
+    acts_on : what the manifest says now.
+    place : the wrench's key in it.
+    columns : of the wrench, 3 or 6.
     """
     loads = np.array([states.runs[k].experiment == "load" for k in states.run], dtype=np.bool_) & states.used
     chosen = states.select(loads)
@@ -215,17 +217,14 @@ def _swapped_column_fault(
 
 @dataclass(frozen=True)
 class KinematicsMatch:
-    """How well kinematics meets the tracker in the reference states.
-
-    Attributes
-    ----------
-    median_m, worst_m : distance between the computed and the measured target; NaN where positions are not measured.
-    turned_rad : median angle between the computed and the measured orientation, NaN where not measured.
-    """
+    """How well kinematics meets the tracker in the reference states."""
 
     median_m: float
+    """Distance between the computed and the measured target; NaN where positions are not measured."""
     worst_m: float
+    """Distance between the computed and the measured target; NaN where positions are not measured."""
     turned_rad: float
+    """Median angle between the computed and the measured orientation, NaN where not measured."""
 
 
 def match_kinematics(states: LoadStates, chain: Chain) -> KinematicsMatch:

@@ -25,20 +25,18 @@ POORLY_KNOWN, NOT_KNOWN = 0.3, 1.0
 
 @dataclass(frozen=True)
 class JointExcitation:
-    """What a joint saw.
-
-    Attributes
-    ----------
-    name : the joint. torque : largest change of torque on its drive within a run, N·m.
-    relative_std : standard uncertainty over value that a fit of joint compliances can expect; NaN where unknown.
-    identifiable : False where its compliance cannot be told. verdict : in words.
-    """
+    """What a joint saw."""
 
     name: str
+    """The joint."""
     torque: float
+    """Largest change of torque on its drive within a run, N·m."""
     relative_std: float
+    """Standard uncertainty over value that a fit of joint compliances can expect; NaN where unknown."""
     identifiable: bool
+    """False where its compliance cannot be told."""
     verdict: str
+    """In words."""
 
 
 def joint_excitation(states: LoadStates, chain: Chain) -> list[JointExcitation]:

@@ -22,20 +22,20 @@ LEAST_READINGS = 30
 
 @dataclass
 class FrozenChannels:
-    """Watch one group of channels (k, n) batch by batch: rows in which all of them stay the same.
-
-    Attributes
-    ----------
-    n_pairs, n_equal : neighbours seen, and those that are equal.
-    longest : readings in the longest row of equal ones; first, last : its rows in the file. value : what it shows.
-    """
+    """Counts, batch by batch, rows in which all channels (k, n) of a group stay the same."""
 
     n_pairs: int = 0
+    """Pairs of neighbouring rows."""
     n_equal: int = 0
+    """Pairs of neighbouring rows that are equal."""
     longest: int = 0
+    """Readings in the longest row of equal ones."""
     first: int = 0
+    """Its first row in the file."""
     last: int = 0
+    """Its last row in the file."""
     value: Floats | None = None
+    """(k,) its readings."""
     _row: int = 1
     _began: int = 0
     _before: Floats | None = None

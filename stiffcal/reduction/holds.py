@@ -48,20 +48,18 @@ class UnusedStretch:
 
 @dataclass(frozen=True)
 class Holds:
-    """h holds of a run, in order, in s on the clock of the log they were found in.
-
-    Attributes
-    ----------
-    start, end : (h,) what is averaged.
-    reached, left : (h,) when the load was reached and left: ``left - reached`` is how long it was held.
-    dropped : what was thrown away, and why.
-    """
+    """h holds of a run, in order, in s on the clock of the log they were found in."""
 
     start: Floats
+    """(h,) what is averaged."""
     end: Floats
+    """(h,) what is averaged."""
     reached: Floats
+    """(h,) when the load was reached and left: ``left - reached`` is how long it was held."""
     left: Floats
+    """(h,) when the load was reached and left: ``left - reached`` is how long it was held."""
     dropped: tuple[UnusedStretch, ...] = ()
+    """What was thrown away, and why."""
 
     def __len__(self) -> int:
         return int(self.start.shape[0])

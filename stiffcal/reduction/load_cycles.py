@@ -28,27 +28,24 @@ BRANCH_NAMES = ("unloaded", "loading", "peak", "unloading")
 
 @dataclass(frozen=True)
 class LoadCycles:
-    """How the load went, per state.
-
-    Attributes
-    ----------
-    magnitude : (n,) |force|, N (|moment|, N·m, in runs without force).
-    direction : (n,) number of the signed direction within the run, −1 where unloaded.
-    axis : (n,) number of the direction regardless of sign, −1 where unloaded.
-    branch : (n,) UNLOADED, LOADING, PEAK or UNLOADING.
-    cycle : (n,) how often this signed direction has been loaded in the run, from 1; for unloaded states that of the
-        direction just left, 0 before any.
-    left : (n,) for unloaded states the signed direction just left (−1 before any); else the direction itself.
-    first : (n,) True on the first loading along an axis in the run, whose memory (friction, play) is not known.
-    """
+    """How the load went, per state."""
 
     magnitude: Floats
+    """(n,) |force|, N (|moment|, N·m, in runs without force)."""
     direction: Integers
+    """(n,) number of the signed direction within the run, −1 where unloaded."""
     axis: Integers
+    """(n,) number of the direction regardless of sign, −1 where unloaded."""
     branch: Integers
+    """(n,) UNLOADED, LOADING, PEAK or UNLOADING."""
     cycle: Integers
+    """(n,) how often this signed direction has been loaded in the run, from 1; for unloaded states that of the
+    direction just left, 0 before any.
+    """
     left: Integers
+    """(n,) for unloaded states the signed direction just left (−1 before any); else the direction itself."""
     first: NDArray[np.bool_]
+    """(n,) True on the first loading along an axis in the run, whose memory (friction, play) is not known."""
 
 
 def load_vector(wrench: Floats) -> Floats:

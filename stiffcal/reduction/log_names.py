@@ -21,7 +21,8 @@ def names_in_file(wanted: WantedColumns, columns: Callable[[], Sequence[str]]) -
 
     Parameters
     ----------
-    wanted : the columns as the manifest names them. columns : reads the names in the file; called only where a wanted
+    wanted : the columns as the manifest names them.
+    columns : reads the names in the file; called only where a wanted
         name can be composed in several ways.
 
     Examples
@@ -70,7 +71,9 @@ def with_run_names_checked(batches: Iterator[Batch], column: str | None, file: s
 
     Parameters
     ----------
-    batches : as read. column : holds the names of the runs; None: no column does. file : for the message.
+    batches : as read.
+    column : holds the names of the runs; None: no column does.
+    file : for the message.
 
     Raises
     ------

@@ -34,24 +34,20 @@ _CONDITIONS: dict[str, Callable[[Floats, float], NDArray[np.bool_]]] = {
 
 @dataclass(frozen=True)
 class Rows:
-    """Consecutive rows of a source, in SI and in the instrument's axes, channels first.
-
-    Attributes
-    ----------
-    number : (n,) data row in the file, from 1, header not counted.
-    time : (n,) s on the device's clock; NaN where none is logged.
-    run : the n names of the run column, or empty.
-    signals : name to (c, n). ``joints`` rad, ``wrench`` (6) N, N·m as it acts on the robot, ``mass`` kg,
-        ``position.BODY`` m and ``quaternion.BODY`` w x y z in the pose's frame, ``marker.BODY.NAME`` m,
-        ``translation`` m and ``rotation`` rad of a deflection, ``displacement.SOURCE`` m, ``lengths.ROD`` m,
-        ``temperature`` K,
-        ``hold`` s, and what else a controller logs: ``joints.command``, ``joints.velocity``, ``joints.torque``.
-    """
+    """Consecutive rows of a source, in SI and in the instrument's axes, channels first."""
 
     number: Integers
+    """(n,) data row in the file, from 1, header not counted."""
     time: Floats
+    """(n,) s on the device's clock; NaN where none is logged."""
     run: list[str]
+    """The n names of the run column, or empty."""
     signals: dict[str, Floats]
+    """Name to (c, n). ``joints`` rad, ``wrench`` (6) N, N·m as it acts on the robot, ``mass`` kg, ``position.BODY`` m
+    and ``quaternion.BODY`` w x y z in the pose's frame, ``marker.BODY.NAME`` m, ``translation`` m and ``rotation`` rad
+    of a deflection, ``displacement.SOURCE`` m, ``lengths.ROD`` m, ``temperature`` K, ``hold`` s, and what else a
+    controller logs: ``joints.command``, ``joints.velocity``, ``joints.torque``.
+    """
 
     def __len__(self) -> int:
         return int(self.number.shape[0])
@@ -70,7 +66,8 @@ def read_rows(
 
     Parameters
     ----------
-    folder : the campaign folder. name : the source's name, for messages.
+    folder : the campaign folder.
+    name : the source's name, for messages.
     files : signal name to file; ``""`` for a file that holds all signals.
     observer : called with all rows as they come; it may raise.
 

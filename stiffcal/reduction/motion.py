@@ -15,18 +15,14 @@ from stiffcal.mechanics.kinematics import attached_poses, jacobians
 
 @dataclass(frozen=True)
 class Motion:
-    """Components of translation as measured: k of them in n states.
-
-    Attributes
-    ----------
-    measured : (n, k) m, NaN where not measured; an offset per run is without meaning.
-    axes : (n, k, 3) the direction that each component is counted along, base axes.
-    target : k indices of targets.
-    """
+    """Components of translation as measured: k of them in n states."""
 
     measured: Floats
+    """(n, k) m, NaN where not measured; an offset per run is without meaning."""
     axes: Floats
+    """(n, k, 3) the direction that each component is counted along, base axes."""
     target: tuple[int, ...]
+    """k indices of targets."""
 
     def columns(self, states: LoadStates, chain: Chain) -> Floats:
         """Return (n, k, J) how each component moves with the joints, m/rad."""

@@ -47,36 +47,40 @@ class ChannelRemark:
 
 @dataclass
 class LogQuality:
-    """Watch one log while it streams past.
-
-    Attributes
-    ----------
-    file : as the user named it. place_of_row : row to ``line n``. sampled : False where rows are load states.
-    columns : signal to the columns' names in the file.
-    by_the_wall : True where times are dates, which may be local ones.
-    elsewhere : signal to its own file and ``row to line n``, where a source lies in several files.
-    n_rows, first_s, last_s, interval, longest : what was seen of rows and time.
-    low, high : signal to the least and the largest value of each channel, SI.
-    """
+    """Collects, batch by batch, what is remarkable about the rows and channels of one log."""
 
     file: str
+    """The file as the user named it."""
     place_of_row: Callable[[int], str]
+    """Row to ``line n``."""
     sampled: bool
+    """False where rows are load states."""
     columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """Signal to the columns' names in the file."""
     elsewhere: Mapping[str, tuple[str, Callable[[int], str]]] = field(default_factory=dict)
+    """Signal to its own file and row to ``line n``, where a source lies in several files."""
     by_the_wall: bool = False
+    """True where times are dates, which may be local ones."""
     n_rows: int = 0
     first_s: float = float("nan")
     last_s: float = float("nan")
     intervals: list[float] = field(default_factory=list)
+    """Median interval between rows of every batch, s."""
     longest: float = 0.0
+    """Longest interval between two rows, s."""
     longest_at: float = float("nan")
+    """Time at which it ends, s."""
     n_gaps: int = 0
     low: dict[str, Floats] = field(default_factory=dict)
+    """Signal to the least value of each channel, SI."""
     high: dict[str, Floats] = field(default_factory=dict)
+    """Signal to the largest value of each channel, SI."""
     at_high: dict[str, NDArray[np.int64]] = field(default_factory=dict)
+    """Signal to how often each channel read its largest value."""
     gaps: list[tuple[float, float]] = field(default_factory=list)
+    """Begin and end of gaps, s."""
     frozen: dict[tuple[str, int], FrozenChannels] = field(default_factory=dict)
+    """Signal and channel (-1: all of a position) to the rows over which it did not change."""
 
     def update(self, number: NDArray[np.int64], time: Floats, signals: dict[str, Floats]) -> None:
         """Look at a batch: rows' numbers (n,), time (n,) s, signals name to (c, n) in SI.

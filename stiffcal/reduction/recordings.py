@@ -32,21 +32,20 @@ LEAST_EXCITED = 0.5  # of a hold, by every device: less is no state
 
 @dataclass(frozen=True)
 class ReducedRun:
-    """A run, reduced.
-
-    Attributes
-    ----------
-    states : its load states. clocks : source to offset. holds : on the first source's clock.
-    dropped : what was thrown away, and why. warnings : what the user ought to know.
-    passes : of a load that was swept: how often it went from one turning point to the next; 0 where it was held.
-    """
+    """A run, reduced."""
 
     states: RawStates
+    """Its load states."""
     clocks: dict[str, SourceClockOffset]
+    """Source to offset."""
     holds: Holds
+    """On the first source's clock."""
     dropped: tuple[UnusedStretch, ...]
+    """What was thrown away, and why."""
     warnings: tuple[str, ...]
+    """What the user ought to know."""
     passes: int = 0
+    """Of a load that was swept: how often it went from one turning point to the next; 0 where it was held."""
 
 
 def shared_signal(source: str, blocks: Blocks) -> SharedSignal:

@@ -59,21 +59,18 @@ class RegistrationSummary:
 
 @dataclass(frozen=True)
 class Registration:
-    """Frames found.
-
-    Attributes
-    ----------
-    frames : name to (4, 4) parent_from_frame, m.
-    uncertainty : name to (6,) standard uncertainty: translation m, rotation rad; NaN where it was not looked for.
-    rms_m, rms_rad : what is left between kinematics and readings; rms_rad is NaN for positions only.
-    n_poses : different poses used.
-    """
+    """Frames found."""
 
     frames: dict[str, Floats]
+    """Name to (4, 4) parent_from_frame, m."""
     uncertainty: dict[str, Floats]
+    """Name to (6,) standard uncertainty: translation m, rotation rad; NaN where it was not looked for."""
     rms_m: float
+    """What is left between kinematics and readings; rms_rad is NaN for positions only."""
     rms_rad: float
+    """What is left between kinematics and readings; rms_rad is NaN for positions only."""
     n_poses: int
+    """Different poses used."""
 
     @property
     def summary(self) -> RegistrationSummary:

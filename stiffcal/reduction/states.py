@@ -28,27 +28,24 @@ STANDARD_GRAVITY = 9.80665  # m/s², where the robot file's gravity has no lengt
 
 @dataclass(frozen=True)
 class RawStates:
-    """n states of one campaign, signal by signal, before they become load states.
-
-    Attributes
-    ----------
-    run : n names of runs, states of one run side by side and in order.
-    number : (n,) row in the table, or the hold's number in its run, from 1.
-    time, hold : (n,) s, NaN where not known.
-    signals : name to (n, c), as in `stiffcal.reduction.logs.Rows` but states first.
-    scatter : likewise, standard deviation of single readings within the hold; signals without one are left out.
-    n_readings : (n,).
-    set_aside : why each of the n states is not used; `IN_USE` where it is.
-    """
+    """n states of one campaign, signal by signal, before they become load states."""
 
     run: list[str]
+    """n names of runs, states of one run side by side and in order."""
     number: Integers
+    """(n,) row in the table, or the hold's number in its run, from 1."""
     time: Floats
+    """(n,) s, NaN where not known."""
     hold: Floats
+    """(n,) s, NaN where not known."""
     signals: dict[str, Floats]
+    """Name to (n, c), as in `stiffcal.reduction.logs.Rows` but states first."""
     scatter: dict[str, Floats]
+    """Likewise, standard deviation of single readings within the hold; signals without one are left out."""
     n_readings: Integers
+    """(n,)."""
     set_aside: list[SetAside]
+    """Why each of the n states is not used; `IN_USE` where it is."""
 
 
 def no_states() -> RawStates:

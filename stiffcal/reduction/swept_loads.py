@@ -41,16 +41,12 @@ AT_REST = 0.02
 
 @dataclass(frozen=True)
 class SweptPasses:
-    """The passes of a swept load.
-
-    Attributes
-    ----------
-    holds : the windows around the levels, in order of time, as the holds of a load that is held.
-    passes : how often the load went from one turning point to the next.
-    """
+    """The passes of a swept load."""
 
     holds: Holds
+    """The windows around the levels, in order of time, as the holds of a load that is held."""
     passes: int
+    """How often the load went from one turning point to the next."""
 
 
 def swept_load(time: Floats, values: Floats) -> Floats:
@@ -58,7 +54,8 @@ def swept_load(time: Floats, values: Floats) -> Floats:
 
     Parameters
     ----------
-    time : (n,) s. values : (n, c) force and moment (zero where not measured), any units.
+    time : (n,) s.
+    values : (n, c) force and moment (zero where not measured), any units.
     """
     rest = values[: max(len(time) // 50, 1)].mean(axis=0)
     change = values - rest
@@ -97,7 +94,8 @@ def find_sweeps(time: Floats, values: Floats) -> SweptPasses | None:
 
     Parameters
     ----------
-    time : (n,) s, of readings or of means over short blocks. values : (n, c) the load as read.
+    time : (n,) s, of readings or of means over short blocks.
+    values : (n, c) the load as read.
 
     Examples
     --------
@@ -144,7 +142,8 @@ def is_swept(time: Floats, values: Floats) -> bool:
 
     Parameters
     ----------
-    time : (n,) s. values : (n, c) the load as read.
+    time : (n,) s.
+    values : (n, c) the load as read.
 
     Examples
     --------

@@ -34,7 +34,8 @@ def check_displacement_unit(states: LoadStates, declared: str, place: str, file:
     Parameters
     ----------
     states : load states with given deflections; others are let pass (kinematics shows their unit).
-    declared : the unit of translation in the manifest. place : its key.
+    declared : the unit of translation in the manifest.
+    place : its key.
     """
     if not states.deflection_given or len(states) == 0:
         return []

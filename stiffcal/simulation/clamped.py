@@ -42,7 +42,8 @@ def sweep_program(clamping: Clamping, joints: Floats, moved_joint: int) -> Motio
 
     Parameters
     ----------
-    clamping : amplitude, times. joints : (L,) rad, where the robot was clamped.
+    clamping : amplitude, times.
+    joints : (L,) rad, where the robot was clamped.
     moved_joint : from 1.
 
     Examples
@@ -84,8 +85,10 @@ def simulate_clamped(
 
     Parameters
     ----------
-    robot : chain and valued effects. planned : its program is a motion; its load point is where the fixture holds.
-    frames : the frames that instruments look at. tool : what hangs on the flange.
+    robot : chain and valued effects.
+    planned : its program is a motion; its load point is where the fixture holds.
+    frames : the frames that instruments look at.
+    tool : what hangs on the flange.
     fixture : (6, 6) compliance of the fixture, m/N and rad/(N·m), base axes.
 
     Raises

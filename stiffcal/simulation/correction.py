@@ -13,18 +13,14 @@ from stiffcal.arrays import Floats
 
 @dataclass(frozen=True)
 class Correction:
-    """Joint offsets and what they do to frames; between two moments nothing changes.
-
-    Attributes
-    ----------
-    time : (m,) s from the run's first hold: the moments from which the joints stand at new offsets.
-    offset : (m, L) rad, of the logged joints.
-    shift : frame name to (m, 6): how far the offsets move and turn it, m and rad, base axes.
-    """
+    """Joint offsets and what they do to frames; between two moments nothing changes."""
 
     time: Floats
+    """(m,) s from the run's first hold: the moments from which the joints stand at new offsets."""
     offset: Floats
+    """(m, L) rad, of the logged joints."""
     shift: Mapping[str, Floats]
+    """Frame name to (m, 6): how far the offsets move and turn it, m and rad, base axes."""
 
     def offset_at(self, time: Floats) -> Floats:
         """Return (n, L) the joint offsets at moments."""

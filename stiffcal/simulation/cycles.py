@@ -21,31 +21,28 @@ SETTLED_AFTER = 8.0
 
 @dataclass(frozen=True)
 class LoadProgram:
-    """The m holds of one run, in order; the first is unloaded.
-
-    Attributes
-    ----------
-    wrench : (m, 6) N, N·m, base axes, about the load point: what is really set.
-    direction : (m,) number of the load's direction from 0; -1 where unloaded.
-    sign : (m,) +1 along the direction, -1 against it, 0 unloaded.
-    level : (m,) what was wanted, as a fraction of the largest force.
-    branch : (m,) +1 loading, -1 unloading, 0 unloaded.
-    cycle : (m,) number of the full cycle in this direction from 0.
-    ramp_from : (m,) s when the ramp to this hold starts; the run's first hold starts at 0.
-    ramp_to : (m,) s when the ramp ends and settling starts.
-    start, end : (m,) s, true time from the run's start: the load has settled, and is kept until `end`.
-    """
+    """The m holds of one run, in order; the first is unloaded."""
 
     wrench: Floats
+    """(m, 6) N, N·m, base axes, about the load point: what is really set."""
     direction: Integers
+    """(m,) number of the load's direction from 0; -1 where unloaded."""
     sign: Integers
+    """(m,) +1 along the direction, -1 against it, 0 unloaded."""
     level: Floats
+    """(m,) what was wanted, as a fraction of the largest force."""
     branch: Integers
+    """(m,) +1 loading, -1 unloading, 0 unloaded."""
     cycle: Integers
+    """(m,) number of the full cycle in this direction from 0."""
     ramp_from: Floats
+    """(m,) s when the ramp to this hold starts; the run's first hold starts at 0."""
     ramp_to: Floats
+    """(m,) s when the ramp ends and settling starts."""
     start: Floats
+    """(m,) s, true time from the run's start: the load has settled, and is kept until `end`."""
     end: Floats
+    """(m,) s, true time from the run's start: the load has settled, and is kept until `end`."""
 
     def __len__(self) -> int:
         return int(self.wrench.shape[0])
@@ -93,16 +90,12 @@ class LoadProgram:
 
 @dataclass(frozen=True)
 class WavyProgram(LoadProgram):
-    """A program whose ramps are wavy: friction in the device makes the load lead and lag (paper 000, Fig. 5).
-
-    Attributes
-    ----------
-    waviness : by what share of the step.
-    waves : so often on each ramp.
-    """
+    """A program whose ramps are wavy: friction in the device makes the load lead and lag (paper 000, Fig. 5)."""
 
     waviness: float
+    """By what share of the step."""
     waves: int
+    """So often on each ramp."""
 
     def _progress(self, hold: Integers, time: Floats) -> Floats:
         even = super()._progress(hold, time)

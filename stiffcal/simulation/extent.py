@@ -13,7 +13,8 @@ def check_extent(settings: SimulationSettings, manifest: Manifest) -> None:
 
     Parameters
     ----------
-    settings : `simulate.toml`. manifest : says which runs are clamped or friction.
+    settings : `simulate.toml`.
+    manifest : says which runs are clamped or friction.
 
     Raises
     ------

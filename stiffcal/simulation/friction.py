@@ -29,15 +29,12 @@ NODE_RAD = 0.01
 
 @dataclass(frozen=True)
 class StrokesProgram(MotionProgram):
-    """Strokes at constant velocities; velocity and acceleration of the moved joint are known at the nodes.
-
-    Attributes
-    ----------
-    speed : (s,) rad/s. acceleration : (s,) rad/s².
-    """
+    """Strokes at constant velocities; velocity and acceleration of the moved joint are known at the nodes."""
 
     speed: Floats
+    """(s,) rad/s."""
     acceleration: Floats
+    """(s,) rad/s²."""
 
     def velocity_at(self, path: Floats) -> Floats:
         """Return (n, L) rad/s at path coordinates."""
@@ -51,7 +48,8 @@ def strokes_program(motion: FrictionMotion, joints: Floats, moved_joint: int) ->
 
     Parameters
     ----------
-    motion : speeds, reach, times. joints : (L,) rad, the pose.
+    motion : speeds, reach, times.
+    joints : (L,) rad, the pose.
     moved_joint : from 1.
 
     Examples
@@ -123,7 +121,9 @@ def simulate_friction(
     Parameters
     ----------
     robot : chain and valued effects; those that show in motion make the friction.
-    planned : its program is of `strokes_program`. frames : what instruments look at. tool : what hangs on the flange.
+    planned : its program is of `strokes_program`.
+    frames : what instruments look at.
+    tool : what hangs on the flange.
     motion : rotor inertia and gear ripple.
     """
     program = planned.program

@@ -47,29 +47,25 @@ _QUATERNION_DECIMALS = 9
 
 @dataclass(frozen=True)
 class SamplingContext:
-    """When one device reads in one run, and where the run is then.
-
-    Attributes
-    ----------
-    true_run : the run as it really was.
-    time : (n,) s, true, from the run's first hold.
-    path : (n,) path coordinates.
-    frames : the true frames by name.
-    robot : what the robot has beyond its files.
-    misplaced : (6,) m and rad, base axes: how far the robot stands from where its kinematics says, all through the run.
-    rods : rod to its link's node, and what it reads, (7,): of that node's displacement, and per kelvin.
-    gear_ratio : (L,) motor turns per joint turn.
-    """
+    """When one device reads in one run, and where the run is then."""
 
     true_run: TrueRun
+    """The run as it really was."""
     time: Floats
+    """(n,) s, true, from the run's first hold."""
     path: Floats
+    """(n,) path coordinates."""
     frames: Mapping[str, Attachment]
+    """The true frames by name."""
     robot: TrueRobot
+    """What the robot has beyond its files."""
     misplaced: Floats
+    """(6,) m and rad, base axes: how far the robot stands from where its kinematics says, all through the run."""
     gear_ratio: Floats
+    """(L,) motor turns per joint turn."""
 
     rods: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
+    """Rod to its link's node, and what it reads, (7,): of that node's displacement, and per kelvin."""
 
     @property
     def hours(self) -> Floats:
@@ -116,19 +112,16 @@ class SamplingContext:
 
 @dataclass(frozen=True)
 class SignalSamples:
-    """One signal at n samples.
-
-    Attributes
-    ----------
-    channels : what the components are.
-    value : (n, c) SI.
-    rotation : (n, 3, 3) for poses with orientation: what the last three components are a small turn from, in the
-        instrument's axes; else None.
-    """
+    """One signal at n samples."""
 
     channels: Channels
+    """What the components are."""
     value: Floats
+    """(n, c) SI."""
     rotation: Floats | None = None
+    """(n, 3, 3) for poses with orientation: what the last three components are a small turn from, in the instrument's
+    axes; else None.
+    """
 
 
 def frames_measured_by(signal: Signal) -> tuple[str, ...]:

@@ -24,22 +24,20 @@ _CELL_END, _POINT_IN_WORDS = "\x1f", "\x1e"
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a text log is written.
-
-    Attributes
-    ----------
-    delimiter, decimal, encoding : as in the manifest.
-    preamble : lines before the column names.
-    units : column name to unit, for a line of units after the names; None for no such line.
-    decimals : column name to decimals.
-    """
+    """How a text log is written."""
 
     delimiter: str = ","
+    """As in the manifest."""
     decimal: str = "."
+    """As in the manifest."""
     encoding: str = "utf-8"
+    """As in the manifest."""
     preamble: tuple[str, ...] = ()
+    """Lines before the column names."""
     units: Mapping[str, str] | None = None
+    """Column name to unit, for a line of units after the names; None for no such line."""
     decimals: Mapping[str, int] = field(default_factory=dict)
+    """Column name to decimals."""
 
 
 def dialect_of(

@@ -21,6 +21,7 @@ def without_hidden(value: Floats, hidden: NDArray[np.bool_], hold: NDArray[np.in
 
     Parameters
     ----------
-    hidden : (n_holds, m). hold : (n,) the hold that each reading belongs to.
+    hidden : (n_holds, m).
+    hold : (n,) the hold that each reading belongs to.
     """
     return np.where(np.repeat(hidden[hold], 3, axis=1), np.nan, value)

@@ -16,22 +16,18 @@ from stiffcal.simulation.cycles import LoadProgram
 
 @dataclass(frozen=True)
 class MotionProgram(LoadProgram):
-    """A driven motion, one hold long for all that counts holds.
-
-    Attributes
-    ----------
-    node : (s,) s from the run's start, rising.
-    joints : (s, L) logged joint angles, rad, as the motors are driven.
-    moved : number of the moved joint, from 1.
-    wrench_at_node : (s, 6) N, N·m, base axes, about the load point: what the surroundings do to the robot.
-    torque : (s, L) N·m, the motors' torques at the joints' side, friction included.
-    """
+    """A driven motion, one hold long for all that counts holds."""
 
     node: Floats
+    """(s,) s from the run's start, rising."""
     joints: Floats
+    """(s, L) logged joint angles, rad, as the motors are driven."""
     moved: int
+    """Number of the moved joint, from 1."""
     wrench_at_node: Floats
+    """(s, 6) N, N·m, base axes, about the load point: what the surroundings do to the robot."""
     torque: Floats
+    """(s, L) N·m, the motors' torques at the joints' side, friction included."""
 
     def path(self, time: Floats) -> Floats:
         """Return (n,) the path coordinate at moments: time itself, s, within the motion."""
@@ -64,7 +60,8 @@ def motion_program(node: Floats, joints: Floats, moved_joint: int) -> MotionProg
 
     Parameters
     ----------
-    node : (s,) s, rising from 0. joints : (s, L) rad.
+    node : (s,) s, rising from 0.
+    joints : (s, L) rad.
     moved_joint : from 1.
     """
     zero, none = np.array([0.0]), np.zeros(1, dtype=np.int64)

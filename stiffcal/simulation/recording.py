@@ -57,25 +57,21 @@ def stream(seed: int, use: Stream, *place: int) -> np.random.Generator:
 
 @dataclass(frozen=True)
 class RecordingContext:
-    """What all recordings of a campaign share.
-
-    Attributes
-    ----------
-    settings : `simulate.toml`.
-    frames : the true frames by name.
-    true_run : the runs.
-    seed : of the campaign.
-    rods : rod to its link's node, and what it reads, (7,): of that node's displacement, and per kelvin.
-    gear_ratio : (L,) motor turns per joint turn.
-    """
+    """What all recordings of a campaign share."""
 
     settings: SimulationSettings
+    """`simulate.toml`."""
     frames: Mapping[str, Attachment]
+    """The true frames by name."""
     true_run: tuple[TrueRun, ...]
+    """The runs."""
     seed: int
+    """Of the campaign."""
     gear_ratio: Floats
+    """(L,) motor turns per joint turn."""
 
     rods: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
+    """Rod to its link's node, and what it reads, (7,): of that node's displacement, and per kelvin."""
 
     def misplaced(self, run: int) -> Floats:
         """Return (6,) how far the robot stands from where its kinematics says, m and rad, base axes."""
@@ -87,24 +83,24 @@ class RecordingContext:
 
 @dataclass(frozen=True)
 class Device:
-    """One source of the manifest in one run.
-
-    Attributes
-    ----------
-    name, number : the source's name and place in the manifest.
-    source : from the manifest. sensor : how it errs.
-    run, run_name : number of the run, and its id.
-    clock : of this run. stops : s, true time from the run's first hold when the log ends.
-    """
+    """One source of the manifest in one run."""
 
     name: str
+    """The source's name and place in the manifest."""
     number: int
+    """The source's name and place in the manifest."""
     source: Source
+    """From the manifest."""
     sensor: Sensor
+    """How it errs."""
     run: int
+    """Number of the run, and its id."""
     run_name: str
+    """Number of the run, and its id."""
     clock: Clock
+    """Of this run."""
     stops: float
+    """s, true time from the run's first hold when the log ends."""
 
     @property
     def place(self) -> str:
@@ -114,19 +110,16 @@ class Device:
 
 @dataclass(frozen=True)
 class DeviceLog:
-    """What one device wrote in one run.
-
-    Attributes
-    ----------
-    columns : column name to n numbers in the lab's units, or words.
-    decimals, units : column name to decimals in text logs, and to unit.
-    bumped : numbers of the holds spoilt by a knock, from 0.
-    """
+    """What one device wrote in one run."""
 
     columns: Mapping[str, Column]
+    """Column name to n numbers in the lab's units, or words."""
     decimals: Mapping[str, int]
+    """Column name to decimals in text logs, and to unit."""
     units: Mapping[str, str]
+    """Column name to decimals in text logs, and to unit."""
     bumped: tuple[int, ...]
+    """Numbers of the holds spoilt by a knock, from 0."""
 
 
 def devices_of(

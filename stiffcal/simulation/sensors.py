@@ -19,14 +19,10 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class Channels:
-    """Groups of columns that are three components of one thing, or independent readings.
-
-    Attributes
-    ----------
-    quantity : one of `QUANTITIES` for each column; any other word for what has no error.
-    """
+    """Groups of columns that are three components of one thing, or independent readings."""
 
     quantity: tuple[str, ...]
+    """One of `QUANTITIES` for each column; any other word for what has no error."""
 
     def amount(self, amounts: Amounts) -> Floats:
         """Return (c,) the amount of each column."""
@@ -44,18 +40,14 @@ class Channels:
 
 @dataclass(frozen=True)
 class Clock:
-    """A device's clock in one run: shown = ahead + (true − begin) (1 + drift).
-
-    Attributes
-    ----------
-    begin : s, true time from the run's start when the log begins.
-    shown_at_begin : s, what the clock shows then.
-    drift : relative, positive where the clock runs fast.
-    """
+    """A device's clock in one run: shown = ahead + (true − begin) (1 + drift)."""
 
     begin: float
+    """s, true time from the run's start when the log begins."""
     shown_at_begin: float
+    """s, what the clock shows then."""
     drift: float
+    """Relative, positive where the clock runs fast."""
 
     def shown(self, true_time: Floats) -> Floats:
         """Return what the clock shows, s, at true times from the run's start, s."""
@@ -90,18 +82,14 @@ def sample_times(sensor: Sensor, clock: Clock, until: float) -> Floats:
 
 @dataclass(frozen=True)
 class HoldErrors:
-    """Errors of one signal that last for a hold.
-
-    Attributes
-    ----------
-    between : (m, c) drawn anew for each hold.
-    bumped : numbers of the holds that a knock has spoilt, from 0.
-    bump : (m, c) the error in those.
-    """
+    """Errors of one signal that last for a hold."""
 
     between: Floats
+    """(m, c) drawn anew for each hold."""
     bumped: tuple[int, ...]
+    """Numbers of the holds that a knock has spoilt, from 0."""
     bump: Floats
+    """(m, c) the error in those."""
 
 
 def hold_errors(sensor: Sensor, channels: Channels, n_holds: int, rng: np.random.Generator) -> HoldErrors:

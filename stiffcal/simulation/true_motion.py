@@ -35,52 +35,46 @@ _BASE = Attachment(0, np.eye(4))
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """One run to be played.
-
-    Attributes
-    ----------
-    name : the run's id.
-    joints : (L,) logged joint angles, rad.
-    program : what loads it sets, when.
-    loads : the settings they were drawn from.
-    load_point : where the load acts.
-    begins : s on the campaign's true clock: the run's first hold.
-    """
+    """One run to be played."""
 
     name: str
+    """The run's id."""
     joints: Floats
+    """(L,) logged joint angles, rad."""
     program: LoadProgram
+    """What loads it sets, when."""
     loads: Loads
+    """The settings they were drawn from."""
     load_point: Attachment
+    """Where the load acts."""
     begins: float
+    """s on the campaign's true clock: the run's first hold."""
 
 
 @dataclass(frozen=True)
 class TrueRun:
-    """One run as it really was: frames along the load path.
-
-    Attributes
-    ----------
-    planned : what was played.
-    node : (s,) path coordinates of the balances that were solved, rising.
-    position : frame name to (s, 3), m, base axes.
-    turn : frame name to (s, 3), rotation vector of R R_0ᵀ, rad, base axes.
-    unloaded : frame name to (4, 4) base_from_frame at the run's start.
-    nodes : (s, 2J + 2, 6) the nodes' own displacements since the run's start, node axes, m and rad; None where the
-        robot that answers does not tell them. Rods on links see these.
-    correction : what a correcting controller adds over time; None where none corrects.
-    wrench : (s, 6) what really acts at the load point where the program alone does not say it: a guided tool's side
-        force too; N and N·m, base axes. None: the program's.
-    """
+    """One run as it really was: frames along the load path."""
 
     planned: PlannedRun
+    """What was played."""
     node: Floats
+    """(s,) path coordinates of the balances that were solved, rising."""
     position: Mapping[str, Floats]
+    """Frame name to (s, 3), m, base axes."""
     turn: Mapping[str, Floats]
+    """Frame name to (s, 3), rotation vector of R R_0ᵀ, rad, base axes."""
     unloaded: Mapping[str, Floats]
+    """Frame name to (4, 4) base_from_frame at the run's start."""
     nodes: Floats | None = None
+    """(s, 2J + 2, 6) the nodes' own displacements since the run's start, node axes, m and rad; None where the robot
+    that answers does not tell them. Rods on links see these.
+    """
     correction: Correction | None = None
+    """What a correcting controller adds over time; None where none corrects."""
     wrench: Floats | None = None
+    """(s, 6) what really acts at the load point where the program alone does not say it: a guided tool's side force
+    too; N and N·m, base axes. None: the program's.
+    """
 
     def wrench_at(self, path: Floats) -> Floats:
         """Return (n, 6) what acts at path coordinates, N and N·m, base axes, about the load point."""
@@ -115,7 +109,8 @@ class RestSolver(Protocol):
 
         Parameters
         ----------
-        joints : (n, J) model joint angles, rad. wrench : (n, 6) N and N·m on the robot, in the set-up's wrench axes
+        joints : (n, J) model joint angles, rad.
+        wrench : (n, 6) N and N·m on the robot, in the set-up's wrench axes
             about its wrench point.
         setup : what hangs on the flange, where the load acts, which frames are looked at.
         order : runs and times of the states; each run starts without any load.

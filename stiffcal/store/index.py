@@ -89,19 +89,16 @@ the history is kept as far as it can be read [store-damaged]
 
 @dataclass(frozen=True)
 class Entry:
-    """A table or document of a generation.
-
-    Attributes
-    ----------
-    bytes : size of its file. rows : of a table, else -1.
-    sha256 : of its file, hexadecimal; "" in stores of version 0.1.
-    origin : from whom it comes, as its writer recorded it.
-    """
+    """A table or document of a generation."""
 
     bytes: int
+    """Size of its file."""
     rows: int = -1
+    """Of a table, else -1."""
     sha256: str = ""
+    """Of its file, hexadecimal; "" in stores of version 0.1."""
     origin: str = OWN
+    """From whom it comes, as its writer recorded it."""
 
     def as_document(self, file: str) -> dict[str, object]:
         """Return the entry as it stands in the index; `file` is for readers outside stiffcal."""
@@ -112,16 +109,12 @@ class Entry:
 
 @dataclass(frozen=True)
 class Index:
-    """What a generation holds.
-
-    Attributes
-    ----------
-    digest : SHA-256 of the index itself, under which the user's record knows the generation.
-    """
+    """What a generation holds."""
 
     tables: Mapping[str, Entry] = field(default_factory=dict)
     documents: Mapping[str, Entry] = field(default_factory=dict)
     digest: str = ""
+    """SHA-256 of the index itself, under which the user's record knows the generation."""
 
     def of(self, kind: str) -> Mapping[str, Entry]:
         """Return the tables or the documents."""
@@ -153,7 +146,9 @@ def read_index(store: Path, place: str, display_name: str) -> Index:
 
     Parameters
     ----------
-    store : the store's folder. place : of the generation inside it. display_name : the store's name in messages.
+    store : the store's folder.
+    place : of the generation inside it.
+    display_name : the store's name in messages.
 
     Raises
     ------

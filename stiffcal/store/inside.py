@@ -64,7 +64,8 @@ def open_inside(root: Path, inside: str) -> IO[bytes]:
 
     Parameters
     ----------
-    root : the folder; it may be reached by links. inside : the path below it, parts separated by slashes.
+    root : the folder; it may be reached by links.
+    inside : the path below it, parts separated by slashes.
 
     Raises
     ------

@@ -38,16 +38,12 @@ _COMPARED_BYTES = 1 << 22
 
 @dataclass
 class PreviousGeneration:
-    """The generation that held when a writer began; there may be none.
-
-    Attributes
-    ----------
-    snapshot : what is known of it.
-    there : False where there was none.
-    """
+    """The generation that held when a writer began; there may be none."""
 
     snapshot: Snapshot
+    """What is known of it."""
     there: bool
+    """False where there was none."""
     _lost: str = ""
 
     @property

@@ -28,40 +28,32 @@ RACY_NS = 3_000_000_000
 
 @dataclass(frozen=True)
 class SourceFile:
-    """A source as it was when it was read.
-
-    Attributes
-    ----------
-    file : path relative to the campaign folder, with forward slashes, as in the manifest.
-    bytes : size.
-    modified_ns : time of the last change, ns since 1970.
-    sha256 : hexadecimal.
-    """
+    """A source as it was when it was read."""
 
     file: str
+    """Path relative to the campaign folder, with forward slashes, as in the manifest."""
     bytes: int
+    """Size."""
     modified_ns: int
+    """Time of the last change, ns since 1970."""
     sha256: str
+    """Hexadecimal."""
 
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a generation was made from.
-
-    Attributes
-    ----------
-    created : UTC, ISO 8601.
-    command : the command that made it.
-    sources : every file that was read.
-    settings : manifest, robot and whatever else shaped the result, as JSON values.
-    versions : of Python, stiffcal and the packages that compute.
-    """
+    """What a generation was made from."""
 
     created: str
+    """UTC, ISO 8601."""
     command: str
+    """The command that made it."""
     sources: tuple[SourceFile, ...]
+    """Every file that was read."""
     settings: dict[str, Any]
+    """Manifest, robot and whatever else shaped the result, as JSON values."""
     versions: dict[str, str]
+    """Of Python, stiffcal and the packages that compute."""
 
     @classmethod
     def now(cls, command: str, sources: Sequence[SourceFile], settings: Mapping[str, Any]) -> Provenance:
@@ -87,20 +79,16 @@ class Provenance:
 
 @dataclass(frozen=True)
 class SourceChanges:
-    """How the sources differ from those that were read.
-
-    Attributes
-    ----------
-    changed : other content than then.
-    missing : in the manifest, not on the disk.
-    new : in the manifest, not read then.
-    dropped : read then, no longer in the manifest.
-    """
+    """How the sources differ from those that were read."""
 
     changed: tuple[str, ...] = ()
+    """Other content than then."""
     missing: tuple[str, ...] = ()
+    """In the manifest, not on the disk."""
     new: tuple[str, ...] = ()
+    """In the manifest, not read then."""
     dropped: tuple[str, ...] = ()
+    """Read then, no longer in the manifest."""
 
     def __bool__(self) -> bool:
         return bool(self.changed or self.missing or self.new or self.dropped)
@@ -208,7 +196,8 @@ def sources_state(folder: Path, files: Sequence[str]) -> str:
 
     Parameters
     ----------
-    folder : the campaign folder. files : paths relative to it.
+    folder : the campaign folder.
+    files : paths relative to it.
     """
     if os.name == "nt":
         return ""

@@ -106,7 +106,8 @@ class Remote:
 
         Parameters
         ----------
-        path : in the mirror. most_bytes : what is longer is not what was written.
+        path : in the mirror.
+        most_bytes : what is longer is not what was written.
         """
         if path.exists():
             return
@@ -141,8 +142,10 @@ class Remote:
 
         Parameters
         ----------
-        folder : of the mirror. kept : files carried over unchanged, to the generation that holds them.
-        began_from : the generation that held when it was begun. ticket : this writer's number.
+        folder : of the mirror.
+        kept : files carried over unchanged, to the generation that holds them.
+        began_from : the generation that held when it was begun.
+        ticket : this writer's number.
         """
         place = f"{GENERATIONS}/{folder.name}"
         for file, generation in kept.items():

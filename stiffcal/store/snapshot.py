@@ -39,23 +39,20 @@ _HELD_BYTES = 1 << 24
 
 @dataclass(frozen=True)
 class Snapshot:
-    """One generation of a store, held while it is read.
-
-    Attributes
-    ----------
-    store : the store's folder. folder : where the generation's files lie.
-    index : what it holds.
-    display_name : the store's name in messages.
-    address : the store's place, as the user allows places: a path, or an address in an object store.
-    remote : the object store from which files are fetched when they are first read, or None.
-    """
+    """One generation of a store, held while it is read."""
 
     store: Path
+    """The store's folder."""
     folder: Path
+    """Where the generation's files lie."""
     index: Index
+    """What it holds."""
     display_name: str
+    """The store's name in messages."""
     address: str
+    """The store's place, as the user allows places: a path, or an address in an object store."""
     remote: Remote | None = None
+    """The object store from which files are fetched when they are first read, or None."""
 
     @property
     def tables(self) -> tuple[str, ...]:

@@ -23,51 +23,40 @@ class NewerSchemaError(ValueError):
 
 @dataclass(frozen=True)
 class CommittedGeneration:
-    """A generation of a store that a run of this user has written.
-
-    Attributes
-    ----------
-    index_sha256 : of the store's generation.json, which holds each file's SHA-256.
-    sources_state : one digest over (name, device, inode, size, mtime_ns, ctime_ns) of every source file when it was
-        hashed; "" where there are none.
-    committed : when, UTC, ISO 8601.
-    """
+    """A generation of a store that a run of this user has written."""
 
     index_sha256: str
+    """Of the store's generation.json, which holds each file's SHA-256."""
     sources_state: str
+    """One digest over (name, device, inode, size, mtime_ns, ctime_ns) of every source file when it was hashed; "" where
+    there are none.
+    """
     committed: str
+    """When, UTC, ISO 8601."""
 
 
 @dataclass(frozen=True)
 class TrustEntry:
-    """One entry of the record.
-
-    Attributes
-    ----------
-    kind : what is trusted.
-    key : the SHA-256, the folder or the place.
-    note : where it was when the user allowed it, "" where that says nothing.
-    since : when, UTC, ISO 8601.
-    """
+    """One entry of the record."""
 
     kind: Kind
+    """What is trusted."""
     key: str
+    """The SHA-256, the folder or the place."""
     note: str
+    """Where it was when the user allowed it, "" where that says nothing."""
     since: str
+    """When, UTC, ISO 8601."""
 
 
 @dataclass
 class RecordContent:
-    """Everything in the record.
-
-    Attributes
-    ----------
-    allowed : what the user has allowed, by kind and key.
-    generations : by the digest of their index, oldest first.
-    """
+    """Everything in the record."""
 
     allowed: dict[tuple[Kind, str], TrustEntry] = field(default_factory=dict)
+    """What the user has allowed, by kind and key."""
     generations: dict[str, CommittedGeneration] = field(default_factory=dict)
+    """By the digest of their index, oldest first."""
 
     def add(self, generations: Iterable[CommittedGeneration]) -> None:
         """Add generations as the newest, and let go of the oldest beyond the most that are kept."""

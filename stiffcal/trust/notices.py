@@ -33,7 +33,8 @@ def notice(line: str, subject: str = "") -> None:
 
     Parameters
     ----------
-    line : the text. subject : what it is about; of several lines about one subject the first is enough.
+    line : the text.
+    subject : what it is about; of several lines about one subject the first is enough.
     """
     if (subject or line) in _given:
         return

@@ -310,7 +310,8 @@ def _read(folder: Path, may_lock: bool = False) -> tuple[RecordContent, str]:
 
     Parameters
     ----------
-    folder : the state folder. may_lock : False: this process holds the lock already.
+    folder : the state folder.
+    may_lock : False: this process holds the lock already.
     """
     file = folder / RECORD
     try:

@@ -56,26 +56,24 @@ class CsvOptions(TomlTable):
 
 @dataclass(frozen=True)
 class LogLayout:
-    """How a text log is to be read.
-
-    Attributes
-    ----------
-    columns : the names in the header line.
-    units : column name to unit where there is a unit row.
-    delimiter, decimal, encoding : of the file.
-    header_line : number of the line with the names, from 1.
-    has_unit_row : True where the line after the names holds units.
-    properties : further lines between the names and the data.
-    """
+    """How a text log is to be read."""
 
     columns: tuple[str, ...]
+    """The names in the header line."""
     units: dict[str, str]
+    """Column name to unit where there is a unit row."""
     delimiter: str
+    """Of the file."""
     decimal: str
+    """Of the file."""
     encoding: str
+    """Of the file."""
     header_line: int
+    """Number of the line with the names, from 1."""
     has_unit_row: bool
+    """True where the line after the names holds units."""
     properties: int = 0
+    """Further lines between the names and the data."""
 
     @property
     def first_data_line(self) -> int:

@@ -33,15 +33,12 @@ _ENTRY = re.compile(r"(?:(?P<user>[^@/]+)@)?(?P<host>\[[^\]]*\]|/.*?|[^:/@]*)(?:
 
 @dataclass(frozen=True)
 class Address:
-    """Where a database is, as libpq takes it.
-
-    Attributes
-    ----------
-    text : for libpq. secrets : what of it must not stand in a message.
-    """
+    """Where a database is, as libpq takes it."""
 
     text: str
+    """For libpq."""
     secrets: tuple[str, ...]
+    """What of it must not stand in a message."""
 
     def without_secrets(self, text: str) -> str:
         """Return a message of libpq or the server without what is secret in this address."""
@@ -55,7 +52,8 @@ def address_of(options: Mapping[str, object], display_name: str) -> Address:
 
     Parameters
     ----------
-    options : of the manifest. display_name : how to call the table or query in a fault.
+    options : of the manifest.
+    display_name : how to call the table or query in a fault.
 
     Raises
     ------

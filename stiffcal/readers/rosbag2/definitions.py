@@ -75,7 +75,9 @@ def checked_types(types: Types, wanted: str, display_name: str) -> Types:
 
     Parameters
     ----------
-    types : as parsed. wanted : the topic's message type. display_name : the file, for messages.
+    types : as parsed.
+    wanted : the topic's message type.
+    display_name : the file, for messages.
 
     Raises
     ------

@@ -47,7 +47,8 @@ def check_bag(path: Path, display_name: str) -> None:
 
     Parameters
     ----------
-    path : the bag's folder or file. display_name : how to call it.
+    path : the bag's folder or file.
+    display_name : how to call it.
 
     Raises
     ------
