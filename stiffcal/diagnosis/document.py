@@ -17,7 +17,6 @@ from stiffcal.diagnosis.search import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, explain
-from stiffcal.documents import document_of
 from stiffcal.identification.document import finite, identified_parameter
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.rms import Rms, VarianceRatio
@@ -90,7 +89,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         explained_by_missing=_explained(search, before, with_missing) if search.tried else None,
         heldout_rms_with_missing=with_missing,
         heldout_rms_after_choosing=_after_choosing(scan, before),
-        parameters_with_missing=[document_of(identified_parameter(parameter)) for parameter in search.final.parameters]
+        parameters_with_missing=[identified_parameter(parameter) for parameter in search.final.parameters]
         if search.found
         else [],
         n_candidates=len(scan.trials),

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.diagnosis.suspects.result import Suspect
-from stiffcal.documents import NOT_PROMISED, CommandResult, Document, KeyIf, Number, OrAbsent, Origin
+from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
 
@@ -221,7 +222,7 @@ class DiagnoseResult(CommandResult):
     """In poses left out of the fit, with what is missing."""
     heldout_rms_after_choosing: Rms
     """In poses left out of the fit, the choice of the first effect repeated without each pose."""
-    parameters_with_missing: Annotated[list[Document], NOT_PROMISED]
+    parameters_with_missing: Annotated[list[IdentifiedParameter], NOT_PROMISED]
     """Of the model with what is missing, as in ``identify``."""
     n_candidates: Annotated[OrAbsent[int], NOT_PROMISED] = None
     """Effects at places that were tried for the next step."""

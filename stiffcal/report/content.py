@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
 from stiffcal.model.summary import EffectAt
 from stiffcal.results.identify_result import IdentifyResult
@@ -262,8 +263,8 @@ class EvidenceFigure:
     """What was seen, with numbers; "" where no diagnosis has found it."""
     alternatives: tuple[EffectAt, ...] = ()
     """Look-alikes."""
-    parameters: tuple[Document, ...] = ()
-    """``{name, value, std, unit}`` of the effect as fitted, SI."""
+    parameters: tuple[IdentifiedParameter, ...] = ()
+    """Of the effect, as fitted."""
     picture: EffectPicture | None = None
     """What such an effect does, on a simple example; None where it cannot be drawn."""
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, ProposedEffect
-from stiffcal.documents import document_of
 from stiffcal.model.summary import EffectAt
 from stiffcal.report.content import EvidenceFigure
 from stiffcal.results.identify_result import IdentifyResult
@@ -69,14 +68,12 @@ def _evidence(
     columns = {name: np.asarray(values_of(table.column(name))) for name in ("entry", "driver", "before", "after")}
     branch, run = (np.array(table.column(name).to_pylist(), dtype=np.str_) for name in ("branch", "run"))
     catalogue, _ = all_effects(data.campaign)
-    in_model = [document_of(parameter) for parameter in identified.parameters]
     figures = []
     for number, evidence in enumerate(diagnosis.evidence):
         rows = columns["entry"] == number
         effect = catalogue[evidence.effect]
         seen, alternatives = _as_proposed(evidence, diagnosis, earlier)
-        fitted = diagnosis.parameters_with_missing if evidence.status == "missing" else in_model
-        where = document_of(evidence.where)
+        fitted = diagnosis.parameters_with_missing if evidence.status == "missing" else identified.parameters
         figures.append(
             EvidenceFigure(
                 evidence=evidence,
@@ -94,7 +91,7 @@ def _evidence(
                 parameters=tuple(
                     parameter
                     for parameter in fitted
-                    if parameter["effect"] == evidence.effect and parameter["where"] == where
+                    if parameter.effect == evidence.effect and parameter.where == evidence.where
                 ),
                 picture=effect_picture(effect),
             )

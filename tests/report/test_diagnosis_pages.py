@@ -20,6 +20,7 @@ from stiffcal.diagnosis.results import (
     SeparatingMeasurement,
     UntestableEffect,
 )
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.report import wording
@@ -81,6 +82,10 @@ def shown(**changes: Any) -> EvidenceFigure:
         component="translation", lever=0.19, heldout_rms_before=Rms(1.16e-4, None), heldout_rms_after=Rms(2.9e-5, None),
         by_run=[RunErrors(label=run, before=without, after=with_it) for run, without, with_it in errors],
     )  # fmt: skip
+    width = IdentifiedParameter(
+        name="backlash.j4.width", effect="backlash", where=BACKLASH.where, value=1.8e-3, std=9e-6, interval=None,
+        unit="rad", fixed=False, identifiable=True,
+    )  # fmt: skip
     own = {name: value for name, value in changes.items() if name in ("picture", "path_run")}
     return replace(
         EvidenceFigure(
@@ -88,7 +93,7 @@ def shown(**changes: Any) -> EvidenceFigure:
             value=torque, before=before, after=0.1 * before, run=np.full(41, "pose01"),
             branch=np.where(torque > 0.0, "loading", "unloading"), summary="lost motion", seen="It jumps.",
             alternatives=(HYSTERESIS,), picture=picture,
-            parameters=({"name": "backlash.j4.width", "value": 1.8e-3, "std": 9e-6, "unit": "rad"},),
+            parameters=(width,),
         ),
         **own,
     )  # fmt: skip

@@ -32,7 +32,7 @@ def test_not_made_made_and_stale(campaign: Path) -> None:
     assert content.diagnose is not None
     tilt = next(figure for figure in content.evidence if figure.evidence.effect == "bearing-tilt")
     assert not tilt.missing
-    assert [each["name"].rpartition(".")[2] for each in tilt.parameters] == ["x", "y"]
+    assert [parameter.name.rpartition(".")[2] for parameter in tilt.parameters] == ["x", "y"]
     assert tilt.picture is not None
     assert len(tilt.value) == len(tilt.run) == len(tilt.branch) == np.count_nonzero(data.states.used)
     table = data.store.read_table("evidence")

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.diagnosis.results import DiagnoseResult, EffectEvidenceSummary
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, Picture, ReportSection, Subheading
 from stiffcal.report.content import EvidenceFigure, ReportContent
@@ -96,13 +97,11 @@ def _caption(figure: EvidenceFigure) -> str:
     return text
 
 
-def _parameter_words(each: dict[str, object]) -> str:
-    value, std = each.get("value"), each.get("std")
-    symbol = str(each["name"]).rpartition(".")[2]
-    unit = wording.unit_words(str(each.get("unit", "")))
-    words = f"{symbol} = {wording.digits(float(str(value))) if value is not None else wording.DASH}"
-    if std is not None:
-        words += f" ± {wording.digits(float(str(std)), 2)}"
+def _parameter_words(parameter: IdentifiedParameter) -> str:
+    symbol, unit = parameter.name.rpartition(".")[2], wording.unit_words(parameter.unit)
+    words = f"{symbol} = {wording.digits(parameter.value)}"
+    if parameter.std is not None:
+        words += f" ± {wording.digits(parameter.std, 2)}"
     return words if unit in ("", "1") else f"{words} {unit}"
 
 
