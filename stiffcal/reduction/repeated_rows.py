@@ -21,6 +21,8 @@ def repeated_rows(states: LoadStates) -> list[str]:
     """
     used = np.flatnonzero(states.used & np.any(np.nan_to_num(states.wrench) != 0.0, axis=1))
     n = len(used)
+    if n < 2:
+        return []
     readings = (states.position, states.rotation, states.deflection, states.lengths, states.displacement)
     measured = np.concatenate([values[used].reshape(n, -1) for values in readings], axis=1)
     used = used[np.isfinite(measured).any(axis=1)]

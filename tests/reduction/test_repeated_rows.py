@@ -41,3 +41,8 @@ def test_a_row_that_is_a_copy_is_named_with_its_original(states: LoadStates) -> 
 def test_zeros_without_a_load_are_left_alone(states: LoadStates) -> None:
     unloaded = replace(states, wrench=np.where(np.isin(np.arange(len(states)), (2, 5))[:, None], 0.0, states.wrench))
     assert repeated_rows(copied(unloaded, 2, 5)) == []
+
+
+def test_a_campaign_without_load_states_has_no_copies(states: LoadStates) -> None:
+    """Friction and clamped runs alone leave none."""
+    assert repeated_rows(states.select(np.zeros(0, dtype=np.int64))) == []
