@@ -8,9 +8,8 @@ import typer
 
 from stiffcal.cli.answers import answering, command_line
 from stiffcal.cli.bodies import show_cartesian, show_joints
-from stiffcal.cli.clamped import show_clamped
 from stiffcal.cli.endings import OK
-from stiffcal.cli.friction import friction_parameters, show_friction
+from stiffcal.cli.experiments import overviews, show_overviews
 from stiffcal.cli.links import show_coupling, show_links
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.suspects import show_suspects
@@ -57,10 +56,10 @@ def show_fit(console: Console, result: IdentifyResult) -> None:
     """Draw a fit: the table, how well it fits, what these data do not identify."""
     taken = f"{result.n_readings} readings" if result.n_readings else f"{result.n_states} load states"
     console.print(f"{taken} in {result.n_runs} runs")
-    elsewhere = friction_parameters(result)
+    kinds = overviews(result)
+    elsewhere = {name for overview in kinds for name in overview.parameters}
     show_parameters(console, [parameter for parameter in result.parameters if parameter.name not in elsewhere])
-    show_clamped(console, result.clamped)
-    show_friction(console, result)
+    show_overviews(console, kinds)
     known = result.noise is not None
     against = f", noise {deviation(result.noise)} (from {result.noise_source})" if known else ", noise not known"
     console.print(f"fit {deviation(result.rms)} rms{against}")

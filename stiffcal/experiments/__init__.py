@@ -20,9 +20,11 @@ from stiffcal.campaign.typed import TomlTable
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.documents import Document
     from stiffcal.experiments.measured import MeasuredRuns
+    from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
-    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
 
 
 @dataclass(frozen=True)
@@ -40,9 +42,14 @@ class ExperimentKind:
     """The model file of campaigns of this kind alone that have none; None: compliant drives."""
     tables: tuple[str, ...] = ()
     """The tables of the store that are made of this kind's logs, none where its runs make load states alone."""
-
+    fit_tables: tuple[str, ...] = ()
+    """The tables of the store that `fit` makes."""
     holds_flange: bool = False
     """Whether a fixture holds the flange in these runs: their load states then know its place, and miss its motion."""
+    plot_axis: str = ""
+    """What ``plot --against`` calls this kind's picture, for one joint as in ``velocity:2``; "": nothing."""
+    plots_runs: bool = False
+    """Whether ``plot --run`` draws one run of this kind."""
 
     def reduction(self, campaign: Campaign) -> RunsReduction | None:
         """Return what takes the logs of this kind's runs; None where they make load states like any other."""
@@ -68,6 +75,45 @@ class ExperimentKind:
         """
         return None
 
+    def law(self, identified: Document) -> FittedLaw | None:
+        """Return what ``diagnose`` judges where there are no load states; None where nothing was identified.
+
+        Parameters
+        ----------
+        identified : the answer of ``identify``.
+        """
+        return None
+
+    def overview(self, identified: Document) -> Overview | None:
+        """Return what ``identify`` shows in the terminal; None where it holds nothing of this kind."""
+        return None
+
+    def page(self, data: MeasuredRuns, identified: Document) -> Page | None:
+        """Return what the report shows; None where the campaign holds nothing of this kind.
+
+        Parameters
+        ----------
+        data : the campaign, with the tables of logs and of the fit.
+        identified : the answer of ``identify``.
+        """
+        return None
+
+    def plot(self, data: MeasuredRuns, identified: Document, run: str | None, joint: str | None) -> Plot | None:
+        """Return the picture that ``plot`` draws; None where this kind has none.
+
+        Parameters
+        ----------
+        data : the campaign, with the tables of logs and of the fit.
+        identified : the answer of ``identify``.
+        run, joint : the only one to draw, by its name; None: all.
+
+        Raises
+        ------
+        InputError
+            There is nothing to draw.
+        """
+        return None
+
 
 def all_kinds() -> tuple[ExperimentKind, ...]:
     """Return all kinds of experiment, sorted by name.
@@ -89,3 +135,14 @@ def tables_of_logs() -> tuple[str, ...]:
     True
     """
     return tuple(name for kind in all_kinds() for name in kind.tables)
+
+
+def tables_of_fits() -> tuple[str, ...]:
+    """Return the names of the tables that kinds of experiment make of their fits.
+
+    Examples
+    --------
+    >>> {"clamped_branches", "friction_fit"} <= set(tables_of_fits())
+    True
+    """
+    return tuple(name for kind in all_kinds() for name in kind.fit_tables)

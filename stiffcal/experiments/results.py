@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING
 
-from stiffcal.documents import Number
+from stiffcal.documents import Document, Number
 from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
 from stiffcal.identification.noise import NoiseSource
+from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.model.summary import EffectInModel
 
 if TYPE_CHECKING:
     import pyarrow as pa
-
-Document: TypeAlias = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,3 +107,17 @@ class ExperimentValidation:
             noise=self.noise,
             zero_model=self.zero_model,
         )
+
+
+@dataclass(frozen=True)
+class FittedLaw:
+    """The law of one kind of experiment, for the judgement whether it holds."""
+
+    name: str
+    """What was fitted: "Torque over angle"."""
+    where: str
+    """Where it was judged: "in poses left out"."""
+    lack_of_fit: VarianceRatio | None = None
+    """What the fit leaves against the scatter of repeats; None where these are too few."""
+    angle_step: float = 0.0
+    """rad, of the encoder: an error within it is none of the law; 0 where no angle is judged."""

@@ -68,18 +68,16 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
 
 def _title(content: ReportContent) -> str:
     robot = content.provenance.robot
-    friction_alone = content.states is None and bool(content.extra.get("friction")) and not content.extra.get("clamped")
-    return f"Friction of the drives of {robot}" if friction_alone else f"Stiffness of {robot}"
+    subject = content.readings_alone[0].subject_of_model if len(content.readings_alone) == 1 else ""
+    return f"{subject or 'Stiffness'} of {robot}"
 
 
 def _kind(content: ReportContent) -> str:
     """Return what was done, for the line under the title."""
     if content.states is not None:
         return "Load-deflection calibration"
-    done = [name for name in ("clamped", "friction") if content.extra.get(name)]
-    return {"clamped": "Clamped robot", "friction": "Friction in free motion"}.get(
-        "".join(done), "Clamped robot, and friction in free motion"
-    )
+    text = ", and ".join(page.subject for page in content.readings_alone or content.pages)
+    return f"{text[:1].upper()}{text[1:]}"
 
 
 def lay_out(content: ReportContent) -> list[ReportSection]:
@@ -87,11 +85,12 @@ def lay_out(content: ReportContent) -> list[ReportSection]:
     sections: list[ReportSection] = []
     reasons: list[str] = []
     for module in all_sections():
-        made = module.section(content)
-        if isinstance(made, LeftOut):
-            reasons.append(f"{made.title}: {made.reason}.")
-        elif made is not None:
-            sections.append(made)
+        laid_out = module.section(content)
+        for made in laid_out if isinstance(laid_out, tuple) else (laid_out,):
+            if isinstance(made, LeftOut):
+                reasons.append(f"{made.title}: {made.reason}.")
+            elif made is not None:
+                sections.append(made)
     if reasons:
         sections.append(ReportSection(_LEFT_OUT_TITLE, (Items(tuple(reasons)),)))
     return sections

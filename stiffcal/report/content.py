@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
+from stiffcal.experiments.presentation import Page
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
 from stiffcal.model.summary import EffectAt
@@ -300,6 +301,7 @@ class ReportContent:
     not_diagnosed : why there is none, in words.
     earlier_diagnoses : the diagnoses that led to the present model, oldest first.
     evidence : what speaks for each effect that is missing, or in the model beyond the joints' compliances.
+    pages : what the kinds of experiment show.
     extra : documents and arrays of later sections, by section name.
     """
 
@@ -319,4 +321,15 @@ class ReportContent:
     not_diagnosed: str = "the model has not been diagnosed yet: run “stiffcal diagnose”"
     earlier_diagnoses: tuple[EarlierDiagnosis, ...] = ()
     evidence: tuple[EvidenceFigure, ...] = ()
+    pages: tuple[Page, ...] = ()
     extra: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def parameters_on_pages(self) -> frozenset[str]:
+        """The names of the parameters that pages of kinds of experiment show: others need not show them again."""
+        return frozenset(name for page in self.pages for name in page.parameters)
+
+    @property
+    def readings_alone(self) -> tuple[Page, ...]:
+        """The pages with something on them where the campaign holds no load states, else none."""
+        return () if self.states is not None else tuple(page for page in self.pages if page.blocks)

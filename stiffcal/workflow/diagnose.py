@@ -104,24 +104,20 @@ def without_states(data: Ingested, identified: IdentifyResult, context: RunConte
     A law is adequate where the error in unseen poses or at unseen speeds stays within 1.05 times the scatter of
     repeats, or above it by no more than chance (p above 0.01), or, as an angle, within the encoder's step.
     """
+    from stiffcal.experiments import all_kinds
     from stiffcal.workflow.validate import validated
 
     validation = validated(data, identified, context)
-    friction, clamped = identified.friction, identified.clamped
-    lack = None if friction is None else friction.lack_of_fit
-    steps = [] if clamped is None else [run.encoder_step for run in clamped.runs if run.used]
-    held: list[tuple[str, str, str, VarianceRatio | None, float]] = []
-    if clamped is not None:
-        held.append(("clamped", "Torque over angle", "in poses left out", None, max(steps, default=0.0)))
-    if friction is not None:
-        held.append(("friction", "Friction", "at unseen speeds", lack, 0.0))
+    document = document_of(identified)
+    laws = {kind.name: law for kind in all_kinds() if (law := kind.law(document)) is not None}
+    lack = next((law.lack_of_fit for law in laws.values() if law.lack_of_fit is not None), None)
     fits, words = [], []
-    for key, name, where, own_lack, encoder_step in held:
-        judged = section_of(HeldoutSection, validation, key) or NOT_JUDGED
-        fit = _law_fits(judged, own_lack)
-        step = _within_step(judged, encoder_step) if fit is False else 0.0
+    for name, law in laws.items():
+        judged = section_of(HeldoutSection, validation, name) or NOT_JUDGED
+        fit = _law_fits(judged, law.lack_of_fit)
+        step = _within_step(judged, law.angle_step) if fit is False else 0.0
         fits.append(True if step else fit)
-        words.append(_fit_sentence(name, where, fits[-1], judged, step))
+        words.append(_fit_sentence(law.name, law.where, fits[-1], judged, step))
     adequate = None if not fits or None in fits else all(fits)
     return DiagnoseResult(
         warnings=list(validation["warnings"]),

@@ -48,6 +48,15 @@ def measured_runs(data: Ingested) -> MeasuredRuns:
     return MeasuredRuns(data.campaign, data.non_load, len(data.states), data.store.display_name)
 
 
+def runs_with_fits(data: Ingested) -> MeasuredRuns:
+    """Return the same with the tables of the present fit."""
+    from stiffcal.experiments import tables_of_fits
+
+    measured = measured_runs(data)
+    fits = {name: data.store.read_table(name) for name in tables_of_fits() if name in data.store.tables}
+    return replace(measured, tables={**measured.tables, **fits})
+
+
 def merge_experiment_fits(result: IdentifyResult, parts: Sequence[ExperimentFit]) -> IdentifyResult:
     """Return what ``identify`` answers with the parts of experiments in it."""
     if not parts:

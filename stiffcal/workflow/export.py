@@ -98,10 +98,9 @@ def states_with_residuals(data: Ingested) -> pa.Table:
 
 def _readings(data: Ingested) -> pa.Table:
     """Return what other experiments measured, with the fit, of a campaign without load states."""
-    from stiffcal.experiments.clamped.parts import BRANCHES
-    from stiffcal.experiments.friction.parts import FRICTION_FIT
+    from stiffcal.experiments import tables_of_fits
 
-    for name in (FRICTION_FIT, BRANCHES):
+    for name in reversed(tables_of_fits()):
         if name in data.store.tables:
             return data.store.read_table(name)
     reason = "the campaign holds no load states, and no readings of friction or of clamped joints"

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.experiments import ExperimentKind, all_kinds
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.command_results import PlotResult
+from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.identify import fitted
 from stiffcal.workflow.steps import Ingested, RunContext, ingested
 from stiffcal.workflow.validate import validated
@@ -68,7 +71,7 @@ def plot_campaign(
     data = ingested(folder, context)
     names = [info.name for info in data.states.runs]
     if len(data.states) == 0 and against is None:
-        names += clamped_runs(data)
+        names += _runs_drawn(data)
     if run is not None and run not in names:
         raise InputError.at(
             FaultCode.RUN_UNKNOWN, "command line", "--run", f"no run is called {run}", f"runs: {', '.join(names)}"
@@ -76,14 +79,11 @@ def plot_campaign(
     identified = fitted(data, context)
     from stiffcal.report.figures.canvas import save_figure
 
-    if len(data.states) == 0 and against is None and clamped_runs(data):
-        figure, drawn = _clamped(data, identified, run)
-        save_figure(figure, file)
-        return PlotResult(warnings=[], file=str(file), drawn=drawn)
-    if (against or "").partition(":")[0] == "velocity" or (len(data.states) == 0 and against is None):
-        figure, drawn = _friction(data, identified, against or "velocity")
-        save_figure(figure, file)
-        return PlotResult(warnings=[], file=str(file), drawn=drawn)
+    kind = _kind_to_draw(data, against)
+    picture = None if kind is None else _kind_plot(kind, data, identified, run, against)
+    if picture is not None:
+        save_figure(picture[0], file)
+        return PlotResult(warnings=[], file=str(file), drawn=picture[1])
     if len(data.states) == 0:
         mend = "choose velocity, or velocity:2 for one joint"
         raise InputError.at(
@@ -108,51 +108,31 @@ def plot_campaign(
     return PlotResult(warnings=[], file=str(file), drawn=drawn)
 
 
-def clamped_runs(data: Ingested) -> list[str]:
-    """Return the names of the campaign's clamped runs."""
-    return [run.id for run in data.campaign.manifest.runs if run.experiment == "clamped"]
+def _runs_drawn(data: Ingested) -> list[str]:
+    """Return the names of runs without load states that can be drawn by themselves."""
+    kinds = {kind.name for kind in all_kinds() if kind.plots_runs}
+    return [run.id for run in data.campaign.manifest.runs if run.experiment in kinds]
 
 
-def _clamped(data: Ingested, identified: IdentifyResult, run: str | None) -> tuple[Figure, str]:
-    from stiffcal.report.figures.clamped import draw_branches
-    from stiffcal.workflow.report_clamped import clamped_curves
-
-    curves = clamped_curves(data, identified)
-    if run is not None:
-        chosen = (replace(one, poses=tuple(pose for pose in one.poses if pose.run == run)) for one in curves)
-        curves = tuple(one for one in chosen if one.poses)
-    drawn = tuple(one for one in curves if one.shown.angle.size)
-    if not drawn:
-        reason = "no whole sweep is left to draw" if run is None else f"no whole sweep is left of run {run}"
-        raise InputError.at(
-            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "stiffcal identify says why"
-        )
-    return draw_branches(drawn), "torque over angle of " + ", ".join(f"{one.joint} ({one.shown.run})" for one in drawn)
+def _kind_to_draw(data: Ingested, against: str | None) -> ExperimentKind | None:
+    """Return the kind of experiment whose picture is asked for; None where it is one of load states."""
+    axis = (against or "").partition(":")[0]
+    asked = next((kind for kind in all_kinds() if axis and kind.plot_axis == axis), None)
+    if asked is not None or against is not None or len(data.states):
+        return asked
+    measured = {run.experiment for run in data.campaign.manifest.runs}
+    return next((kind for kind in all_kinds() if kind.fit_tables and kind.name in measured), None)
 
 
-def _friction(data: Ingested, identified: IdentifyResult, against: str) -> tuple[Figure, str]:
-    from stiffcal.report.figures.friction import draw_friction
-    from stiffcal.workflow.report_friction import friction_curves
+def _kind_plot(
+    kind: ExperimentKind, data: Ingested, identified: IdentifyResult, run: str | None, against: str | None
+) -> tuple[Figure, str] | None:
+    from stiffcal.report.figures.panels import draw_panels
 
-    curves = friction_curves(data, identified)
-    if not curves:
-        mend = "measure friction runs, or draw something else"
-        raise InputError.at(
-            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", "no friction was measured in this campaign", mend
-        )
-    _, _, which = against.partition(":")
-    if which:
-        name = data.joint_names[_joint(which, data.joint_names)]
-        curves = tuple(curve for curve in curves if curve.joint == name)
-        if not curves:
-            raise InputError.at(
-                FaultCode.DATA_MISSING,
-                "command line",
-                "--against",
-                f"joint {name} has no friction runs",
-                f"choose {AGAINST}",
-            )
-    return draw_friction(curves), "friction over speed of " + ", ".join(curve.joint for curve in curves)
+    _, _, which = (against or "").partition(":")
+    joint = data.joint_names[_joint(which, data.joint_names)] if which else None
+    plot = kind.plot(runs_with_fits(data), document_of(identified), run, joint)
+    return None if plot is None else (draw_panels(plot.picture), plot.drawn)
 
 
 def _load_deformation(shown: ReportStates, names: list[str], run: str | None) -> tuple[Figure, str]:
@@ -219,7 +199,7 @@ def _joint(which: str, names: tuple[str, ...]) -> int:
 
 def _only(shown: ReportStates, covariate: ResidualCovariate, number: int) -> tuple[ReportStates, ResidualCovariate]:
     """Keep one run's states."""
-    from dataclasses import fields, replace
+    from dataclasses import fields
 
     keep = shown.run == number
     parts: dict[str, Any] = {}

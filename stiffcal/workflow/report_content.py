@@ -17,7 +17,8 @@ from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import Joints, Wrench
 from stiffcal.compensation.predict_result import LoadPath
-from stiffcal.documents import result_of
+from stiffcal.documents import document_of, result_of
+from stiffcal.experiments import all_kinds
 from stiffcal.files import read_regular
 from stiffcal.identification.state_loads import branch_words, force_since_reference, torques_about_joints
 from stiffcal.identification.state_tables import component_block, gauge_block
@@ -40,11 +41,10 @@ from stiffcal.report.content import (
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store import values_of
 from stiffcal.store.index import FOREIGN
+from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_bodies import joint_pictures
-from stiffcal.workflow.report_clamped import clamped_curves
 from stiffcal.workflow.report_compensation import with_and_without
 from stiffcal.workflow.report_diagnosis import diagnosis_content
-from stiffcal.workflow.report_friction import friction_curves, friction_set_aside
 from stiffcal.workflow.report_links import link_pictures
 from stiffcal.workflow.steps import (
     FIT_STATES,
@@ -102,6 +102,10 @@ def report_content(
         for run in data.campaign.manifest.runs
         if run.id not in {info.name for info in states.runs}
     )
+    measured = runs_with_fits(data)
+    drawn_pages = [kind.page(measured, document_of(identified)) for kind in all_kinds()]
+    pages = tuple(page for page in drawn_pages if page is not None)
+    unused = [SetAside(entry.run, entry.numbers, entry.why) for page in pages for entry in page.unused]
     return ReportContent(
         provenance=_provenance(data, identified, history),
         runs=_runs(states, chain) + beside,
@@ -112,13 +116,12 @@ def report_content(
         history=history,
         ingest=stored_ingest(data.store),
         instruments=tuple(_instruments(data)),
-        set_aside=(*_set_aside(states), *friction_set_aside(data)),
+        set_aside=(*_set_aside(states), *unused),
         covariates=() if report_states is None else tuple(most_correlated_covariates(data, identified, report_states)),
         load_paths=tuple(_load_path(path) for path in paths["paths"]),
         **diagnosis_content(data, identified),
+        pages=pages,
         extra={
-            "friction": friction_curves(data, identified),
-            "clamped": clamped_curves(data, identified),
             "joint_motion": joint_pictures(data, identified),
             "compensation": with_and_without(data),
             "links": link_pictures(data, identified),

@@ -18,13 +18,13 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.schemas import schema_document
 from stiffcal.cli.app import main
-from stiffcal.report import sections
+from stiffcal.report import building, sections
 from stiffcal.report.sections import all_sections
 from tests.fuzz.feeding import feed_one
 from tests.fuzz.targets import formats_not_fed
 from tests.laboratory.campaign_folders import changed
 from tests.laboratory.dropped_in import dropped_in
-from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
+from tests.laboratory.small_campaign import CAMPAIGN, robot_text, write_small_campaign
 
 EFFECT = '\n[[effects]]\ntype = "angle-stiffness"\njoints = [3]\n'
 HIDDEN = EFFECT + 'parameters = { "angle-stiffness.j3.c" = { value = 1.5e-6 } }\n'
@@ -215,6 +215,89 @@ def test_the_template_of_a_new_kind_is_written(tmp_path: Path, command: Command)
     assert (
         (tmp_path / "c" / "campaign.toml").read_text(encoding="utf-8").startswith("# A campaign that touches a plate")
     )
+
+
+PROBED = """
+schema = "stiffcal/campaign/1"
+name = "probed"
+robot = "robot.toml"
+
+[frames.tip]
+parent = "flange"
+xyz_m = [0.0, 0.0, 0.1]
+
+[sources.probe]
+time = { column = "t", unit = "s" }
+[sources.probe.pose]
+frame = "base"
+body = "tip"
+position = ["X", "Y", "Z"]
+units = { position = "mm" }
+"""
+HEIGHTS_MM = (750.0, 750.3, 749.4)
+
+
+@pytest.fixture
+def probed(tmp_path: Path) -> Path:
+    """A campaign of the new kind alone: three runs, each stands at one height."""
+    folder = tmp_path / "probed"
+    (folder / "raw").mkdir(parents=True)
+    (folder / "robot.toml").write_text(robot_text(), encoding="utf-8")
+    text = PROBED
+    for number, height in enumerate(HEIGHTS_MM, start=1):
+        text += f'[[runs]]\nid = "touch{number}"\nexperiment = "probing"\nprobing = {{ plate = "granite" }}\n'
+        text += f'files = {{ probe = "raw/touch{number}.csv" }}\n'
+        rows = [f"{0.1 * k:.1f},100.0,200.0,{height}" for k in range(50)]
+        (folder / "raw" / f"touch{number}.csv").write_text("\n".join(["t,X,Y,Z", *rows, ""]), encoding="utf-8")
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.mark.usefixtures("kind")
+def test_logs_of_a_new_kind_are_reduced_by_it(probed: Path, command: Command) -> None:
+    assert [run["id"] for run in command("check", probed)["runs"]] == ["touch1", "touch2", "touch3"]
+    document = command("ingest", probed)
+    assert [run["n_readings"] > 0 for run in document["runs"]] == [True, True, True]
+    assert list((probed / "store").rglob("probing.parquet"))
+
+
+@pytest.mark.usefixtures("kind")
+def test_a_new_kind_answers_in_identify_and_validate(probed: Path, command: Command) -> None:
+    section = command("identify", probed)["probing"]
+    assert section["plate"] == "granite"
+    assert section["height"] == pytest.approx(0.7499)
+    assert section["heights"] == pytest.approx({"touch1": 0.75, "touch2": 0.7503, "touch3": 0.7494})
+    validation = command("validate", probed)
+    assert validation["scheme"] == "probing: each run left out"
+    assert validation["max"]["translation"] == pytest.approx(0.75e-3)
+
+
+@pytest.mark.usefixtures("kind")
+def test_the_terminal_shows_what_a_new_kind_returns(probed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["identify", str(probed)])
+    lines = capsys.readouterr().out.splitlines()
+    assert end.value.code == 0
+    assert "the granite plate stands at 0.7499 m" in lines
+    assert any(line.split() == ["touch2", "750.300"] for line in lines)
+
+
+@pytest.mark.usefixtures("kind")
+def test_the_report_and_plot_draw_what_a_new_kind_returns(
+    probed: Path, command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    picture = probed.parent / "plot.svg"
+    assert command("plot", probed, "-o", picture)["drawn"] == "heights of the plate"
+    assert picture.stat().st_size > 1000
+    kept = [module for module in all_sections() if module.__name__.endswith(".experiments")]
+    monkeypatch.setattr(building, "all_sections", lambda: kept)  # the others take long to draw
+    output = probed.parent / "report.pdf"
+    command("report", probed, "-o", output)
+    text = re.sub(r"\s+", " ", " ".join(page.extract_text() for page in PdfReader(output).pages))
+    assert "Height of a plate of medium six-axis" in text
+    assert "Touched plate" in text
+    assert "the granite plate stands at 0.7499 m" in text
+    assert "touch2 750.300" in text
 
 
 def test_without_its_folder_the_kind_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

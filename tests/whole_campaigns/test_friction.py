@@ -15,6 +15,7 @@ import pytest
 from stiffcal.cli.app import main
 from stiffcal.documents import document_of
 from stiffcal.effects.joint_friction import JointFriction
+from stiffcal.experiments.presentation import Table
 from stiffcal.report.building import lay_out
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import fitted
@@ -129,7 +130,9 @@ def test_pages_on_friction(made: Path) -> None:
     content = report_content(
         data, identified, validated(data, identified, means), document_of(read_history(made, means))
     )
-    assert [curve.joint for curve in content.extra["friction"]] == ["A1", "A2"]
+    (page,) = content.pages
+    (table,) = (block for block in page.blocks if isinstance(block, Table))
+    assert [row[0] for row in table.rows] == [("A1",), ("A2",)]
     sections = {one.title: one for one in lay_out(content)}
     assert "Friction of the drives" in sections
     assert "Stiffness" not in sections

@@ -8,9 +8,12 @@ from stiffcal.experiments import ExperimentKind
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.documents import Document
+    from stiffcal.experiments.clamped.results import ClampedSection
     from stiffcal.experiments.measured import MeasuredRuns
+    from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
-    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
 
 
 class ClampedKind(ExperimentKind):
@@ -34,5 +37,42 @@ class ClampedKind(ExperimentKind):
 
         return clamped_validation(data)
 
+    def law(self, identified: Document) -> FittedLaw | None:
+        """Return torque over angle, which poses left out judge."""
+        from stiffcal.experiments.results import FittedLaw
 
-KIND = ClampedKind("clamped", tables=("clamped",), holds_flange=True)
+        section = _section(identified)
+        if section is None:
+            return None
+        steps = [run.encoder_step for run in section.runs if run.used]
+        return FittedLaw("Torque over angle", "in poses left out", angle_step=max(steps, default=0.0))
+
+    def overview(self, identified: Document) -> Overview | None:
+        """Return play, friction and reversal error joint by joint."""
+        from stiffcal.experiments.clamped.page import clamped_overview
+
+        section = _section(identified)
+        return None if section is None else clamped_overview(section)
+
+    def page(self, data: MeasuredRuns, identified: Document) -> Page | None:
+        """Return definitions, tables and pictures."""
+        from stiffcal.experiments.clamped.page import clamped_page
+
+        section = _section(identified)
+        return None if section is None else clamped_page(data, section)
+
+    def plot(self, data: MeasuredRuns, identified: Document, run: str | None, joint: str | None) -> Plot:
+        """Return torque over angle."""
+        from stiffcal.experiments.clamped.page import clamped_plot
+
+        return clamped_plot(data, _section(identified), run)
+
+
+def _section(identified: Document) -> ClampedSection | None:
+    from stiffcal.documents import section_of
+    from stiffcal.experiments.clamped.results import ClampedSection
+
+    return section_of(ClampedSection, identified, "clamped") if identified.get("clamped") else None
+
+
+KIND = ClampedKind("clamped", tables=("clamped",), fit_tables=("clamped_branches",), holds_flange=True, plots_runs=True)

@@ -9,9 +9,11 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.analysis import ClampedRun, analyse_runs
 from stiffcal.experiments.clamped.chain import ClampedChain, clamped_chain
+from stiffcal.experiments.clamped.curves import BRANCHES
 from stiffcal.experiments.clamped.documents import (
     DEFINITION,
     branches_table,
@@ -28,7 +30,7 @@ from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.clamped.saturation import find_saturation
 from stiffcal.experiments.clamped.sweeps import cut_sweeps, moved_joint
 from stiffcal.experiments.measured import MeasuredRuns
-from stiffcal.experiments.results import Document, ExperimentFit, ExperimentValidation
+from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.document import model_summary
 from stiffcal.measurements.clamped_readings import ClampedReadings, readings_from_table
@@ -42,9 +44,6 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.campaign.manifest import Run
     from stiffcal.experiments.clamped.heldout import HeldoutRun
-
-
-BRANCHES = "clamped_branches"
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,12 @@ from stiffcal.experiments import ExperimentKind
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.documents import Document
+    from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.experiments.measured import MeasuredRuns
+    from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
-    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
 
 
 class FrictionKind(ExperimentKind):
@@ -35,7 +38,45 @@ class FrictionKind(ExperimentKind):
 
         return friction_validation(data)
 
+    def law(self, identified: Document) -> FittedLaw | None:
+        """Return friction over speed, which speeds left out judge."""
+        from stiffcal.experiments.results import FittedLaw
+
+        section = _section(identified)
+        return None if section is None else FittedLaw("Friction", "at unseen speeds", section.lack_of_fit)
+
+    def overview(self, identified: Document) -> Overview | None:
+        """Return coulomb, viscous and Stribeck terms joint by joint."""
+        from stiffcal.experiments.friction.page import friction_overview
+
+        section = _section(identified)
+        return None if section is None else friction_overview(section, identified)
+
+    def page(self, data: MeasuredRuns, identified: Document) -> Page | None:
+        """Return the law, its parameters and the curves."""
+        from stiffcal.experiments.friction.page import friction_page
+
+        section = _section(identified)
+        return None if section is None else friction_page(data, section, identified)
+
+    def plot(self, data: MeasuredRuns, identified: Document, run: str | None, joint: str | None) -> Plot:
+        """Return friction over speed."""
+        from stiffcal.experiments.friction.page import friction_plot
+
+        return friction_plot(data, _section(identified), identified, joint)
+
+
+def _section(identified: Document) -> FrictionSection | None:
+    from stiffcal.documents import section_of
+    from stiffcal.experiments.friction.results import FrictionSection
+
+    return section_of(FrictionSection, identified, "friction") if identified.get("friction") else None
+
 
 KIND = FrictionKind(
-    "friction", default_model=Path(__file__).with_name("default_model.toml"), tables=("friction", "free_motion")
+    "friction",
+    default_model=Path(__file__).with_name("default_model.toml"),
+    tables=("friction", "free_motion"),
+    fit_tables=("friction_fit",),
+    plot_axis="velocity",
 )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
+from stiffcal.experiments.friction.curves import FRICTION_FIT
 from stiffcal.experiments.friction.documents import (
     bearing_frictions,
     effects_in_model,
@@ -37,9 +38,6 @@ if TYPE_CHECKING:
     from stiffcal.identification.fit_results import IdentifiedParameter
     from stiffcal.measurements.friction_readings import FreeMotion, SteadyReadings
     from stiffcal.model.composite import PlacedEffect
-
-
-FRICTION_FIT = "friction_fit"
 
 
 def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:

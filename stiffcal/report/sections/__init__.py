@@ -1,8 +1,9 @@
 """The report's sections, one per file: found by walking this folder, sorted by their ``ORDER``.
 
 Each module holds ``ORDER`` (an integer, gaps left for later ones) and ``section(content) -> Section | LeftOut | None``
-(None: nothing to show and nothing missing). A new page, such as the diagnosis, is one new file here: it finds what it
-shows in the content, whose documents and `extra` hold all that the other rooms have answered.
+(None: nothing to show and nothing missing; a tuple: several sections). A new page, such as the diagnosis, is one new
+file here: it finds what it shows in the content, whose documents and `extra` hold all that the other rooms have
+answered.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ class SectionModule(Protocol):
     __name__: str
     ORDER: int
 
-    def section(self, content: ReportContent) -> ReportSection | LeftOut | None:
-        """Lay out the section, or say why it is left out."""
+    def section(self, content: ReportContent) -> ReportSection | LeftOut | tuple[ReportSection | LeftOut, ...] | None:
+        """Lay out the section, or several, or say why it is left out."""
 
 
 def all_sections() -> list[SectionModule]:

@@ -6,7 +6,6 @@ from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, ReportSection
 from stiffcal.report.content import ReportContent
-from stiffcal.report.sections.friction import identified_friction
 from stiffcal.report.sections.stiffness import where_words
 
 ORDER = 40
@@ -19,7 +18,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out what is not identifiable, and which combinations are known all the same."""
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet")
-    elsewhere = identified_friction(content)
+    elsewhere = content.parameters_on_pages
     named = [
         group.reason
         for group in content.identify.not_identifiable

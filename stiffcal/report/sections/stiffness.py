@@ -7,7 +7,6 @@ from stiffcal.model.summary import Where
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, Subheading, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
-from stiffcal.report.sections.friction import identified_friction
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.uncertainty import NORMAL_95
 
@@ -22,7 +21,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.identify is None:
         return LeftOut(_TITLE, "no model has been fitted yet: run “stiffcal identify”")
     parameters = content.identify.parameters
-    elsewhere = identified_friction(content)
+    elsewhere = content.parameters_on_pages
     if parameters and len(elsewhere) == len(parameters):
         return LeftOut(_TITLE, "these runs tell friction alone")
     parameters = [parameter for parameter in parameters if parameter.name not in elsewhere]

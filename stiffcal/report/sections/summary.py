@@ -21,8 +21,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.identify is not None and content.identify.origin == "foreign":
         blocks.append(Paragraph(NOT_YOURS, "key"))
     sentences = _fit_sentences(content)
-    readings_alone = content.states is None and bool(content.extra.get("friction") or content.extra.get("clamped"))
-    if readings_alone and content.validate is not None:
+    if content.readings_alone and content.validate is not None:
         sentences += _heldout_readings(content.validate)
     else:
         sentences += _heldout_sentences(content.validate)
@@ -43,7 +42,7 @@ def _fit_sentences(content: ReportContent) -> list[str]:
     if content.identify is None:
         return ["No model has been fitted yet; this report shows what was measured."]
     fit = content.identify
-    if content.states is None and (content.extra.get("friction") or content.extra.get("clamped")):
+    if content.readings_alone:
         return [_readings_sentence(content, fit)]
     text = (
         f"The model ({wording.model_words(document_of(fit.model))}) was fitted to "
@@ -54,9 +53,8 @@ def _fit_sentences(content: ReportContent) -> list[str]:
 
 
 def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
-    curves = content.extra.get("friction") or ()
-    drives = f"Friction of {wording.count(len(curves), 'drive')}"
-    what = f"The model ({wording.model_words(document_of(fit.model))})" if content.extra.get("clamped") else drives
+    model = f"The model ({wording.model_words(document_of(fit.model))})"
+    what = (content.readings_alone[0].fitted if len(content.readings_alone) == 1 else "") or model
     readings = wording.count(fit.n_readings or 0, "reading")
     return (
         f"{what} of the {content.provenance.robot} was fitted to {readings} in "

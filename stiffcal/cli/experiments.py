@@ -1,0 +1,75 @@
+"""Kinds of experiment as people read them in the terminal: tables and sentences, whatever the kind."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiffcal.cli.tables import plain_table
+from stiffcal.cli.wording import interval, places, significant
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from stiffcal.experiments.presentation import Column, Overview, Table, Words
+    from stiffcal.results.identify_result import IdentifyResult
+
+
+def overviews(result: IdentifyResult) -> list[Overview]:
+    """Return what the kinds of experiment show of a fit."""
+    from stiffcal.documents import document_of
+    from stiffcal.experiments import all_kinds
+
+    document = document_of(result)
+    found = [kind.overview(document) for kind in all_kinds()]
+    return [overview for overview in found if overview is not None]
+
+
+def show_overviews(console: Console, shown: list[Overview]) -> None:
+    """Draw the tables and sentences of kinds of experiment."""
+    from stiffcal.experiments.presentation import Sentence
+
+    for overview in shown:
+        for block in overview.blocks:
+            if isinstance(block, Sentence):
+                console.print(text_of(block.words), soft_wrap=True)
+            else:
+                _show_table(console, block)
+
+
+def _show_table(console: Console, table: Table) -> None:
+    drawn = plain_table(*(_heading(column) for column in table.columns))
+    for row in table.rows:
+        drawn.add_row(*(text_of(words) for words in row))
+    console.print(drawn)
+
+
+def _heading(column: Column) -> str:
+    unit = f" [{column.unit}]" if column.unit else ""
+    return f"{column.title}{unit}{'>' if column.numbers else ''}"
+
+
+def text_of(words: Words) -> str:
+    """Return a text with its numbers as the terminal writes them.
+
+    Examples
+    --------
+    >>> from stiffcal.experiments.presentation import Digits, Interval, Joints
+    >>> text_of((Joints((1, 2, 3)), ": ", Digits(0.12345), " N·m, ", Interval(2.0, 1.0, 3.0)))
+    'joints 1–3: 0.123 N·m, 2.00 ± 1.0'
+    """
+    from stiffcal.experiments.presentation import Digits, Interval, Joints, Names
+
+    text = ""
+    for piece in words:
+        match piece:
+            case Digits(value, digits):
+                text += significant(value, digits)
+            case Interval(value, low, high):
+                text += interval(value, low, high)
+            case Names(names):
+                text += ", ".join(names)
+            case Joints(joints):
+                text += places({"joints": joints})
+            case _:
+                text += piece
+    return text

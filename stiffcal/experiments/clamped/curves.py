@@ -1,0 +1,138 @@
+"""The clamped robot's curves: what was read in each pose, and what all poses of a joint give."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiffcal.arrays import Booleans, Floats
+from stiffcal.experiments.clamped.results import ClampedSection, JointResult, RunResult
+from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.store import values_of
+
+BRANCHES = "clamped_branches"
+_POINTS = 201
+
+
+@dataclass(frozen=True)
+class ClampedPose:
+    """One joint in one pose.
+
+    Attributes
+    ----------
+    run : its name. left_out : why it is not used, "" where it is.
+    angle : (m,) rad. torque : (m,) N·m. up : (m,) True where the angle was growing. fitted : (m,) N·m, the law's.
+    play : rad, None where the run says nothing. doubt : rad, what the play is known to in this pose.
+    motion : rad. low, high : rad, the ends of the play; None without one.
+    spring_angle, spring_torque : (k,) outside the play: angle from the flank, torque without friction and zero.
+    remark : saturation and the like, "" where nothing is to be said.
+    """
+
+    run: str
+    left_out: str
+    angle: Floats
+    torque: Floats
+    up: Booleans
+    fitted: Floats
+    play: float | None
+    doubt: float
+    motion: float
+    low: float | None
+    high: float | None
+    spring_angle: Floats
+    spring_torque: Floats
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class ClampedCurve:
+    """One joint, from all poses.
+
+    Attributes
+    ----------
+    joint : its name. poses : its runs.
+    result : None where no run can be used.
+    angle : (n,) rad from the flank. torque, std : (n,) N·m, the curve and its standard uncertainty.
+    curve_runs : names of the runs that the curve was fitted to.
+    """
+
+    joint: str
+    poses: tuple[ClampedPose, ...]
+    result: JointResult | None
+    angle: Floats
+    torque: Floats
+    std: Floats
+    curve_runs: tuple[str, ...] = ()
+
+    @property
+    def shown(self) -> ClampedPose:
+        """The pose that moved the joint furthest, among those that are used where there are any."""
+        return max(self.poses, key=lambda pose: (not pose.left_out, pose.motion))
+
+    def of_run(self, run: str) -> ClampedCurve:
+        """Return the curve with the poses of one run alone."""
+        return replace(self, poses=tuple(pose for pose in self.poses if pose.run == run))
+
+
+def clamped_curves(data: MeasuredRuns, section: ClampedSection) -> tuple[ClampedCurve, ...]:
+    """Return every joint that a clamped run moved.
+
+    Parameters
+    ----------
+    data : the campaign, with the averaged branches among its tables.
+    section : of ``identify``.
+    """
+    if not section.runs or BRANCHES not in data.tables:
+        return ()
+    table = data.tables[BRANCHES]
+    runs = np.array(table.column("run").to_pylist(), dtype=np.str_)
+    columns = {name: values_of(table.column(name)) for name in ("angle_rad", "torque_Nm", "up", "law_Nm")}
+    results = {joint.joint: joint for joint in section.joints}
+    curves = []
+    for joint in sorted({run.joint for run in section.runs}):
+        poses = tuple(
+            _pose(run, {name: values[runs == run.run] for name, values in columns.items()})
+            for run in section.runs
+            if run.joint == joint
+        )
+        result = results.get(joint)
+        low, high = (0.0, 0.0) if result is None else result.curve.reach
+        angle = np.linspace(low, high, 0 if result is None else _POINTS)
+        powers = np.stack([angle, angle**2, angle**3])
+        curve = np.zeros(3) if result is None else np.array([result.curve.p1, result.curve.p2, result.curve.p3])
+        covariance = np.zeros((3, 3)) if result is None else result.curve.covariance
+        through = () if result is None else tuple(result.curve.runs)
+        std = np.sqrt(np.maximum(np.einsum("in,ij,jn->n", powers, covariance, powers), 0.0))
+        curves.append(ClampedCurve(data.joint_names[joint - 1], poses, result, angle, curve @ powers, std, through))
+    return tuple(curves)
+
+
+def _pose(run: RunResult, columns: dict[str, NDArray[Any]]) -> ClampedPose:
+    law = run.law
+    angle, torque, up = columns["angle_rad"], columns["torque_Nm"], columns["up"].astype(bool)
+    sign = np.where(up, 1.0, -1.0)
+    even = torque - law.zero - sign * law.friction
+    spring = even / (1.0 + sign * np.sign(even) * law.drag)
+    turned = angle - sign * law.lag - law.middle
+    outside = np.abs(turned) > 0.5 * law.width
+    from_flank = turned - 0.5 * law.width * np.sign(turned)
+    half = 0.5 * (run.play or 0.0)
+    return ClampedPose(
+        run=run.run,
+        left_out=run.left_out,
+        angle=angle,
+        torque=torque,
+        up=up,
+        fitted=columns["law_Nm"],
+        play=run.play,
+        doubt=max(run.resolution or 0.0, 1.96 * (run.play_between_cycles or 0.0)),
+        motion=run.motion,
+        low=law.middle - half if half else None,
+        high=law.middle + half if half else None,
+        spring_angle=from_flank[outside],
+        spring_torque=spring[outside],
+        remark=run.saturated or "",
+    )

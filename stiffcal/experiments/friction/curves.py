@@ -1,0 +1,112 @@
+"""Friction over velocity, joint by joint: what was read, and the fitted curve."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.documents import Document
+from stiffcal.experiments.friction.results import FrictionSection
+from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.experiments.presentation import UnusedReadings
+from stiffcal.measurements.friction_readings import SteadyReadings
+from stiffcal.store import values_of
+
+FRICTION_FIT = "friction_fit"
+
+
+@dataclass(frozen=True)
+class FrictionCurve:
+    """Friction of one drive over its velocity.
+
+    Attributes
+    ----------
+    joint : its name. steady : True where passes at constant velocity were measured, False for samples of other motion.
+    velocity : (n,) rad/s, signed. friction : (n,) N·m, as measured, weight, inertia and zeros taken off.
+    speed : (m,) rad/s, rising. fitted, std : (m,) N·m, the curve and its standard uncertainty.
+    parameters : (symbol, value, half width of the 95 % interval, unit) of what is known; half width None where held.
+    remarks : what is not seen, and why.
+    rms, noise : N·m; the noise None where no repeats tell it.
+    """
+
+    joint: str
+    steady: bool
+    velocity: Floats
+    friction: Floats
+    speed: Floats
+    fitted: Floats
+    std: Floats
+    parameters: tuple[tuple[str, float, float | None, str], ...]
+    remarks: tuple[str, ...]
+    rms: float
+    noise: float | None
+
+
+def friction_curves(data: MeasuredRuns, section: FrictionSection, identified: Document) -> tuple[FrictionCurve, ...]:
+    """Return the friction of every joint that the present fit holds.
+
+    Parameters
+    ----------
+    data : the campaign, with the fit's rows among its tables.
+    section : of ``identify``. identified : the whole answer.
+    """
+    if not section.joints or FRICTION_FIT not in data.tables:
+        return ()
+    table = data.tables[FRICTION_FIT]
+    names = np.array(table.column("joint").to_pylist(), dtype=np.str_)
+    velocity, friction = (values_of(table.column(name)) for name in ("velocity_radps", "friction_measured_Nm"))
+    curves = []
+    for joint in section.joints:
+        own = names == joint.name
+        laws = set(section.effects or ())
+        parameters = [p for p in identified["parameters"] if p["effect"] in laws and _is_at(p, joint.joint)]
+        curves.append(
+            FrictionCurve(
+                joint=joint.name,
+                steady=joint.n_speeds is not None,
+                velocity=velocity[own],
+                friction=friction[own],
+                speed=joint.curve.velocity,
+                fitted=joint.curve.torque,
+                std=joint.curve.std,
+                parameters=tuple(
+                    (
+                        p["name"].rsplit(".", 1)[-1],
+                        p["value"],
+                        None if p["std"] is None else 1.96 * p["std"],
+                        p["unit"],
+                    )
+                    for p in parameters
+                    if p["value"] is not None
+                ),
+                remarks=tuple(
+                    f"{symbol} friction is not seen: {term.why}"
+                    for symbol, term in joint.optional.items()
+                    if not term.seen
+                ),
+                rms=joint.rms,
+                noise=joint.noise,
+            )
+        )
+    return tuple(curves)
+
+
+def _is_at(parameter: Document, joint: int) -> bool:
+    return bool(parameter["where"].get("joints") == [joint])
+
+
+def unused_passes(steady: SteadyReadings | None) -> tuple[UnusedReadings, ...]:
+    """Return the passes of friction runs that were not used, by run and reason."""
+    if steady is None:
+        return ()
+    rows: dict[tuple[str, str], list[int]] = defaultdict(list)
+    count: dict[str, int] = defaultdict(int)
+    for k, why in enumerate(steady.set_aside.tolist()):
+        name = steady.runs[int(steady.run[k])].name
+        count[name] += 1
+        if why:
+            rows[name, why].append(count[name])
+    return tuple(UnusedReadings(name, tuple(numbers), f"pass: {why}") for (name, why), numbers in rows.items())

@@ -1,0 +1,208 @@
+"""Friction of the drives as it is shown: a table, and torque over velocity for every joint (004, Fig. 4)."""
+
+from __future__ import annotations
+
+from stiffcal.documents import Document
+from stiffcal.errors import InputError
+from stiffcal.experiments.friction.curves import FrictionCurve, friction_curves, unused_passes
+from stiffcal.experiments.friction.parts import friction_readings
+from stiffcal.experiments.friction.pictures import friction_picture
+from stiffcal.experiments.friction.results import BearingFriction, FrictionSection
+from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.experiments.presentation import (
+    Block,
+    Column,
+    Digits,
+    Interval,
+    Joints,
+    Listing,
+    Overview,
+    Page,
+    Plot,
+    Sentence,
+    Table,
+    Words,
+)
+from stiffcal.fault_codes import FaultCode
+
+_TITLE = "Friction of the drives"
+_PER_PICTURE = 3
+_SYMBOLS = ("coulomb", "viscous", "stribeck", "velocity", "exponent")
+_NORMAL_95 = 1.96
+
+
+def friction_overview(section: FrictionSection, identified: Document) -> Overview:
+    """Return coulomb, viscous and Stribeck terms joint by joint, and of which the runs show nothing.
+
+    Parameters
+    ----------
+    section : of ``identify``. identified : the whole answer.
+    """
+    laws, joints = set(section.effects or ()), {joint.joint for joint in section.joints}
+    own = [p for p in identified["parameters"] if p["effect"] in laws and p["where"].get("joints", [0])[0] in joints]
+    by_name = {(p["where"]["joints"][0], p["name"].rsplit(".", 1)[-1]): p for p in own}
+    rows: list[tuple[Words, ...]] = []
+    stribeck_rows: list[tuple[Words, ...]] = []
+    without: dict[str, list[int]] = {}
+    for joint in section.joints:
+        number, name = joint.joint, f"joint {joint.joint} ({joint.name})"
+        speeds: Words = (Digits(joint.lowest_speed), " … ", Digits(joint.highest_speed))
+        cells = {symbol: _cell(by_name.get((number, symbol))) for symbol in _SYMBOLS}
+        rows.append(((name,), cells["coulomb"], cells["viscous"], speeds, (Digits(joint.rms),)))
+        for symbol, term in joint.optional.items():
+            if term.seen:
+                stribeck_rows.append(((name,), cells["stribeck"], cells["velocity"], cells["exponent"]))
+            else:
+                without.setdefault(f"{symbol} friction is not seen: {term.why}", []).append(number)
+    parameters = frozenset(p["name"] for p in own)
+    if not rows:
+        return Overview((), parameters)
+    blocks: list[Sentence | Table] = [Table(_OVERVIEW_COLUMNS, tuple(rows))]
+    if stribeck_rows:
+        blocks.append(Table(_STRIBECK_COLUMNS, tuple(stribeck_rows)))
+    blocks += [_bearing_sentence(bearing) for bearing in section.bearings or ()]
+    blocks += [Sentence((Joints(tuple(numbers)), f": {words}"), "not-identified") for words, numbers in without.items()]
+    return Overview(tuple(blocks), parameters)
+
+
+_OVERVIEW_COLUMNS = (
+    Column("friction of", numbers=False),
+    Column("coulomb", "N·m"),
+    Column("viscous", "N·m·s/rad"),
+    Column("speeds", "rad/s"),
+    Column("left, rms", "N·m"),
+)
+_STRIBECK_COLUMNS = (
+    Column("crawling", numbers=False),
+    Column("stribeck", "N·m"),
+    Column("velocity", "rad/s"),
+    Column("exponent"),
+)
+
+
+def _cell(parameter: Document | None) -> Words:
+    if parameter is None or parameter["value"] is None:
+        return (Digits(None),)
+    if parameter["interval"] is None:
+        return (Digits(parameter["value"]), " (held)")
+    low, high = parameter["interval"]
+    return (Interval(parameter["value"], low, high),)
+
+
+def _bearing_sentence(bearing: BearingFriction) -> Sentence:
+    terms = []
+    for value, std in ((bearing.coulomb, bearing.coulomb_std), (bearing.viscous, bearing.viscous_std)):
+        half = _NORMAL_95 * std
+        terms.append(Interval(value, value - half, value + half))
+    words: Words = (
+        f"joint {bearing.joint}: its drive's shaft turns with other joints too; the joint's own bearing adds ",
+        terms[0], " N·m and ", terms[1], " N·m·s/rad",
+    )  # fmt: skip
+    return Sentence(words, "bearing-friction")
+
+
+def friction_page(data: MeasuredRuns, section: FrictionSection, identified: Document) -> Page:
+    """Return the law, its parameters, and the curves.
+
+    Parameters
+    ----------
+    data : the campaign, with the fit's rows among its tables.
+    section : of ``identify``. identified : the whole answer.
+    """
+    curves = friction_curves(data, section, identified)
+    unused = unused_passes(friction_readings(data)[0])
+    if not curves:
+        why = "no reading of the friction runs can be used"
+        return Page(_TITLE, (), subject=_SUBJECT, why_empty=why, unused=unused)
+    blocks: list[Block] = [Sentence((_law_words(curves),), "law"), _table(curves)]
+    remarks = [Sentence((f"{curve.joint}: {words}",), "not-identified") for curve in curves for words in curve.remarks]
+    if remarks:
+        blocks += [Sentence(("What these runs do not show:",), "not-identified"), Listing(tuple(remarks))]
+    blocks += [friction_picture(curves[start : start + _PER_PICTURE]) for start in range(0, len(curves), _PER_PICTURE)]
+    return Page(
+        _TITLE,
+        tuple(blocks),
+        subject=_SUBJECT,
+        subject_of_model="Friction of the drives",
+        fitted=f"Friction of {len(curves)} {'drive' if len(curves) == 1 else 'drives'}",
+        parameters=_parameters(section, identified),
+        unused=unused,
+    )
+
+
+_SUBJECT = "friction in free motion"
+
+
+def friction_plot(data: MeasuredRuns, section: FrictionSection | None, identified: Document, joint: str | None) -> Plot:
+    """Return friction over speed of every joint, or of one by its name.
+
+    Raises
+    ------
+    InputError
+        No friction was measured, or not of this joint.
+    """
+    curves = () if section is None else friction_curves(data, section, identified)
+    if not curves:
+        mend = "measure friction runs, or draw something else"
+        raise InputError.at(
+            FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", "no friction was measured in this campaign", mend
+        )
+    drawn = tuple(curve for curve in curves if joint in (None, curve.joint))
+    if not drawn:
+        raise InputError.at(
+            FaultCode.DATA_MISSING,
+            "command line",
+            "--against",
+            f"joint {joint} has no friction runs",
+            f"choose velocity:{curves[0].joint}, say",
+        )
+    names = ", ".join(curve.joint for curve in drawn)
+    return Plot(friction_picture(drawn), f"friction over speed of {names}")
+
+
+def _parameters(section: FrictionSection, identified: Document) -> frozenset[str]:
+    """Return the names of the parameters that the page shows: those of joints of which anything is known."""
+    laws = set(section.effects or ())
+    own = [p for p in identified["parameters"] if p["effect"] in laws]
+    known = {str(p["where"]) for p in own if p["value"] is not None}
+    return frozenset(str(p["name"]) for p in own if str(p["where"]) in known)
+
+
+def _law_words(curves: tuple[FrictionCurve, ...]) -> str:
+    words = (
+        "Friction torque at a velocity ω, at the joint's side of the gear: (coulomb + stribeck · exp(−|ω / velocity|^"
+        "exponent)) · sign ω + viscous · ω (paper 004, eq. 1). "
+    )
+    if any(curve.steady for curve in curves):
+        words += (
+            "Velocities are as logged, both ways; half the difference of the two directions over the same stretch of "
+            "angle is free of weight. "
+        )
+    if not all(curve.steady for curve in curves):
+        words += "Where no velocity was held, weight and inertia of the moving links were fitted with the friction. "
+    return words.strip()
+
+
+def _table(curves: tuple[FrictionCurve, ...]) -> Table:
+    columns = (
+        Column("joint", numbers=False),
+        Column("coulomb", "N·m"),
+        Column("viscous", "N·m·s/rad"),
+        Column("stribeck", "N·m"),
+        Column("velocity", "rad/s"),
+        Column("exponent"),
+        Column("left, rms", "N·m"),
+        Column("noise", "N·m"),
+    )
+    rows: list[tuple[Words, ...]] = []
+    for curve in curves:
+        known = {symbol: (value, half) for symbol, value, half, _ in curve.parameters}
+        cells: list[Words] = []
+        for symbol in _SYMBOLS:
+            value, half = known.get(symbol, (None, None))
+            if value is None:
+                cells.append((Digits(None),))
+            else:
+                cells.append((Digits(value), " (held)") if half is None else (Digits(value), " ± ", Digits(half, 2)))
+        rows.append(((curve.joint,), *cells, (Digits(curve.rms),), (Digits(curve.noise),)))
+    return Table(columns, tuple(rows), "Friction of the drives, with 95 % uncertainty. A dash: not seen.")

@@ -1,0 +1,265 @@
+"""What a kind of experiment has to show, as plain values: sentences, tables, pictures.
+
+The terminal and the report draw these without knowing the kind, each with its own way of writing a number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from stiffcal.arrays import Floats
+
+# ---- words ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Digits:
+    """A number in a text; what is not known is drawn as a dash."""
+
+    value: float | None
+    significant: int = 3
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number with its 95 % interval in a text."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Names:
+    """Names listed in a text."""
+
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Joints listed in a text, from 1."""
+
+    joints: tuple[int, ...]
+
+
+Words: TypeAlias = tuple[str | Digits | Interval | Names | Joints, ...]
+"""A text, piece by piece; nothing stands between the pieces."""
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A text that stands by itself."""
+
+    words: Words
+    code: str
+    """What it is about, for programs: "definition", "not-identified" and so on."""
+    level: Literal["note", "warning"] = "note"
+
+
+# ---- tables ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Column:
+    """A table's column."""
+
+    title: str
+    unit: str = ""
+    """"" where there is none."""
+    numbers: bool = True
+    """Numbers stand right, texts left."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of texts."""
+
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Words, ...], ...]
+    """As many cells as there are columns."""
+    caption: str = ""
+
+
+# ---- pictures -------------------------------------------------------------------------------------------------------
+
+Colour: TypeAlias = int | Literal["model", "quiet"]
+"""A colour of the palette by its number, the model's, or that of what is not important."""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Points of a picture."""
+
+    x: Floats
+    """(n,)"""
+    y: Floats
+    """(n,)"""
+    marker: str
+    """"^", "v", "o", "x", or "0", "1", … for the n-th of the palette."""
+    colour: Colour
+    size: float = 3.0
+    """Points of print."""
+    edge: float = 0.7
+    """Points of print."""
+    is_hollow: bool = True
+    opacity: float = 1.0
+    label: str = ""
+    """In the legend; "" where it stands in none."""
+    layer: float = 3.0
+    """Higher ones cover lower ones."""
+    spread: Floats | None = None
+    """(n,) half the height of a bar through the point; None: no bar."""
+    note: str = ""
+    """Written above the last point, upright."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A curve of a picture."""
+
+    x: Floats
+    """(n,)"""
+    y: Floats
+    """(n,)"""
+    width: float = 1.1
+    """Points of print."""
+    is_dashed: bool = False
+    colour: Colour = "model"
+    label: str = ""
+    layer: float = 4.0
+
+
+@dataclass(frozen=True)
+class Band:
+    """What lies between two curves of a picture."""
+
+    x: Floats
+    """(n,)"""
+    low: Floats
+    """(n,)"""
+    high: Floats
+    """(n,)"""
+    label: str = ""
+    layer: float = 1.0
+
+
+@dataclass(frozen=True)
+class Span:
+    """A stretch of the x axis over the whole height."""
+
+    low: float
+    high: float
+    label: str = ""
+    layer: float = 0.0
+
+
+Series: TypeAlias = Marks | Line | Band | Span
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A pair of axes with what is drawn in it."""
+
+    title: str
+    x_label: str
+    y_label: str
+    series: tuple[Series, ...]
+    x_limits: tuple[float, float] | None = None
+    """None: what the series need."""
+    y_limits: tuple[float, float] | None = None
+    """None: what the series need."""
+    head_room: float | None = None
+    """The y axis begins at zero or below and has this share left above the series; None: it does not."""
+    x_names: tuple[str, ...] = ()
+    """Written at 0, 1, … of the x axis instead of numbers."""
+    x_ticks: int | None = None
+    """So many numbers at the x axis at most."""
+    has_zero_lines: bool = False
+    has_own_legend: bool = False
+    """Its labels stand in the panel, not above all panels."""
+    empty: str = ""
+    """Where there is nothing to draw: why."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Panels side by side, row by row."""
+
+    panels: tuple[Panel, ...]
+    columns: int
+    height: float
+    """mm, of the whole."""
+    caption: Words = ()
+    widths: tuple[float, ...] = ()
+    """Of the columns, relative to each other; empty: equal."""
+
+
+# ---- the whole ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Subheading:
+    """A heading within a page."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Sentences one below the other, each a point of a list."""
+
+    sentences: tuple[Sentence, ...]
+
+
+Block: TypeAlias = Sentence | Table | Picture | Subheading | Listing
+
+
+@dataclass(frozen=True)
+class Overview:
+    """What ``identify`` shows of a kind in the terminal."""
+
+    blocks: tuple[Sentence | Table, ...]
+    parameters: frozenset[str] = frozenset()
+    """Names of parameters that stand here: the table of all parameters leaves them out."""
+
+
+@dataclass(frozen=True)
+class UnusedReadings:
+    """Readings of a run that were not used."""
+
+    run: str
+    numbers: tuple[int, ...]
+    """From 1, in the run."""
+    why: str
+
+
+@dataclass(frozen=True)
+class Page:
+    """What the report shows of a kind."""
+
+    title: str
+    blocks: tuple[Block, ...]
+    """Empty where nothing can be shown."""
+    subject: str
+    """What was done, for the line under the report's title: "clamped robot"."""
+    subject_of_model: str = ""
+    """Where the campaign holds this kind alone: what was fitted, for the report's title and its first sentence; "":
+    the robot's model."""
+    fitted: str = ""
+    """Likewise, with the number of what was fitted."""
+    why_empty: str = ""
+    """Where `blocks` is empty."""
+    parameters: frozenset[str] = frozenset()
+    """Names of parameters that stand here: other pages leave them out."""
+    unused: tuple[UnusedReadings, ...] = ()
+
+
+@dataclass(frozen=True)
+class Plot:
+    """One picture that ``plot`` draws of a kind."""
+
+    picture: Picture
+    drawn: str
+    """What is in it, in words."""

@@ -1,0 +1,71 @@
+"""What kinds of experiment show, a section each: their sentences, tables and pictures, whatever the kind."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import assert_never
+
+from stiffcal.experiments import presentation
+from stiffcal.experiments.presentation import Digits, Interval, Joints, Names, Page, Sentence, Words
+from stiffcal.report import wording
+from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, Picture, ReportSection, Subheading, TableBlock
+from stiffcal.report.blocks import TableColumn as Column
+from stiffcal.report.content import ReportContent
+from stiffcal.report.figures.panels import draw_panels
+
+ORDER = 44
+
+
+def section(content: ReportContent) -> tuple[ReportSection | LeftOut, ...]:
+    """Lay out the pages of all kinds of experiment that the campaign holds."""
+    return tuple(_section_of(page) for page in content.pages)
+
+
+def _section_of(page: Page) -> ReportSection | LeftOut:
+    if not page.blocks:
+        return LeftOut(page.title, page.why_empty)
+    return ReportSection(page.title, tuple(_block(block) for block in page.blocks), new_page=True)
+
+
+def _block(block: presentation.Block) -> Block:
+    match block:
+        case Sentence():
+            return Paragraph(text_of(block.words))
+        case presentation.Listing():
+            return Items(tuple(text_of(sentence.words) for sentence in block.sentences))
+        case presentation.Subheading():
+            return Subheading(block.text)
+        case presentation.Table():
+            columns = tuple(
+                Column(column.title, column.unit, align="right" if column.numbers else "left")
+                for column in block.columns
+            )
+            return TableBlock(columns, tuple(tuple(text_of(cell) for cell in row) for row in block.rows), block.caption)
+        case presentation.Picture():
+            return Picture(partial(draw_panels, block), text_of(block.caption))
+        case _:
+            assert_never(block)
+
+
+def text_of(words: Words) -> str:
+    """Return a text with its numbers as the report writes them.
+
+    Examples
+    --------
+    >>> text_of((Names(("A1", "A2")), ": ", Digits(-0.12345), " N·m, ", Interval(2.0, 1.0, 3.5)))
+    'A1 and A2: −0.123 N·m, 2.00 (1.00 … 3.50)'
+    """
+    text = ""
+    for piece in words:
+        match piece:
+            case Digits(value, significant):
+                text += wording.digits(value, significant)
+            case Interval(value, low, high):
+                text += f"{wording.digits(value)} ({wording.digits(low)} … {wording.digits(high)})"
+            case Names(names):
+                text += wording.listing(names)
+            case Joints(joints):
+                text += wording.place({"joints": list(joints)})
+            case _:
+                text += piece
+    return text
