@@ -31,6 +31,9 @@ class KnownKind(Protocol):
     def default_model(self) -> Path | None:
         """The model file of campaigns of this kind alone that have none; None: compliant drives."""
 
+    def simulation(self) -> object | None:
+        """Return what simulates its runs, a `stiffcal.simulation.kinds.RunSimulation`; None: load cycles."""
+
 
 def kind_names() -> tuple[str, ...]:
     """Return the names of all kinds of experiment, sorted; nothing is imported for them.

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from stiffcal.campaign.experiment_kinds import experiment_kind, kind_names
 from stiffcal.campaign.typed import TomlTable
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
+    from stiffcal.simulation.kinds import RunSimulation
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,10 @@ class ExperimentKind:
 
     def reduction(self, campaign: Campaign) -> RunsReduction | None:
         """Return what takes the logs of this kind's runs; None where they make load states like any other."""
+        return None
+
+    def simulation(self) -> RunSimulation[Any] | None:
+        """Return what simulates the runs of this kind; None where these are load cycles."""
         return None
 
     def fit(self, data: MeasuredRuns) -> ExperimentFit | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.errors import InputError
 from stiffcal.limits import BALANCES, SAMPLES, Limit
+from stiffcal.simulation.kinds import run_simulation
 from stiffcal.simulation.settings import FILE_NAME, SimulatedRun, SimulationSettings
 
 
@@ -14,7 +15,7 @@ def check_extent(settings: SimulationSettings, manifest: Manifest) -> None:
     Parameters
     ----------
     settings : `simulate.toml`.
-    manifest : says which runs are clamped or friction.
+    manifest : says of which kind each run is.
 
     Raises
     ------
@@ -34,13 +35,9 @@ def check_extent(settings: SimulationSettings, manifest: Manifest) -> None:
 
 def _extent_of(settings: SimulationSettings, run: SimulatedRun, experiment: str) -> tuple[float, float]:
     """Return how many balances a run takes, and how many seconds it lasts, both at most."""
-    if experiment == "clamped":
-        clamping = settings.clamping_of(run)
-        return 2.0 * clamping.cycles * clamping.points, clamping.cycles * clamping.period_s + 2.0 * clamping.rest_s
-    if experiment == "friction":
-        motion = settings.friction_of(run)
-        strokes = len(motion.speeds_rad_s) * (1.0 + 2.0 * motion.cycles)
-        return strokes, strokes * (motion.longest_s + motion.rest_s)
+    simulation = run_simulation(experiment)
+    if simulation is not None:
+        return simulation.extent(settings.motion_of(experiment, run))
     loads = settings.loads_of(run)
     holds = 1.0 + 4.0 * len(loads.directions) * len(loads.levels) * loads.cycles
     steps = holds * (loads.ramp_points + loads.hold_points + 2.0 * loads.waves * (loads.waviness > 0.0))

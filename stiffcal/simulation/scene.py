@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from stiffcal.campaign.gauges import rods_of
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Frame, Manifest
 from stiffcal.campaign.model_file import MODEL_FILE
-from stiffcal.errors import Fault, InputError, raise_faults
+from stiffcal.errors import Fault, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
@@ -21,12 +21,11 @@ from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.campaign_effects import model_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node
-from stiffcal.simulation.clamped import sweep_program
 from stiffcal.simulation.cycles import load_program
-from stiffcal.simulation.friction import strokes_program
 from stiffcal.simulation.instruments import frames_measured_by
+from stiffcal.simulation.kinds import RunSetup, run_simulation
 from stiffcal.simulation.recording import Stream, stream
-from stiffcal.simulation.settings import FILE_NAME, SimulatedRun, SimulationSettings
+from stiffcal.simulation.settings import FILE_NAME, SimulationSettings
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight
 
 
@@ -99,15 +98,14 @@ def _needed(manifest: Manifest, settings: SimulationSettings, known: Mapping[str
     """Return the frames that matter, each once; unknown load points and axes are faults."""
     faults = []
     names = ["base"]
-    clamped = {run.id for run in manifest.runs if run.experiment == "clamped"}
-    friction = {run.id for run in manifest.runs if run.experiment == "friction"}
+    kinds = {run.id: run.experiment for run in manifest.runs}
     for run in settings.runs:
-        if run.id in friction:
-            continue
+        kind = kinds.get(run.id, "load")
+        simulation = run_simulation(kind)
         loads = settings.loads_of(run)
-        places = [("loads.point", loads.point), ("loads.axes", loads.axes)]
-        if run.id in clamped:
-            places = [("clamped.point", settings.clamping_of(run).point)]
+        places: Sequence[tuple[str, str]] = [("loads.point", loads.point), ("loads.axes", loads.axes)]
+        if simulation is not None:
+            places = simulation.frames(settings.motion_of(kind, run))
         for key, name in places:
             if name not in known:
                 place = f'runs "{run.id}": {key}'
@@ -162,51 +160,21 @@ def draw_acts(
         joints = np.deg2rad(np.array(run.joints_deg))
         now += run.pause_before_s if planned_runs else 0.0
         entry = listed.get(run.id)
-        if entry is not None and entry.experiment == "clamped":
-            planned_runs.append(_clamped_run_plan(settings, run, entry.moved_joint, frames, now))
+        kind, moved = (entry.experiment, entry.moved_joint) if entry is not None else ("load", None)
+        simulation = run_simulation(kind)
+        if simulation is not None:
+            setup = RunSetup(run, moved, loads, frames, now)
+            planned_runs.append(simulation.plan(settings.motion_of(kind, run), setup))
             now += planned_runs[-1].program.duration
-            continue
-        if entry is not None and entry.experiment == "friction":
-            program_of_motion = strokes_program(settings.friction_of(run), joints, _driven(run, entry.moved_joint))
-            planned_runs.append(PlannedRun(run.id, joints, program_of_motion, loads, Attachment(0, np.eye(4)), now))
-            now += program_of_motion.duration
             continue
         angles = campaign.chain.model_angles(joints[None, :])
         axes = attached_poses(campaign.chain, angles, frames[loads.axes])[1][0]
         program = load_program(loads, axes, stream(seed, Stream.LOADS, number))
-        if entry is not None and entry.experiment == "free":
+        if kind == "free":
             program = program.first_hold()
         planned_runs.append(PlannedRun(run.id, joints, program, loads, frames[loads.point], now))
         now += program.duration
     return planned_runs
-
-
-def _clamped_run_plan(
-    settings: SimulationSettings,
-    run: SimulatedRun,
-    moved_joint: int | None,
-    frames: Mapping[str, Attachment],
-    begins: float,
-) -> PlannedRun:
-    """Return a clamped run; the fixture holds it where its loads would act."""
-    clamping = settings.clamping_of(run)
-    joints = np.deg2rad(np.array(run.joints_deg))
-    loads = settings.loads_of(run).model_copy(update={"point": clamping.point})
-    program = sweep_program(clamping, joints, _driven(run, moved_joint))
-    return PlannedRun(run.id, joints, program, loads, frames[clamping.point], begins)
-
-
-def _driven(run: SimulatedRun, moved_joint: int | None) -> int:
-    """Return which joint is driven."""
-    if moved_joint is None:
-        raise InputError.at(
-            FaultCode.KEY_MISSING,
-            "campaign.toml",
-            f'runs "{run.id}"',
-            "which joint is driven is not said",
-            "add moved_joint = 1, say",
-        )
-    return moved_joint
 
 
 def _check_runs(campaign: Campaign, settings: SimulationSettings) -> None:

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from stiffcal.campaign.schemas import schema_text
-from stiffcal.simulation.settings import SimulationSettings
+from stiffcal.simulation.settings import settings_type
 
 FILE = "simulate.schema.json"
 
@@ -19,7 +19,7 @@ def simulate_schema_text() -> str:
     >>> '"const": "stiffcal/simulate/1"' in simulate_schema_text()
     True
     """
-    return schema_text(SimulationSettings)
+    return schema_text(settings_type())
 
 
 if __name__ == "__main__":

@@ -7,16 +7,18 @@ What the logs look like (files, formats, columns, units) is *not* said here: `ca
 from __future__ import annotations
 
 import math
+from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, create_model, model_validator
 
 from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.campaign.typed import Interval, NotNegative, Placement, Positive, TomlTable, WrongValueError
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
+from stiffcal.simulation.kinds import motion_tables
 
 SCHEMA = "stiffcal/simulate/1"
 FILE_NAME = "simulate.toml"
@@ -133,41 +135,6 @@ class Loads(TomlTable):
         return self
 
 
-class Clamping(TomlTable):
-    """One clamped run: a motor driven to and fro while the flange is held."""
-
-    point: str = Field("flange", description="the frame that the fixture holds")
-    amplitude_deg: Positive = Field(0.15, description="of the motion to either side, joint angle")
-    middle_deg: float = Field(0.0, description="middle of the motion, from where the robot was clamped")
-    cycles: int = Field(4, ge=1, description="to and fro")
-    both_ways: bool = Field(True, description="false: to one side only, and no way back")
-    period_s: Positive = Field(20.0, description="of one cycle")
-    rest_s: NotNegative = Field(2.0, description="before and after")
-    points: int = Field(160, ge=8, description="balances solved on each half of a cycle")
-    fixture_compliance: list[float] = Field(
-        [0.0] * 6, min_length=6, max_length=6, description="what the fixture really gives, m/N and rad/(N·m), base axes"
-    )
-
-
-class FrictionMotion(TomlTable):
-    """One friction run: a joint driven to and fro in the air about its pose, at one velocity after another."""
-
-    speeds_rad_s: Annotated[list[Positive], Field(min_length=1)] = Field(
-        [0.02, 0.05, 0.1, 0.2, 0.5, 1.0], description="of the joint"
-    )
-    reachable_rad_s: Positive | None = Field(None, description="what the drive can do, whatever is programmed")
-    amplitude_deg: Positive = Field(30.0, description="of the strokes to either side of the pose")
-    longest_s: Positive = Field(12.0, description="slow strokes are cut to this time")
-    acceleration_rad_s2: Positive = 4.0
-    approach_rad_s: Positive = Field(0.5, description="on the way to the first stroke of a speed")
-    cycles: int = Field(2, ge=1, description="to and fro at each speed")
-    both_ways: bool = Field(True, description="false: one stroke at each speed, always the same way")
-    rest_s: Positive = Field(0.4, description="between strokes")
-    rotor_inertia_kgm2: NotNegative = Field(0.0, description="of the drive, at the joint's side")
-    ripple_Nm: NotNegative = Field(0.0, description="of the gear")
-    ripple_per_turn: NotNegative = Field(100.0, description="waves of it on one turn of the joint")
-
-
 class Controller(TomlTable):
     """How the controller corrects in runs with ``compensation = "on"`` in campaign.toml (001, Fig. 3; 002, Fig. 5)."""
 
@@ -182,15 +149,22 @@ class Controller(TomlTable):
     )
 
 
-class SimulatedRun(TomlTable):
-    """One run: where the robot stands, and what differs from `[loads]`, `[clamped]` or `[friction]`."""
+class RunHead(TomlTable):
+    """What stands first in a run."""
 
     id: str = Field(description="the run's id in campaign.toml")
     joints_deg: Annotated[list[float], Field(min_length=1)] = Field(description="logged joint angles")
     loads: dict[str, Any] = Field({}, description="keys of [loads] that differ in this run")
-    clamped: dict[str, Any] = Field({}, description="keys of [clamped] that differ in this run")
-    friction: dict[str, Any] = Field({}, description="keys of [friction] that differ in this run")
+
+
+class SimulatedRun(RunHead):
+    """One run; `settings_type` adds the tables of kinds of experiment."""
+
     pause_before_s: NotNegative = Field(300.0, description="time between the run before and this one")
+
+    def changed(self, table: str) -> dict[str, Any]:
+        """Return the keys of a table that differ in this run."""
+        return dict(getattr(self, table, {}))
 
 
 class TrueRobot(TomlTable):
@@ -205,14 +179,17 @@ class TrueRobot(TomlTable):
     warming_K_per_hour: float = 0.0
 
 
-class SimulationSettings(TomlTable):
-    """`simulate.toml` in full."""
+class SettingsHead(TomlTable):
+    """What stands first in `simulate.toml`."""
 
     schema_: Literal["stiffcal/simulate/1"] = Field(alias="schema")
     seed: int = Field(0, ge=0, description="the option --seed overrides it")
     loads: Loads = Loads()
-    clamped: Clamping = Clamping()
-    friction: FrictionMotion = FrictionMotion()
+
+
+class SimulationSettings(SettingsHead):
+    """`simulate.toml` in full; `settings_type` adds the tables of kinds of experiment."""
+
     robot: TrueRobot = TrueRobot()
     controller: Controller = Controller()
     frames: dict[str, Placement] = Field({}, description="[frames.NAME]: true places, by the manifest's names")
@@ -223,17 +200,43 @@ class SimulationSettings(TomlTable):
         """Return the load cycles of a run: `[loads]` with what the run changes."""
         return Loads.model_validate({**self.loads.model_dump(), **run.loads})
 
-    def friction_of(self, run: SimulatedRun) -> FrictionMotion:
-        """Return the motion of a friction run: `[friction]` with what the run changes."""
-        return FrictionMotion.model_validate({**self.friction.model_dump(), **run.friction})
-
-    def clamping_of(self, run: SimulatedRun) -> Clamping:
-        """Return the motion of a clamped run: `[clamped]` with what the run changes."""
-        return Clamping.model_validate({**self.clamped.model_dump(), **run.clamped})
+    def motion_of(self, kind: str, run: SimulatedRun) -> TomlTable:
+        """Return the motion of a run of a kind of experiment: the kind's table with what the run changes."""
+        table: TomlTable = getattr(self, kind)
+        return type(table).model_validate({**table.model_dump(), **run.changed(kind)})
 
     def sensor(self, source: str) -> Sensor:
         """Return how a source errs; without an entry: not at all."""
         return self.sensors.get(source, Sensor())
+
+
+@cache
+def _settings_type(tables: tuple[tuple[str, type[TomlTable]], ...]) -> type[SimulationSettings]:
+    # The kinds' tables lie between head and rest, so that keys and faults come in the order in which people write them.
+    changed: dict[str, Any] = {
+        name: (dict[str, Any], Field({}, description=f"keys of [{name}] that differ in this run")) for name, _ in tables
+    }
+    names = ["`[loads]`", *(f"`[{name}]`" for name, _ in tables)]
+    words = f"{', '.join(names[:-1])} or {names[-1]}" if len(names) > 1 else names[0]
+    bases: Any = (SimulatedRun, create_model("RunTables", __base__=RunHead, **changed))
+    doc = f"One run: where the robot stands, and what differs from {words}."
+    run: Any = create_model("SimulatedRun", __base__=bases, __doc__=doc)
+    own: dict[str, Any] = {name: (table, table()) for name, table in tables}
+    bases = (SimulationSettings, create_model("SettingsTables", __base__=SettingsHead, **own))
+    runs: Any = (Annotated[list[run], Field(min_length=1)], ...)
+    made = create_model("SimulationSettings", __base__=bases, __doc__="`simulate.toml` in full.", runs=runs)
+    return cast(type[SimulationSettings], made)
+
+
+def settings_type() -> type[SimulationSettings]:
+    """Return the type that `simulate.toml` is checked against: with the tables of all kinds of experiment.
+
+    Examples
+    --------
+    >>> list(settings_type().model_fields)[:5]
+    ['schema_', 'seed', 'loads', 'clamped', 'friction']
+    """
+    return _settings_type(motion_tables())
 
 
 def load_settings(folder: Path) -> SimulationSettings:
@@ -262,7 +265,7 @@ def parse_settings(document: dict[str, Any]) -> SimulationSettings:
     >>> settings.loads_of(settings.runs[0]).levels
     [0.25, 0.5, 0.75, 1.0]
     """
-    settings = validate(document, FILE_NAME, SimulationSettings)
+    settings = validate(document, FILE_NAME, settings_type())
     faults: list[Fault] = []
     run_names: set[str] = set()
     for run in settings.runs:
@@ -272,14 +275,10 @@ def parse_settings(document: dict[str, Any]) -> SimulationSettings:
                 Fault(FaultCode.NAME_DUPLICATE, FILE_NAME, place, "there are two runs of this name", "rename one")
             )
         run_names.add(run.id)
-        kinds: tuple[tuple[str, dict[str, Any], type[TomlTable]], ...] = (
-            ("loads", run.loads, Loads),
-            ("clamped", run.clamped, Clamping),
-            ("friction", run.friction, FrictionMotion),
-        )
-        for key, own, table in kinds:
+        tables: tuple[tuple[str, type[TomlTable]], ...] = (("loads", Loads), *motion_tables())
+        for key, table in tables:
             try:
-                validate({**document.get(key, {}), **own}, FILE_NAME, table)
+                validate({**document.get(key, {}), **run.changed(key)}, FILE_NAME, table)
             except InputError as error:
                 faults += [
                     Fault(fault.code, FILE_NAME, f"{place}: {key}.{fault.place}", fault.reason, fault.mend)

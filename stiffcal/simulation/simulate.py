@@ -28,10 +28,9 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular, read_regular, replacing, write_whole
 from stiffcal.limits import TOML
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.simulation.clamped import simulate_clamped
 from stiffcal.simulation.controller import compensated
 from stiffcal.simulation.extent import check_extent
-from stiffcal.simulation.friction import StrokesProgram, simulate_friction
+from stiffcal.simulation.kinds import run_simulation
 from stiffcal.simulation.logs import Column, dialect_of, write_log
 from stiffcal.simulation.motion import MotionProgram
 from stiffcal.simulation.recording import Device, DeviceLog, RecordingContext, devices_of, record
@@ -133,12 +132,13 @@ def simulate_runs(
     correcting = [solved for name, solved in true_run.items() if name in on]
     for compensated_run in compensated(robot, correcting, settings.controller, frames, tool, settle):
         true_run[compensated_run.planned.name] = compensated_run
+    kinds = {run.id: run.experiment for run in campaign.manifest.runs}
     for planned, run in zip(planned_runs, settings.runs, strict=True):
-        if isinstance(planned.program, StrokesProgram):
-            true_run[planned.name] = simulate_friction(robot, planned, frames, tool, settings.friction_of(run))
-        elif isinstance(planned.program, MotionProgram):
-            fixture = np.diag(settings.clamping_of(run).fixture_compliance)
-            true_run[planned.name] = simulate_clamped(robot, planned, frames, tool, fixture)
+        kind = kinds.get(run.id, "load")
+        simulation = run_simulation(kind)
+        if simulation is not None:
+            motion = settings.motion_of(kind, run)
+            true_run[planned.name] = simulation.true_run(robot, planned, frames, tool, motion)
     runs, rods = tuple(true_run[planned.name] for planned in planned_runs), rods_on_links(campaign)
     return robot, RecordingContext(settings, frames, runs, seed, campaign.chain.gear_ratio, rods)
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.documents import document_of
-from stiffcal.simulation.clamped import simulate_clamped
+from stiffcal.experiments.clamped.simulation import simulate_clamped
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.identify import identify_campaign

@@ -10,10 +10,12 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.documents import Document
     from stiffcal.experiments.clamped.results import ClampedSection
+    from stiffcal.experiments.clamped.simulation_settings import Clamping
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
+    from stiffcal.simulation.kinds import RunSimulation
 
 
 class ClampedKind(ExperimentKind):
@@ -24,6 +26,12 @@ class ClampedKind(ExperimentKind):
         from stiffcal.experiments.clamped.reduction import ClampedReduction
 
         return ClampedReduction(campaign)
+
+    def simulation(self) -> RunSimulation[Clamping]:
+        """Simulate the runs of this kind."""
+        from stiffcal.experiments.clamped.simulation import ClampedSimulation
+
+        return ClampedSimulation()
 
     def fit(self, data: MeasuredRuns) -> ExperimentFit | None:
         """Identify every joint that was driven against the fixture."""

@@ -11,10 +11,12 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.documents import Document
     from stiffcal.experiments.friction.results import FrictionSection
+    from stiffcal.experiments.friction.simulation_settings import FrictionMotion
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw
+    from stiffcal.simulation.kinds import RunSimulation
 
 
 class FrictionKind(ExperimentKind):
@@ -25,6 +27,12 @@ class FrictionKind(ExperimentKind):
         from stiffcal.experiments.friction.reduction import FrictionRunsReduction
 
         return FrictionRunsReduction(campaign)
+
+    def simulation(self) -> RunSimulation[FrictionMotion]:
+        """Simulate the runs of this kind."""
+        from stiffcal.experiments.friction.simulation import FrictionSimulation
+
+        return FrictionSimulation()
 
     def fit(self, data: MeasuredRuns) -> ExperimentFit | None:
         """Fit the friction of every drive that the model gives friction and that friction runs have moved."""

@@ -12,14 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.friction.simulation_settings import FrictionMotion
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rigid_body import drive_matrix, rigid_torque
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.simulation.kinds import RunSetup, RunSimulation
 from stiffcal.simulation.motion import MotionProgram, motion_program
-from stiffcal.simulation.settings import FrictionMotion
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
 
 RAMP_POINTS = 24
@@ -161,3 +162,31 @@ def _with_tool(chain: Chain, tool: ToolWeight) -> Chain:
     com[-1] = (mass[-1] * com[-1] + tool.mass * place) / total_mass
     mass[-1] = total_mass
     return replace(chain, link_mass=mass, link_com=com)
+
+
+class FrictionSimulation(RunSimulation[FrictionMotion]):
+    """Runs in which one joint is driven to and fro in the air."""
+
+    settings = FrictionMotion
+
+    def extent(self, motion: FrictionMotion) -> tuple[float, float]:
+        """Return strokes and seconds of a run."""
+        strokes = len(motion.speeds_rad_s) * (1.0 + 2.0 * motion.cycles)
+        return strokes, strokes * (motion.longest_s + motion.rest_s)
+
+    def plan(self, motion: FrictionMotion, setup: RunSetup) -> PlannedRun:
+        """Return strokes about the pose."""
+        joints = np.deg2rad(np.array(setup.run.joints_deg))
+        program = strokes_program(motion, joints, setup.driven_joint())
+        return PlannedRun(setup.run.id, joints, program, setup.loads, Attachment(0, np.eye(4)), setup.begins)
+
+    def true_run(
+        self,
+        robot: CompliantRobot,
+        planned: PlannedRun,
+        frames: Mapping[str, Attachment],
+        tool: ToolWeight,
+        motion: FrictionMotion,
+    ) -> TrueRun:
+        """Find the torque that the drives need."""
+        return simulate_friction(robot, planned, frames, tool, motion)

@@ -7,12 +7,13 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.effects.joint_friction import JointFriction
+from stiffcal.experiments.friction.simulation import simulate_friction, strokes_program
+from stiffcal.experiments.friction.simulation_settings import FrictionMotion
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.simulation.friction import simulate_friction, strokes_program
 from stiffcal.simulation.motion import MotionProgram
-from stiffcal.simulation.settings import FrictionMotion, Loads
+from stiffcal.simulation.settings import Loads
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight
 from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model
 from tests.laboratory.robots import six_axes

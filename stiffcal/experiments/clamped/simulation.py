@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
+from stiffcal.experiments.clamped.simulation_settings import Clamping
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import jacobians
@@ -22,8 +23,9 @@ from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import RZ, NodeLoads, StateOrder, joint_node, tool_node
 from stiffcal.model.equilibrium import Balance, NoBalanceError, law_terms, node_displacements, solve_balance
+from stiffcal.simulation.kinds import RunSetup, RunSimulation
 from stiffcal.simulation.motion import MotionProgram, motion_program
-from stiffcal.simulation.settings import FILE_NAME, Clamping
+from stiffcal.simulation.settings import FILE_NAME
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
 
 _BASE = Attachment(0, np.eye(4))
@@ -341,3 +343,35 @@ def _first_order(drives: _Drives, motion: Floats, coupling: Floats, sagged: Floa
         angle, left = np.where(better[:, None], tried, angle), np.where(better[:, None], next_residual, left)
         step = np.where(better, np.minimum(2.0 * step, 1.0), 0.5 * step)
     return angle
+
+
+class ClampedSimulation(RunSimulation[Clamping]):
+    """Runs in which a fixture holds the flange."""
+
+    settings = Clamping
+
+    def extent(self, motion: Clamping) -> tuple[float, float]:
+        """Return balances and seconds of a run."""
+        return 2.0 * motion.cycles * motion.points, motion.cycles * motion.period_s + 2.0 * motion.rest_s
+
+    def frames(self, motion: Clamping) -> tuple[tuple[str, str], ...]:
+        """Return the frame that the fixture holds."""
+        return (("clamped.point", motion.point),)
+
+    def plan(self, motion: Clamping, setup: RunSetup) -> PlannedRun:
+        """Return sweeps; the fixture holds the robot where its loads would act."""
+        joints = np.deg2rad(np.array(setup.run.joints_deg))
+        loads = setup.loads.model_copy(update={"point": motion.point})
+        program = sweep_program(motion, joints, setup.driven_joint())
+        return PlannedRun(setup.run.id, joints, program, loads, setup.frames[motion.point], setup.begins)
+
+    def true_run(
+        self,
+        robot: CompliantRobot,
+        planned: PlannedRun,
+        frames: Mapping[str, Attachment],
+        tool: ToolWeight,
+        motion: Clamping,
+    ) -> TrueRun:
+        """Find the fixture's wrench all along the sweeps."""
+        return simulate_clamped(robot, planned, frames, tool, np.diag(motion.fixture_compliance))

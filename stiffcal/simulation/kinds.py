@@ -1,0 +1,122 @@
+"""What simulates the runs of one kind of experiment, where these are no load cycles.
+
+Why asked for by name: the kinds of experiment lie above this room, and are found by walking their folder.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, TypeVar, cast
+
+from stiffcal.campaign.experiment_kinds import experiment_kind, kind_names
+from stiffcal.campaign.typed import TomlTable
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+
+if TYPE_CHECKING:
+    from stiffcal.measurements.load_states import Attachment
+    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.simulation.settings import Loads, SimulatedRun
+    from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
+
+Motion = TypeVar("Motion", bound=TomlTable)
+
+
+@dataclass(frozen=True)
+class RunSetup:
+    """A run that is to be planned."""
+
+    run: SimulatedRun
+    moved_joint: int | None
+    """As the manifest says, from 1."""
+    loads: Loads
+    """The load cycles that the run would have."""
+    frames: Mapping[str, Attachment]
+    """Where they really are."""
+    begins: float
+    """s, on the campaign's clock."""
+
+    def driven_joint(self) -> int:
+        """Return which joint is driven, from 1.
+
+        Raises
+        ------
+        InputError : the manifest does not say.
+        """
+        if self.moved_joint is None:
+            raise InputError.at(
+                FaultCode.KEY_MISSING,
+                "campaign.toml",
+                f'runs "{self.run.id}"',
+                "which joint is driven is not said",
+                "add moved_joint = 1, say",
+            )
+        return self.moved_joint
+
+
+class RunSimulation(ABC, Generic[Motion]):
+    """The runs of one kind, simulated; `Motion` is the kind's table in `simulate.toml`, under the kind's name."""
+
+    settings: type[Motion]
+    """That table; a run changes single keys of it."""
+
+    @abstractmethod
+    def extent(self, motion: Motion) -> tuple[float, float]:
+        """Return how many balances a run takes, and how many seconds it lasts, both at most."""
+
+    def frames(self, motion: Motion) -> tuple[tuple[str, str], ...]:
+        """Return (key, name) of each frame that the run needs; the key as messages name it."""
+        return ()
+
+    @abstractmethod
+    def plan(self, motion: Motion, setup: RunSetup) -> PlannedRun:
+        """Return what is done in a run; its program is a `MotionProgram`.
+
+        Raises
+        ------
+        InputError : which joint is driven is not known.
+        """
+
+    @abstractmethod
+    def true_run(
+        self,
+        robot: CompliantRobot,
+        planned: PlannedRun,
+        frames: Mapping[str, Attachment],
+        tool: ToolWeight,
+        motion: Motion,
+    ) -> TrueRun:
+        """Return where the robot really is in a planned run.
+
+        Parameters
+        ----------
+        robot : chain and valued effects.
+        planned : of `plan`.
+        frames : the frames that instruments look at.
+        tool : what hangs on the flange.
+        motion : of this run.
+
+        Raises
+        ------
+        InputError : the robot finds no balance.
+        """
+
+
+def run_simulation(experiment: str) -> RunSimulation[TomlTable] | None:
+    """Return what simulates the runs of a kind of experiment; None where these are load cycles.
+
+    Examples
+    --------
+    >>> run_simulation("load") is None, run_simulation("friction").settings.__name__
+    (True, 'FrictionMotion')
+    """
+    kind = experiment_kind(experiment)
+    return None if kind is None else cast("RunSimulation[TomlTable] | None", kind.simulation())
+
+
+def motion_tables() -> tuple[tuple[str, type[TomlTable]], ...]:
+    """Return the tables of `simulate.toml` that kinds of experiment have, by name."""
+    found = ((name, run_simulation(name)) for name in kind_names())
+    return tuple((name, simulation.settings) for name, simulation in found if simulation is not None)
