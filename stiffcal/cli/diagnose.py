@@ -81,6 +81,12 @@ def show_diagnosis(console: Console, result: DiagnoseResult) -> None:
         console.print(f"with them the answer would be: missing: {named}{unexplained}", soft_wrap=True)
     for effect in result.missing:
         _show_missing(console, result, effect)
+    for rival in result.undecided:
+        runs = f": fits better without {', '.join(rival.deciding_runs)}" if rival.deciding_runs else ""
+        console.print(
+            f"  {rival.effect} ({places(rival.where)}): first without {share(rival.share)} of the poses{runs}",
+            soft_wrap=True,
+        )
     if result.could_be:
         console.print("\nlook alike in these poses and loads:")
         for candidate in result.could_be:

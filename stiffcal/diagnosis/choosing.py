@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.scan import ROUNDING, Scan
+from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.thresholds import RESAMPLINGS
 
 
@@ -15,16 +17,24 @@ def first_least(errors: Floats) -> Integers:
     return np.asarray(np.argmax(errors <= least + ROUNDING * np.abs(least), axis=0), dtype=np.int64)
 
 
-def confidence(scan: Scan, seed: int = 0) -> dict[str, float]:
-    """Return how often each candidate comes first when poses are drawn anew, with replacement."""
-    if not scan.trials:
+def confidence(scan: Scan, seed: int = 0, among: Sequence[Trial] | None = None) -> dict[str, float]:
+    """Return how often each candidate comes first when poses are drawn anew, with replacement.
+
+    Parameters
+    ----------
+    scan : the scan.
+    seed : of the resampling.
+    among : the candidates that take part; all of the scan's where None.
+    """
+    trials = scan.trials if among is None else among
+    if not trials:
         return {}
     rng = np.random.default_rng(seed)
     n_folds = len(scan.folds)
     weights = rng.multinomial(n_folds, np.full(n_folds, 1.0 / n_folds), size=RESAMPLINGS)
-    errors = np.stack([trial.score.heldout for trial in scan.trials]) @ weights.T
-    first = np.bincount(first_least(errors), minlength=len(scan.trials)) / RESAMPLINGS
-    return {trial.candidate.name: float(share) for trial, share in zip(scan.trials, first, strict=True)}
+    errors = np.stack([trial.score.heldout for trial in trials]) @ weights.T
+    first = np.bincount(first_least(errors), minlength=len(trials)) / RESAMPLINGS
+    return {trial.candidate.name: float(share) for trial, share in zip(trials, first, strict=True)}
 
 
 def chosen_in_every_fold(scan: Scan) -> Floats:

@@ -10,15 +10,23 @@ import numpy as np
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import chosen_in_every_fold, confidence
 from stiffcal.diagnosis.heldout_error import fitted_rms, left_out_rms, size_at_tool
-from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice, near_best
-from stiffcal.diagnosis.results import CandidateParameter, DiagnoseResult, Finding, ProposedEffect, SearchPace
+from stiffcal.diagnosis.judge import LackOfFit, alike, fitted_values, judge, judge_choice
+from stiffcal.diagnosis.naming import near_best
+from stiffcal.diagnosis.results import (
+    CandidateParameter,
+    DiagnoseResult,
+    Finding,
+    ProposedEffect,
+    SearchPace,
+    UndecidedEffect,
+)
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.diagnosis.search import MissingEffect, Search
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.diagnosis.thresholds import PAIRS_PLANNED, REPORTED_LINGERING
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, PAIRS_PLANNED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, explain
 from stiffcal.identification.document import finite, identified_parameter
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
 
@@ -80,6 +88,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         rms=before,
         lack_of_fit=_against_noise(search.before),
         missing=[_proposed(found) for found in search.found],
+        undecided=_undecided(states, search),
         could_be=_by_effect(search.could_be),
         findings=_findings(search, before),
         next_measurement=None,
@@ -87,6 +96,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         unexplained=search.unexplained if search.after is not None else None,
         structure=remainder if search.unexplained or search.after is None else [],
         explained_by_missing=_explained(search, before, with_missing) if search.tried else None,
+        explained_interval=[search.explained.low, search.explained.high] if search.tried and search.after else None,
         heldout_rms_with_missing=with_missing,
         heldout_rms_after_choosing=_after_choosing(scan, before),
         parameters_with_missing=[identified_parameter(parameter) for parameter in search.final.parameters]
@@ -109,10 +119,27 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
     )
 
 
+def _undecided(states: LoadStates, search: Search) -> list[UndecidedEffect]:
+    """Return the effects between which single poses decide, of the first missing effect where they do."""
+    scan, data = search.first, search.first.fit.data
+    runs = [list(dict.fromkeys(states.runs[k].name for k in data.run[part])) for part in members_of(scan.fold_of_state)]
+    rivals = next((found.rivals for found in search.found if found.rivals), ())
+    return [
+        UndecidedEffect(
+            effect=at.effect,
+            where=at.where,
+            share=rival.share,
+            deciding_runs=[name for fold in rival.deciding for name in runs[fold]],
+        )
+        for rival in rivals
+        for at in (effect_at(rival.candidate),)
+    ]
+
+
 def _explained(search: Search, before: Rms, after: Rms) -> float | None:
     """Return the share of the avoidable error that goes; of all the error where no noise is known to be unavoidable."""
     if search.after is not None:
-        return search.explained
+        return search.explained.share
     first, last = before.translation, after.translation
     return 1.0 - (last / first) ** 2 if first and last is not None else None
 
@@ -248,6 +275,18 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
     if not search.tried and not search.unexplained:
         return f"Nothing is missing: the error is that of the instruments ({against})."
     names = " and ".join(_named(one) for one in search.found)
+    rivals = next((found.rivals for found in search.found if found.rivals), ())
+    if rivals:
+        between = " and ".join(candidate_in_words(rival.candidate) for rival in rivals)
+        return (
+            f"Undecided between {between}: without a single pose another of them explains the error better ({against})."
+        )
+    if search.found and search.unexplained and search.explained.share >= LEAST_EXPLAINED:
+        share = f"{100.0 * search.explained.share:.0f} % (95 %: {100.0 * search.explained.low:.0f} to "
+        share += f"{100.0 * search.explained.high:.0f} %) of the avoidable error"
+        return (
+            f"Part of it: {names}, which explains {share}; nothing in the catalogue accounts for the rest ({against})."
+        )
     if search.found and search.before is None:
         return f"Missing: {names} ({against}); without a known noise nobody can say whether that is all."
     if search.found and not search.unexplained:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.choosing import chosen_in_every_fold
-from stiffcal.diagnosis.scan import Scan, Trial, ranked_error
+from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.thresholds import (
     ADEQUATE_RATIO,
@@ -19,7 +19,6 @@ from stiffcal.diagnosis.thresholds import (
     LINGERING,
     LOOK_ALIKE_ERRORS,
     LOOK_ALIKE_SHARE,
-    SPECIAL_CASE,
     STANDARD_ERRORS,
 )
 from stiffcal.identification.fit import Fit
@@ -274,30 +273,3 @@ def predicted_without_pose(scan: Scan, trial: Trial) -> Floats:
     for number, fold in enumerate(scan.folds):
         result[fold] = np.append(trial.score.without[number], 1.0) @ rows[:, fold]
     return result
-
-
-def near_best(scan: Scan) -> list[Trial]:
-    """Return those that cannot be told from the best, fewest parameters first, then least unseen error.
-
-    A general law (a joint's whole compliance) that holds the first of them as a special case is no rival of it: it
-    would have to be better.
-    """
-    best = next((trial for trial in scan.trials if possible_values(scan, trial)), None)
-    if best is None:
-        return []
-    # Of those that can be, only candidates that help at all by themselves.
-    near = [trial for trial in scan.trials if judge(scan, trial).supported and alike(scan, trial, best)] or [best]
-    near.sort(key=lambda trial: (trial.candidate.n_parameters, ranked_error(trial)))
-    return near[:1] + [trial for trial in near[1:] if not _holds(scan, trial, near[0])]
-
-
-def _holds(scan: Scan, trial: Trial, simpler: Trial) -> bool:
-    """Return whether a general law moves, with the model's own, all that a simpler one moves."""
-    own, other = trial.regressor.columns, simpler.regressor.columns
-    if not trial.candidate.effect.general or not 0 < len(other) < len(own):
-        return False
-    rows = scan.space.rows(np.concatenate([scan.columns, own, other]))
-    rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
-    known, asked = rows[: -len(other)].T, rows[-len(other) :].T
-    left = asked - known @ np.linalg.lstsq(known, asked, rcond=1e-10)[0]
-    return bool(np.linalg.norm(left) < SPECIAL_CASE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from stiffcal.diagnosis.suspects.result import Suspect
@@ -23,6 +23,20 @@ class ProposedEffect:
     """Its place."""
     alternatives: list[EffectAt]
     """Those that look the same in these poses and loads."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UndecidedEffect:
+    """One of the effects between which single poses decide."""
+
+    effect: str
+    """Its name."""
+    where: Where
+    """Its place."""
+    share: Number
+    """Of all poses left out in turn, how many in which it has the least error in the others."""
+    deciding_runs: list[str]
+    """Runs without which it has less error than the effect that is named, by more than two standard errors."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,6 +219,8 @@ class DiagnoseResult(CommandResult):
     """What is left against what repeats scatter."""
     missing: list[ProposedEffect]
     """Effects to add, in order."""
+    undecided: Annotated[list[UndecidedEffect], NOT_PROMISED] = field(default_factory=list)
+    """Where leaving out one pose gives another name: the first missing effect with its rivals, at most four."""
     could_be: list[EffectAt]
     """Effects of which each alone fits all poses, with all its places, where the poses are too few to tell which."""
     findings: list[Finding]
@@ -218,6 +234,8 @@ class DiagnoseResult(CommandResult):
     """What the unexplained error follows, most first."""
     explained_by_missing: Annotated[Number, KeyIf("has_searched"), NOT_PROMISED] = None
     """Share of the avoidable error that goes with what is missing."""
+    explained_interval: Annotated[list[float] | None, NOT_PROMISED] = None
+    """Of that share, 95 % limits over poses; null where nothing is missing or the noise is not known."""
     heldout_rms_with_missing: Annotated[OrAbsent[Rms], NOT_PROMISED] = None
     """In poses left out of the fit, with what is missing."""
     heldout_rms_after_choosing: Rms

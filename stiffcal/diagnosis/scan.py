@@ -387,6 +387,12 @@ def _bounds(regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
     return np.array(low), np.array(high)
 
 
+def bounds_with(scan: Scan, regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
+    """Return (k,) the lower and upper bounds of the base model's parameters and a candidate's amplitudes."""
+    low, high = (np.concatenate(pair) for pair in zip(scan.bounds, _bounds(regressor), strict=True))
+    return low, high
+
+
 def ranked_error(trial: Trial) -> float:
     """Return the whitened squares in poses left out, to nine digits: what only rounding tells apart ranks equal.
 

@@ -16,6 +16,8 @@ from itertools import combinations
 import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
+from stiffcal.diagnosis.deletions import Rival, rivals_without_a_pose
+from stiffcal.diagnosis.explained import Explained, explained_share
 from stiffcal.diagnosis.judge import (
     Judgement,
     LackOfFit,
@@ -23,15 +25,15 @@ from stiffcal.diagnosis.judge import (
     judge,
     judge_choice,
     lack_of_fit,
-    near_best,
     possible_values,
 )
+from stiffcal.diagnosis.naming import near_best, ties_with_named
 from stiffcal.diagnosis.pairs import best_pair
 from stiffcal.diagnosis.results import UntestableEffect
-from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial, scan_candidates
+from stiffcal.diagnosis.scan import Scan, Trial, scan_candidates
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.sufficient import sufficient_alone
-from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_EFFECTS
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_FALL, MOST_ALTERNATIVES, MOST_EFFECTS
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit import Fit
@@ -50,11 +52,13 @@ class MissingEffect:
     candidate : which, and where.
     alternatives : those that cannot be told from it in these data.
     judgement : how sure.
+    rivals : candidates, itself among them, between which single poses decide; empty where none does.
     """
 
     candidate: Candidate
     alternatives: tuple[Candidate, ...]
     judgement: Judgement
+    rivals: tuple[Rival, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,7 @@ class Search:
     final : the fit with ``tried`` added.
     final_scan : the last look beside it.
     before, after : residuals against noise, without and with ``tried``; None where the noise is not known.
-    explained : share of the avoidable error that goes with ``tried``.
+    explained : share of the avoidable error that goes with ``tried``, with its 95 % interval over poses.
     unexplained : something is left that nothing accounts for.
     could_be : where nothing is named and something is left: effects of which each alone fits all poses down to noise,
         while the poses are too few to judge any of them in one left out.
@@ -84,7 +88,7 @@ class Search:
     final_scan: Scan
     before: LackOfFit | None
     after: LackOfFit | None
-    explained: float
+    explained: Explained
     unexplained: bool
     not_tried: tuple[UntestableEffect, ...]
     pace: Pace
@@ -207,13 +211,15 @@ def search_missing(
     chosen: list[Candidate] = []
     while len(chosen) < MOST_EFFECTS:
         best = _promising(scan)
-        if best is None:
-            together = _pair(bench, scan, progress) if len(chosen) + 2 <= MOST_EFFECTS else None
-            if together is None:
+        if best is None or best.candidate.effect.general:
+            # A general law mimics much: two simple effects that do as well come before it.
+            together = _pair(bench, scan, progress, best) if len(chosen) + 2 <= MOST_EFFECTS else None
+            if together is not None:
+                more, scan = together
+                chosen.extend(more)
+                continue
+            if best is None:
                 break
-            more, scan = together
-            chosen.extend(more)
-            continue
         progress(f"adding {best.candidate.name}", 0.2 + 0.1 * len(chosen))
         chosen.append(best.candidate)
         scan = bench.look(with_trial(scan.fit.robot, best))
@@ -253,13 +259,16 @@ def _supported(scan: Scan) -> Trial | None:
     return near[0]
 
 
-def _pair(bench: SearchContext, scan: Scan, progress: Progress) -> tuple[list[Candidate], Scan] | None:
-    """Return two effects that explain together what none explains alone, and the look beside both; None without.
+def _pair(
+    bench: SearchContext, scan: Scan, progress: Progress, general: Trial | None
+) -> tuple[list[Candidate], Scan] | None:
+    """Return two effects that explain together what none explains alone, and the scan with both; None without.
 
-    They must explain all of it: of so many pairs some go a long way with what is none of them.
+    They must explain all of it, or as much as the general law that would else be named: of so many pairs some go a
+    long way with what is none of them.
     """
     now = lack_of_fit(scan.fit, scan)
-    if now is None or now.adequate:
+    if general is None and (now is None or now.adequate):
         return None
     progress("trying pairs", 0.5)
     pair = best_pair(scan)
@@ -267,7 +276,8 @@ def _pair(bench: SearchContext, scan: Scan, progress: Progress) -> tuple[list[Ca
         return None
     look = bench.look(with_trial(with_trial(scan.fit.robot, pair[0]), pair[1]))
     then = lack_of_fit(look.fit, look)
-    if then is None or not then.adequate:
+    as_good = general is not None and _error(look) <= _error(scan, general) + LEAST_FALL
+    if not as_good and (then is None or not then.adequate):
         return None
     return [trial.candidate for trial in pair], look
 
@@ -277,12 +287,12 @@ def _found(scan: Scan, candidate: Candidate) -> MissingEffect | None:
     near = near_best(scan)
     if not near or not judge_choice(scan, near[0]).supported:
         return None
-    # The one that is in the model already stays unless another is really better.
+    # The one that is in the model already stays where the evidence ties: the search would else go round in a circle.
     same = [trial for trial in near if trial.candidate.name == candidate.name]
-    simpler = near[0].candidate.n_parameters < candidate.n_parameters
-    chosen = near[0] if simpler or not same else same[0]
+    chosen = same[0] if same and ties_with_named(scan, near, same[0]) else near[0]
     others = tuple(trial.candidate for trial in near if trial.candidate.name != chosen.candidate.name)
-    return MissingEffect(chosen.candidate, others, judge_choice(scan, chosen))
+    rivals = rivals_without_a_pose(scan, near, chosen)
+    return MissingEffect(chosen.candidate, others[:MOST_ALTERNATIVES], judge_choice(scan, chosen), rivals)
 
 
 def _reconsider(
@@ -353,14 +363,12 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
     tried = tuple(sorted(tried, key=lambda one: -one.judgement.fall))
     after = lack_of_fit(fit, scan)
     before = _against_noise_of(fit, present, first)
-    # Both errors in units of the final model's noise, which no missing effect has swollen.
-    e_before = before.ratio**2 if before is not None else float(np.sum(first.base.heldout) / first.dof)
-    e_after = after.ratio**2 if after is not None else float(np.sum(scan.base.heldout) / scan.dof)
-    floor = 0.0 if after is None else 1.0 / after.wander**2 if after.wanders else 1.0
-    avoidable = e_before - floor
-    explained = float(np.clip((e_before - e_after) / avoidable, 0.0, 1.0)) if avoidable > ROUNDING * e_before else 1.0
-    unexplained = after is not None and not after.adequate and not _mere_noise(scan, after, bench.states)
-    found = () if unexplained and explained < LEAST_EXPLAINED else tried
+    explained = explained_share(first, scan, before, after)
+    # What is left without structure is noise, more of it than stated: it is not avoidable, and no part of the share.
+    noise_understated = after is not None and not after.adequate and _mere_noise(scan, after, bench.states)
+    part = bool(tried) and after is not None and not noise_understated and not explained.whole
+    unexplained = part or (after is not None and not after.adequate and not noise_understated)
+    found = () if unexplained and explained.share < LEAST_EXPLAINED else tried
     could_be = sufficient_alone(first) if unexplained and not found else ()
     return Search(
         first, found, tried, fit, scan, before, after, explained, unexplained, tuple(not_tried), bench.pace(), could_be

@@ -40,7 +40,8 @@ def improve_campaign(
     ----------
     folder : the campaign folder.
     context : store, progress and so on.
-    ask : asked before each step; the loop stops where it says no.
+    ask : asked before each step; the loop stops where it says no. `always` adds nothing where the diagnosis is
+        undecided.
     dry_run : only say what would be added.
     notify_step : called with each rung of the ladder as it is reached.
 
@@ -112,7 +113,8 @@ class _Ladder:
 def _climb(ladder: _Ladder, diagnosed: DiagnoseResult, ask: Ask) -> DiagnoseResult:
     """Add what is missing until nothing is, or the answer is no; return the last diagnosis."""
     for _ in range(MOST_STEPS):
-        if not diagnosed.missing or not ask(diagnosed.missing[0]):
+        # What one pose decides is for a person to decide, with the next measurement.
+        if not diagnosed.missing or (diagnosed.undecided and ask is always) or not ask(diagnosed.missing[0]):
             break
         ladder.edit("add", diagnosed.missing[0])
         diagnosed = diagnose_campaign(ladder.folder, ladder.context)

@@ -69,7 +69,7 @@ def test_a_hidden_effect_is_named(name: str, effect: str, place: str) -> None:
     assert f"{effect} {place}" in named
     assert search.after is not None
     assert search.after.adequate
-    assert search.explained > 0.95
+    assert search.explained.share > 0.95
     diagnosis = diagnosis_result(states, search)
     json.dumps(document_of(diagnosis), allow_nan=False)
     assert diagnosis.adequate is False

@@ -38,7 +38,7 @@ def wilson(good: int, count: int) -> tuple[float, float]:
 
 def table_of(verdicts: Sequence[Verdict]) -> str:
     """Return the rates as text."""
-    lines = [f"{'class':<12}{'good':>6}{'of':>5}{'rate':>8}   95 % interval   asked  outcomes"]
+    lines = [f"{'class':<12}{'good':>6}{'of':>5}{'rate':>8}   95 % interval   asked  firm wrong  outcomes"]
     for kind in CLASSES:
         own = [v for v in verdicts if v.kind == kind]
         if not own:
@@ -47,14 +47,16 @@ def table_of(verdicts: Sequence[Verdict]) -> str:
         low, high = wilson(good, len(own))
         counts = ", ".join(f"{n} {name}" for name, n in Counter(v.outcome for v in own).most_common())
         asked = f"{100 * ASKED[kind]:.0f} %" if kind in ASKED else "–"
+        firm = sum(v.firm_wrong for v in own)
         lines.append(
             f"{kind:<12}{good:>6}{len(own):>5}{100 * good / len(own):>7.1f}%   {100 * low:5.1f}–{100 * high:5.1f} %"
-            f"   {asked:>5}  {counts}"
+            f"   {asked:>5}  {firm:>10}  {counts}"
         )
     named = [v for v in verdicts if v.good and v.hidden and not v.kind.startswith("outside")]
     judged = [v.p_parameters for v in verdicts if v.p_parameters is not None]
     outside = [v for v in verdicts if v.kind.startswith("outside")]
     lines += [
+        _share("a firm wrong name (asked: at most 1 %)", [v.firm_wrong for v in verdicts]),
         _share("after adding, unseen error within 5 % of the noise", [v.within for v in named]),
         _share("hidden parameters jointly with χ² p > 0.001", [p > 0.001 for p in judged]),
         _share("outside: a wrong name alone (asked: at most 2 %)", [v.outcome == "wrong name alone" for v in outside]),
@@ -73,11 +75,12 @@ def _share(what: str, hits: Sequence[bool]) -> str:
 
 def line_of(number: int, verdict: Verdict) -> str:
     """Return what there is to say of a campaign that did not go well; empty where all is well."""
+    firm = " FIRM WRONG" if verdict.firm_wrong else ""
     p, inside = verdict.p_parameters, verdict.hidden and not verdict.kind.startswith("outside")
-    if verdict.good and (p is None or p > 0.001) and (verdict.within or not inside):
+    if not verdict.firm_wrong and verdict.good and (p is None or p > 0.001) and (verdict.within or not inside):
         return ""
     return (
-        f"{verdict.kind} {number} ({verdict.settings}) {verdict.outcome}: hidden {verdict.hidden or 'nothing'} | "
+        f"{verdict.kind} {number} ({verdict.settings}) {verdict.outcome}{firm}: hidden {verdict.hidden or 'nothing'} | "
         f"found {verdict.found or 'nothing'} | {verdict.before:.3f} → {verdict.after:.3f}"
         f"{' unexplained' if verdict.unexplained else ''}{'' if p is None else f' p={p:.2g}'} {verdict.seconds:.1f} s"
     )

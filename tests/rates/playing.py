@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
-from stiffcal.measurements.load_states import LoadStates, RunInfo
+from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -40,7 +41,17 @@ MOST_OF_SPRING = 1.5
 MOST_ABSORBED = 10.0
 # An encoder's step of 2^-20 turn, behind a gear of 100: about a microradian.
 ENCODER = 1e-6
-CLASSES = ("none", "one 4x", "one 1x", "one 0.5x", "several", "outside 4x", "outside 1x", "seat-shift", "servo")
+CLASSES = (
+    "none", "one 4x", "one 1x", "one 0.5x", "several", "outside 4x", "outside 1x", "seat-shift", "servo",
+    "no repeats", "noise half", "noise double", "geometry off", "wrong start", "ten apart", "outside 0.7x",
+)  # fmt: skip
+# Classes of measurements as they are: spreadsheets of 24 poses with two loads each and no load twice …
+SPREADSHEET = {"no repeats": None, "noise half": 0.5, "noise double": 2.0}
+"""… with the stated noise over the true one; None where none is stated."""
+# … robots whose lengths and axes are not those of the robot file (m, rad, standard deviations per joint) …
+GEOMETRY_OFF = (5e-4, 3.5e-4)
+# … and how many of these campaigns hide nothing.
+NOTHING_HIDDEN = 0.4
 
 
 @dataclass(frozen=True)
@@ -86,7 +97,11 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
     full_pose = bool(rng.uniform() < 0.6)
     truth = joint_springs(robot)
     force_only = only == "load-point-offset" or bool(rng.uniform() < 0.2)
-    plain = _plan(rng, robot, full_pose, force_only)
+    plain = (
+        _spreadsheet(rng, robot, full_pose, force_only)
+        if kind in SPREADSHEET
+        else _plan(rng, robot, full_pose, force_only)
+    )
     noise = (robot.family.translation * rng.uniform(0.7, 1.4), robot.family.rotation * rng.uniform(0.7, 1.4))
     ruler = Ruler.of(truth, observe(plain, robot.chain), noise)
     hidden: tuple[PlacedEffect, ...]
@@ -104,13 +119,15 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
     whole = with_effects(truth, *hidden)
     states = _measure(rng, plain, truth, whole, robot, noise, full_pose)
     bumped: tuple[int, ...] = ()
-    if rng.uniform() < 0.25:
+    if rng.uniform() < 0.25 and kind not in SPREADSHEET:
         states, bumped = _bumped(rng, states)
     masses = bool(rng.uniform() < 0.7) or any(one.effect.name in OF_TOTAL_TORQUE for one in hidden)
     model = CompliantRobot(
         robot.chain if masses else robot.without_masses(),
         tuple(PlacedEffect(one.effect, one.place) for one in truth.placed),
     )
+    model = _started(kind, rng, model, hidden)
+    states = _stated(kind, states, noise)
     words = (
         f"{robot.family.name.split()[0]}, {len(states.runs)} poses, {'pose' if full_pose else 'position'}"
         f"{', force only' if force_only else ''}"
@@ -119,6 +136,36 @@ def _play(kind: str, rng: np.random.Generator, only: str) -> Hidden:
     )
     states = replace(states, joints=read)
     return Hidden(kind, reject_outliers(states), model, whole, hidden, sizes, noise, words, bumped)
+
+
+def _stated(kind: str, states: LoadStates, noise: tuple[float, float]) -> LoadStates:
+    """Return the states with the noise stated as the class says."""
+    times = SPREADSHEET.get(kind)
+    if times is None:
+        return states
+    sigma = replace(states.setup.sigma, translation=times * noise[0], rotation=times * noise[1])
+    return replace(states, setup=replace(states.setup, sigma=sigma))
+
+
+def _started(
+    kind: str, rng: np.random.Generator, model: CompliantRobot, hidden: tuple[PlacedEffect, ...]
+) -> CompliantRobot:
+    """Return the model as somebody begins who is wrong: with an effect that is not there, or on another geometry."""
+    if kind == "wrong start":
+        effect = built_in_effects()["bearing-tilt"]
+        places = [
+            place
+            for place in effect.places(model.chain)
+            if all((one.effect.name, one.place) != (effect.name, place) for one in hidden)
+        ]
+        return replace(model, placed=(*model.placed, PlacedEffect(effect, places[int(rng.integers(len(places)))])))
+    if kind == "geometry off":
+        length, angle = GEOMETRY_OFF
+        off = np.tile(np.eye(4), (len(model.chain.fixed), 1, 1))
+        off[:, :3, :3] = rotation_from_vector(angle * rng.normal(size=(len(off), 3)))
+        off[:, :3, 3] = length * rng.normal(size=(len(off), 3))
+        return replace(model, chain=replace(model.chain, fixed=np.asarray(model.chain.fixed) @ off))
+    return model
 
 
 def joint_springs(robot: DrawnRobot) -> CompliantRobot:
@@ -221,13 +268,21 @@ def _hide(
     if kind == "none":
         return (), ()
     if kind.startswith("outside"):
-        size = 4.0 if "4x" in kind else 1.0
+        size = float(kind.split()[1].removesuffix("x"))
         return (ruler.sized(draw_outside(rng, ruler.state), size),), (size,)
     if kind == "seat-shift":
         size = float(rng.uniform(0.5, 1.5))
         return (ruler.sized(draw_inside(rng, ruler.state, SEAT), size),), (size,)
     if kind == "several":
         return _several(rng, ruler)
+    if kind == "ten apart":
+        return _several(rng, ruler, sizes=(4.0, 0.4))
+    if kind in (*SPREADSHEET, "geometry off", "wrong start"):
+        if rng.uniform() < NOTHING_HIDDEN:
+            return (), ()
+        one, size = draw_inside(rng, ruler.state, only=only), float(np.exp(rng.uniform(0.0, np.log(4.0))))
+        size = min(size, 1.5) if one.effect.name in FAINT else size
+        return (ruler.sized(one, size),), (size,)
     one = draw_inside(rng, ruler.state, only=only)
     size = {"one 4x": 4.0, "one 1x": 1.0, "one 0.5x": 0.5}[kind]
     if one.effect.name in FAINT:
@@ -235,12 +290,17 @@ def _hide(
     return (ruler.sized(one, size),), (size,)
 
 
-def _several(rng: np.random.Generator, ruler: Ruler) -> tuple[tuple[PlacedEffect, ...], tuple[float, ...]]:
-    """Hide two or three at once, at one to four times the noise, whose signatures are not each other's."""
+def _several(
+    rng: np.random.Generator, ruler: Ruler, sizes: Sequence[float] = ()
+) -> tuple[tuple[PlacedEffect, ...], tuple[float, ...]]:
+    """Hide two or three at once with regressors of their own, of given sizes or one to four times the noise."""
+    given = sizes
     while True:
-        count = 2 if rng.uniform() < 0.7 else 3
+        count = len(given) or (2 if rng.uniform() < 0.7 else 3)
         drawn = [draw_inside(rng, ruler.state) for _ in range(count)]
-        sizes = [float(rng.uniform(0.5, 1.5) if d.effect.name in FAINT else rng.uniform(1.0, 4.0)) for d in drawn]
+        sizes = given or [
+            float(rng.uniform(0.5, 1.5) if d.effect.name in FAINT else rng.uniform(1.0, 4.0)) for d in drawn
+        ]
         placed = [ruler.sized(one, size) for one, size in zip(drawn, sizes, strict=True)]
         rows = []
         for one in placed:
@@ -276,6 +336,12 @@ def _plan(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, force_on
         wrench[pose, 1:, :3] = (level[:, :, None] * axes[:directions, None]).reshape(-1, 3)
         if not force_only:
             wrench[pose, :, 3:] = np.cross(point, wrench[pose, :, :3])
+    return _loads(angles, wrench, setup, full_pose)
+
+
+def _loads(angles: Floats, wrench: Floats, setup: MeasurementSetup, full_pose: bool = True) -> LoadStates:
+    """Return states (poses, loads, 6) without readings; the first of each pose is its reference."""
+    poses, per_run = wrench.shape[:2]
     n = poses * per_run
     run = np.repeat(np.arange(poses), per_run)
     return LoadStates(
@@ -297,6 +363,22 @@ def _plan(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, force_on
         set_aside=np.full(n, "", dtype=np.str_),
         setup=setup,
     )
+
+
+def _spreadsheet(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, force_only: bool) -> LoadStates:
+    """Return 24 poses, each unloaded and under two loads of different directions, none of them twice."""
+    poses, family = 24, robot.family
+    angles = np.radians(
+        np.array(family.centre) + np.array(family.spread) * rng.uniform(-1.0, 1.0, (poses, len(family.rows)))
+    )
+    point = np.array([0.02, 0.0, rng.uniform(0.1, 0.16)])
+    direction = rng.normal(size=(poses, 2, 3))
+    direction /= np.linalg.norm(direction, axis=2, keepdims=True)
+    wrench = np.zeros((poses, 3, 6))
+    wrench[:, 1:, :3] = family.force * rng.uniform(0.5, 1.0, (poses, 2, 1)) * direction
+    if not force_only:
+        wrench[:, :, 3:] = np.cross(point, wrench[:, :, :3])
+    return _loads(angles, wrench, draw_setup(rng, robot.chain, point, force_only), full_pose)
 
 
 def _measure(

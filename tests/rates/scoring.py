@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.diagnosis.search import MissingEffect, Search, search_missing
+from stiffcal.diagnosis.thresholds import MOST_ALTERNATIVES
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole
@@ -43,6 +44,8 @@ class Verdict:
     p_parameters: float | None
     unexplained: bool
     seconds: float
+    firm_wrong: bool
+    """The first name is not in the truth, nor is the truth among its alternatives, and no doubt is stated."""
 
 
 def name_of(one: PlacedEffect) -> str:
@@ -75,7 +78,19 @@ def judge_campaign(campaign: Hidden) -> Verdict:
         p_parameters=_parameter_p(campaign, search),
         unexplained=search.unexplained,
         seconds=seconds,
+        firm_wrong=_is_firm_and_wrong(campaign, search),
     )
+
+
+def _is_firm_and_wrong(campaign: Hidden, search: Search) -> bool:
+    """Return whether a wrong name is given without doubt; where nothing of the catalogue is hidden every name is."""
+    if not search.found or search.unexplained or any(one.rivals for one in search.found):
+        return False
+    outside = campaign.kind.startswith("outside")
+    truth = () if outside else {name_of(one) for one in campaign.hidden}
+    first = search.found[0]
+    names = (first.candidate, *first.alternatives[:MOST_ALTERNATIVES])
+    return not any(candidate.name in truth for candidate in names)
 
 
 def _numbers(one: PlacedEffect) -> str:
@@ -84,20 +99,25 @@ def _numbers(one: PlacedEffect) -> str:
 
 def _identified(one: MissingEffect) -> str:
     others = ", ".join(c.name for c in one.alternatives)
-    return one.candidate.name + (f" [{others}]" if others else "") + f" {one.judgement.errors:.1f}se"
+    return (
+        one.candidate.name
+        + (f" [{others}]" if others else "")
+        + f" {one.judgement.errors:.1f}se"
+        + (" undecided" if one.rivals else "")
+    )
 
 
 def _outcome_of(campaign: Hidden, search: Search) -> tuple[str, bool]:
     truth = [name_of(one) for one in campaign.hidden]
     named = search.found
-    if campaign.kind == "none":
+    if not truth and not campaign.kind.startswith("outside"):
         quiet = not search.tried and not search.unexplained
         return ("quiet" if quiet else "false alarm" if search.tried else "not adequate"), quiet
     if campaign.kind.startswith("outside"):
         if search.unexplained:
             return ("unexplained, named too" if named else "unexplained"), True
         return ("wrong name alone" if named else "nothing"), False
-    if campaign.kind == "several":
+    if len(truth) > 1:
         return _several(truth, search)
     if not named:
         if search.tried:

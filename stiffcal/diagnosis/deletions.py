@@ -1,0 +1,167 @@
+"""Does a name rest on one pose? Each pose is left out in turn, and what would be named without it is compared.
+
+A single measurement can decide between effects that all others leave open: the highest lever of the data, or a pose
+that is wrong. Where another candidate wins without one pose, by more than two standard errors over the other poses, the
+answer is undecided, with the pose that decides. The choice is not repeated inside these deletions: only the candidates
+that come near the best take part, each at its fitted law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.choosing import first_least
+from stiffcal.diagnosis.judge import possible_values, rms_reduction
+from stiffcal.diagnosis.scan import Scan, Trial, bounds_with
+from stiffcal.diagnosis.scoring import fold_products, quadratic, solve_within, without_rows
+from stiffcal.diagnosis.slips import is_slip
+from stiffcal.diagnosis.thresholds import (
+    DELETIONS_OF,
+    LEADERS_OF,
+    LEAST_POSES,
+    LOOK_ALIKE_SHARE,
+    RIVALS,
+    SINGLE_POSES,
+    STANDARD_ERRORS,
+)
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A candidate that could be named in place of another."""
+
+    candidate: Candidate
+    share: float
+    """Of all deletions, how many in which it has the least error in the other poses left out."""
+    deciding: tuple[int, ...]
+    """Numbers of the folds (poses) without which it wins by more than two standard errors over poses."""
+
+
+def rivals_without_a_pose(scan: Scan, near: Sequence[Trial], named: Trial) -> tuple[Rival, ...]:
+    """Return the candidates between which single poses decide, the named one among them; empty where none does.
+
+    Parameters
+    ----------
+    scan : the scan in which ``named`` was chosen.
+    near : the candidates that come near the best (`naming.near_best`).
+    named : the candidate that is named.
+
+    Returns
+    -------
+    tuple of Rival
+        At most `RIVALS`, the most frequent first.
+    """
+    contenders = _contenders(scan, near, named)
+    if len(scan.folds) < LEAST_POSES or len(contenders) < 2 or is_slip(named.candidate.effect):
+        return ()
+    fits = [_Deleted.of(scan, trial) for trial in contenders]
+    groups = fits[0].groups
+    outside = np.arange(int(groups.max()) + 1)[:, None] != groups[None, :]
+    first = first_least(np.stack([np.where(outside, fit.errors, 0.0).sum(axis=1) for fit in fits]))
+    deciding: dict[int, list[int]] = {}
+    for group, winner in enumerate(first):
+        if winner and _wins(scan, fits[0], fits[winner], group):
+            deciding.setdefault(int(winner), []).extend(np.flatnonzero(groups == group).tolist())
+    if not deciding:
+        return ()
+    share = np.bincount(first, minlength=len(contenders)) / len(first)
+    kept = sorted(range(len(contenders)), key=lambda k: (k != 0, k not in deciding, -share[k]))[:RIVALS]
+    return tuple(
+        Rival(contenders[k].candidate, float(share[k]), tuple(deciding.get(k, ())))
+        for k in sorted(kept, key=lambda k: -share[k])
+        if share[k] > 0.0 or k == 0
+    )
+
+
+def _contenders(scan: Scan, near: Sequence[Trial], named: Trial) -> list[Trial]:
+    """Return the named candidate, those near the best, and those that lead where one pose does not count."""
+    general = named.candidate.effect.general
+    alternatives = [trial for trial in near if trial.candidate.effect.general == general]
+    others = [
+        trial
+        for trial in scan.trials
+        if trial.candidate.effect.general == general and not is_slip(trial.candidate.effect)
+    ][:LEADERS_OF]
+    if others:
+        leading = np.unique(first_least(np.stack([_left_without_each(scan, trial) for trial in others])))
+        alternatives += [others[k] for k in leading if possible_values(scan, others[k])]
+    result: list[Trial] = []
+    for trial in (named, *alternatives):
+        if all(trial.candidate.name != known.candidate.name for known in result):
+            result.append(trial)
+    return result[:DELETIONS_OF]
+
+
+def _left_without_each(scan: Scan, trial: Trial) -> Floats:
+    """Return (F,) squares that a candidate leaves of the other poses, fitted without each, two per parameter added."""
+    products = _products(scan, trial)
+    rest = products.sum(axis=0) - products
+    return np.asarray(quadratic(rest, trial.score.without) + 2.0 * len(trial.regressor.symbols))
+
+
+def _products(scan: Scan, trial: Trial) -> Floats:
+    """Return (F, k + 1, k + 1) inner products of base columns, the candidate's and what it leaves of the residual."""
+    regressor = trial.regressor
+    left = scan.residual - regressor.fixed
+    rows = scan.space.rows(np.concatenate([scan.columns, regressor.columns, left[None]]))
+    return fold_products(rows, list(scan.folds))
+
+
+@dataclass(frozen=True)
+class _Deleted:
+    """A candidate refitted without each group of poses, with everything else."""
+
+    rows: Floats
+    """(k + 1, N) whitened rows: base columns, the candidate's, what it adds without a parameter."""
+    groups: Integers
+    """(F,) group of each pose: one of its own in campaigns of a few dozen."""
+    solutions: Floats
+    """(G, F, k) without group g and, in small campaigns, without pose f."""
+    errors: Floats
+    """(G, F) whitened squares on pose f."""
+
+    @classmethod
+    def of(cls, scan: Scan, trial: Trial) -> _Deleted:
+        """Refit."""
+        regressor = trial.regressor
+        rows = scan.space.rows(np.concatenate([scan.columns, regressor.columns, regressor.fixed[None]]))
+        products = _products(scan, trial)
+        low, high = bounds_with(scan, regressor)
+        n_folds = len(products)
+        n_groups = min(n_folds, SINGLE_POSES)
+        groups = np.arange(n_folds, dtype=np.int64) % n_groups
+        total, near = products.sum(axis=0), trial.score.solution
+        solutions = np.empty((n_groups, n_folds, len(near)))
+        for group in range(n_groups):
+            rest = without_rows(total, products[groups == group].sum(axis=0))
+            if n_folds <= SINGLE_POSES:
+                inner = np.stack([without_rows(rest, product) for product in products])
+                inner[group] = rest
+                solutions[group] = solve_within(inner[:, :-1, :-1], inner[:, :-1, -1], low, high, near)
+            else:
+                # Of so many poses the one on which the error is taken hardly moves the fit.
+                solutions[group] = solve_within(rest[:-1, :-1], rest[:-1, -1], low, high, near)
+        return cls(rows, groups, solutions, quadratic(products, solutions))
+
+    def predicted(self, group: int, fold: int, members: Integers) -> Floats:
+        """Return whitened displacements on a pose, fitted without a group."""
+        return np.asarray(np.append(self.solutions[group, fold], 1.0) @ self.rows[:, members])
+
+
+def _wins(scan: Scan, named: _Deleted, other: _Deleted, group: int) -> bool:
+    """Return whether another candidate has less error without a group of poses, by two standard errors over poses."""
+    kept = np.flatnonzero(named.groups != group)
+    moved = np.array(
+        [
+            np.sum((named.predicted(group, f, scan.folds[f]) - other.predicted(group, f, scan.folds[f])) ** 2)
+            for f in kept
+        ]
+    )
+    dof = round(scan.dof * len(kept) / len(named.groups))
+    fall, errors = rms_reduction(named.errors[group, kept], other.errors[group, kept], moved, dof)
+    return fall > LOOK_ALIKE_SHARE and errors > STANDARD_ERRORS

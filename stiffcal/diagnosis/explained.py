@@ -1,0 +1,78 @@
+"""The share of the avoidable error that a set of effects explains, with its interval over poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.diagnosis.judge import LackOfFit
+from stiffcal.diagnosis.scan import ROUNDING, Scan
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, LEAST_EXPLAINED_LIMIT, RESAMPLINGS, SHARE_DECIDES
+
+
+@dataclass(frozen=True)
+class Explained:
+    """How much of the avoidable error goes."""
+
+    share: float
+    """Of the squares of the error in poses left out, less those of the noise."""
+    low: float
+    """Lower 95 % limit over poses, the uncertainty of the noise included."""
+    high: float
+    """Upper 95 % limit."""
+    avoidable: float
+    """The present model's avoidable squares, in units of the noise's."""
+
+    @property
+    def whole(self) -> bool:
+        """True where the effects can be all of it.
+
+        Above the noise the share and its lower limit decide; below, a share is itself mostly noise, and only a share
+        that resampling keeps below the limit speaks against the effects.
+        """
+        if self.avoidable < SHARE_DECIDES:
+            return self.high >= LEAST_EXPLAINED
+        return self.share >= LEAST_EXPLAINED and self.low >= LEAST_EXPLAINED_LIMIT
+
+
+def explained_share(
+    first: Scan, last: Scan, before: LackOfFit | None, after: LackOfFit | None, seed: int = 0
+) -> Explained:
+    """Return the share of the avoidable error that goes from one model to another.
+
+    Parameters
+    ----------
+    first, last : scans of the model without and with the effects.
+    before, after : their residuals against the noise of the last model, which no missing effect has swollen; None
+        where the noise is not known: then all of the error counts as avoidable.
+    seed : of the resampling of poses.
+
+    Returns
+    -------
+    Explained
+        Bootstrap percentiles over poses (Efron and Tibshirani 1993, chapter 13); the noise is drawn with them where it
+        is estimated from repeats.
+    """
+    squares = first.base.heldout / first.dof, last.base.heldout / last.dof
+    e_before, e_after = (float(np.sum(each)) for each in squares)
+    scale = before.ratio**2 / e_before if before is not None and e_before > 0.0 else 1.0
+    scale_after = after.ratio**2 / e_after if after is not None and e_after > 0.0 else 1.0
+    floor = 0.0 if after is None else 1.0 / after.wander**2 if after.wanders else 1.0
+    share = _share(e_before * scale, e_after * scale_after, floor)
+    rng = np.random.default_rng(seed)
+    n_folds = len(first.folds)
+    weights = rng.multinomial(n_folds, np.full(n_folds, 1.0 / n_folds), size=RESAMPLINGS)
+    known = after.dof[1] if after is not None else np.inf
+    floors = floor * (known / rng.chisquare(known, RESAMPLINGS) if np.isfinite(known) else np.ones(RESAMPLINGS))
+    drawn = [
+        _share(one * scale, other * scale_after, bottom)
+        for one, other, bottom in zip(weights @ squares[0], weights @ squares[1], floors, strict=True)
+    ]
+    low, high = np.quantile(drawn, (0.025, 0.975))
+    return Explained(share, float(low), float(high), max(e_before * scale - floor, 0.0))
+
+
+def _share(before: float, after: float, floor: float) -> float:
+    avoidable = before - floor
+    return float(np.clip((before - after) / avoidable, 0.0, 1.0)) if avoidable > ROUNDING * before else 1.0

@@ -1,0 +1,133 @@
+"""Which candidate is named: the evidence names, simplicity breaks ties, and general laws come last.
+
+Candidates whose error in poses left out lies within two standard errors of the best cannot be separated by that error
+alone. How often each comes first when the poses are drawn anew is the evidence among them (bootstrap of the selection,
+Efron and Tibshirani, An Introduction to the Bootstrap, 1993, chapter 17). Fewer parameters decide only where that
+evidence ties, or where two laws displace the tool alike: there no data of this kind can name the less simple one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.diagnosis.choosing import confidence
+from stiffcal.diagnosis.judge import alike, fitted_values, judge, possible_values
+from stiffcal.diagnosis.scan import Scan, Trial, ranked_error
+from stiffcal.diagnosis.thresholds import EVIDENCE_TIE, SAME_DISPLACEMENT, SIZE_RATIO, SPECIAL_CASE, USUAL_SIZE
+from stiffcal.model.effect import ParameterRole
+
+
+def near_best(scan: Scan) -> list[Trial]:
+    """Return the supported candidates that cannot be separated from the best, the one to name first.
+
+    Parameters
+    ----------
+    scan : the scan.
+
+    Returns
+    -------
+    list of Trial
+        The others by evidence; general laws (a joint's whole compliance) last: they are named only where no simple
+        effect comes near, and one that holds the named effect as a special case is no alternative to it. The best
+        possible candidate alone where none is supported; empty where none is possible.
+    """
+    possible = [trial for trial in scan.trials if possible_values(scan, trial)]
+    if not possible:
+        return []
+    best, simple = possible[0], [trial for trial in possible if not trial.candidate.effect.general]
+    # A general law stands back where the best simple effect cannot be separated from it.
+    leader = simple[0] if simple and alike(scan, simple[0], best) else best
+    near = [trial for trial in possible if judge(scan, trial).supported and alike(scan, trial, leader)] or [leader]
+    simple = [trial for trial in near if not trial.candidate.effect.general]
+    named = _named(scan, simple or near)
+    share = confidence(scan, among=simple or near)
+    others = [trial for trial in near if trial is not named and not _holds(scan, trial, named)]
+    others.sort(
+        key=lambda trial: (
+            trial.candidate.effect.general,
+            -share.get(trial.candidate.name, 0.0),
+            ranked_error(trial),
+        )
+    )
+    return [named, *others]
+
+
+def _named(scan: Scan, near: list[Trial]) -> Trial:
+    """Return the candidate with the most evidence, or the simplest of those that tie with it or displace alike.
+
+    A candidate that would have to be many times larger than such effects are, where another of usual size does as well,
+    is not named.
+    """
+    sizes = [times_typical(trial) for trial in near]
+    near = [trial for trial, size in zip(near, sizes, strict=True) if size <= max(USUAL_SIZE, SIZE_RATIO * min(sizes))]
+    share = confidence(scan, among=near)
+    leader = max(near, key=lambda trial: (share[trial.candidate.name], -ranked_error(trial)))
+    most = share[leader.candidate.name]
+    tied = [
+        trial
+        for trial in near
+        if trial is leader
+        or share[trial.candidate.name] >= EVIDENCE_TIE * most
+        or (trial.candidate.n_parameters < leader.candidate.n_parameters and same_displacement(scan, trial, leader))
+    ]
+    return min(tied, key=lambda trial: (trial.candidate.n_parameters, ranked_error(trial)))
+
+
+def times_typical(trial: Trial) -> float:
+    """Return how many times the catalogue's typical size the largest fitted compliance or set-up error is.
+
+    Of a stiffness, how many times softer than typical. Less than typical is no objection: effects may be small. Laws
+    that are curved scale with powers of the robot's torques, so that their typical size says nothing of another robot.
+    """
+    effect, values, ratios = trial.candidate.effect, fitted_values(trial), [0.0]
+    if any(spec.role is ParameterRole.NONLINEAR for spec in effect.parameters):
+        return 0.0
+    for symbol in trial.regressor.symbols:
+        spec, value = effect.spec(symbol), abs(values[symbol])
+        comparable = spec.inverse or spec.compliance or spec.role is ParameterRole.SETUP
+        if comparable and spec.typical != 0.0 and value > 0.0:
+            ratios.append(abs(spec.typical) / value if spec.inverse else value / abs(spec.typical))
+    return max(ratios)
+
+
+def ties_with_named(scan: Scan, near: list[Trial], trial: Trial) -> bool:
+    """Return whether a candidate of `near_best` could as well be named: no more parameters, and evidence that ties."""
+    named = near[0]
+    if trial is named:
+        return True
+    if trial.candidate.n_parameters > named.candidate.n_parameters:
+        return False
+    share = confidence(
+        scan, among=[rival for rival in near if rival.candidate.effect.general == named.candidate.effect.general]
+    )
+    return share.get(trial.candidate.name, 0.0) >= EVIDENCE_TIE * share[named.candidate.name]
+
+
+def same_displacement(scan: Scan, trial: Trial, other: Trial) -> bool:
+    """Return whether two candidates, as fitted, displace the tool alike beyond what the present model absorbs."""
+    first, second = (_own_part(scan, each) for each in (trial, other))
+    sizes = float(np.linalg.norm(first) * np.linalg.norm(second))
+    return sizes > 0.0 and float(first @ second) >= SAME_DISPLACEMENT * sizes
+
+
+def _own_part(scan: Scan, trial: Trial) -> Floats:
+    """Return (m · n) whitened displacements that the candidate adds and the present model cannot."""
+    count = len(trial.regressor.symbols)
+    amplitude = trial.score.solution[len(trial.score.solution) - count :]
+    added = np.einsum("qmn,q->mn", trial.regressor.columns, amplitude) + trial.regressor.fixed
+    rows = scan.space.rows(np.concatenate([scan.columns, added[None]]))
+    known, own = rows[:-1].T, rows[-1]
+    return np.asarray(own - known @ np.linalg.lstsq(known, own, rcond=1e-10)[0])
+
+
+def _holds(scan: Scan, trial: Trial, simpler: Trial) -> bool:
+    """Return whether a general law moves, with the model's own, all that a simpler one moves."""
+    own, other = trial.regressor.columns, simpler.regressor.columns
+    if not trial.candidate.effect.general or not 0 < len(other) < len(own):
+        return False
+    rows = scan.space.rows(np.concatenate([scan.columns, own, other]))
+    rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
+    known, asked = rows[: -len(other)].T, rows[-len(other) :].T
+    left = asked - known @ np.linalg.lstsq(known, asked, rcond=1e-10)[0]
+    return bool(np.linalg.norm(left) < SPECIAL_CASE)
