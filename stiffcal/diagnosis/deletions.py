@@ -156,12 +156,11 @@ class _Deleted:
 def _wins(scan: Scan, named: _Deleted, other: _Deleted, group: int) -> bool:
     """Return whether another candidate has less error without a group of poses, by two standard errors over poses."""
     kept = np.flatnonzero(named.groups != group)
-    moved = np.array(
-        [
-            np.sum((named.predicted(group, f, scan.folds[f]) - other.predicted(group, f, scan.folds[f])) ** 2)
-            for f in kept
-        ]
+    apart = (
+        np.subtract(named.predicted(group, int(f), scan.folds[f]), other.predicted(group, int(f), scan.folds[f]))
+        for f in kept
     )
+    moved = np.array([np.sum(difference**2) for difference in apart])
     dof = round(scan.dof * len(kept) / len(named.groups))
     fall, errors = rms_reduction(named.errors[group, kept], other.errors[group, kept], moved, dof)
     return fall > LOOK_ALIKE_SHARE and errors > STANDARD_ERRORS

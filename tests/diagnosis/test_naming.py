@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pytest
@@ -89,7 +89,7 @@ def scan_with(heldout: list[float]) -> Scan:
     """Return as much of a scan as the share needs: unseen squares of each pose, in units of the noise."""
     squares = np.array(heldout)
     base = SimpleNamespace(heldout=squares)
-    return cast(Any, SimpleNamespace(base=base, dof=10 * len(squares), folds=tuple(range(len(squares)))))
+    return cast("Scan", SimpleNamespace(base=base, dof=10 * len(squares), folds=tuple(range(len(squares)))))
 
 
 def share_between(before: list[float], after: list[float]) -> Explained:
