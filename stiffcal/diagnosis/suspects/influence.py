@@ -68,12 +68,13 @@ class RunBlocks:
     def of(cls, rows: Floats, basis: Basis, members: Sequence[Integers], dof: Integers) -> RunBlocks:
         """Sum whitened rows (p + 1, m, n), columns and then the residual, over each run's states."""
         combined = np.einsum("pq,pmn->qmn", basis.combination, rows[:-1])
-        own = [combined[:, :, states].reshape(len(combined), -1) for states in members]
+        own = [combined[:, :, states].reshape(len(combined), combined.shape[1] * len(states)) for states in members]
         left = [rows[-1][:, states].ravel() for states in members]
         q = len(combined)
+        n = len(own)
         return cls(
-            np.array([part @ part.T for part in own]).reshape(-1, q, q),
-            np.array([part @ end for part, end in zip(own, left, strict=True)]).reshape(-1, q),
+            np.array([part @ part.T for part in own]).reshape(n, q, q),
+            np.array([part @ end for part, end in zip(own, left, strict=True)]).reshape(n, q),
             np.array([end @ end for end in left]),
             dof,
         )
