@@ -7,7 +7,7 @@ from typing import Literal
 from typing_extensions import TypedDict
 
 from stiffcal.batch.author_choices import AuthorChoice
-from stiffcal.workflow.document_types import Fault, Number, Origin, Rms, Threshold, Where
+from stiffcal.workflow.document_types import FaultEntry, Number, Origin, RmsEntry, Threshold, WhereEntry
 
 
 class BatchStep(TypedDict):
@@ -22,7 +22,7 @@ class JointStiffness(TypedDict):
     """A stiffness that was found; null where these data cannot tell it."""
 
     name: str
-    where: Where
+    where: WhereEntry
     stiffness: Number
     stiffness_std: Number
 
@@ -45,9 +45,9 @@ class BatchCampaign(TypedDict):
     memory_bytes: int | None
     n_states: int | None
     n_runs: int | None
-    rms: Rms | None
-    noise: Rms | None
-    relative: Rms | None
+    rms: RmsEntry | None
+    noise: RmsEntry | None
+    relative: RmsEntry | None
     stiffness: list[JointStiffness]
     checks: list[Threshold]
     failed: list[str]
@@ -56,8 +56,8 @@ class BatchCampaign(TypedDict):
     choices: list[AuthorChoice]
     report: str | None
     origin: Origin | None
-    error: Fault | None
-    others: list[Fault]
+    error: FaultEntry | None
+    others: list[FaultEntry]
 
 
 class BatchCounts(TypedDict):
@@ -77,7 +77,7 @@ class BatchWorkers(TypedDict):
     count: int
 
 
-class Batch(TypedDict):
+class BatchAnswer(TypedDict):
     """Answer of ``batch``."""
 
     schema: Literal["stiffcal/batch/1"]

@@ -17,7 +17,7 @@ from stiffcal.campaign.name_checks import odd_character
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import escapes, link_fault, links_outside
 from stiffcal.campaign.run_checks import MOST_COMPARED, MOST_FAULTS, choices, exclusion_faults, run_faults
-from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
+from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, JointSignals, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.thresholds import strange_joints
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
@@ -50,7 +50,7 @@ def robot_match_faults(manifest: Manifest, joint_names: tuple[str, ...], robot_f
     faults = []
     count = len(joint_names)
     for source, name, signal in manifest.signals():
-        if not isinstance(signal, Joints):
+        if not isinstance(signal, JointSignals):
             continue
         for key, columns in signal.groups().items():
             if len(columns) != count:

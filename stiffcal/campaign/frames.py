@@ -12,7 +12,7 @@ from stiffcal.campaign.gauges import gauges_of, rods_of, stated_sigma
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.markers import markers_of
 from stiffcal.campaign.naming import body_number
-from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Joints, Lengths, Pose, Signal, Wrench
+from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, JointSignals, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -218,7 +218,7 @@ def holding(setup: MeasurementSetup) -> MeasurementSetup:
 def _motor_sigma(manifest: Manifest) -> float | None:
     """Return the stated uncertainty of a joint's angle, rad; motor-side logs state it of the motor: not told here."""
     for _, _, signal in manifest.signals():
-        if isinstance(signal, Joints) and not signal.motor and signal.sigma is not None:
+        if isinstance(signal, JointSignals) and not signal.motor and signal.sigma is not None:
             return _scaled(signal.sigma.position, signal.unit_of("position").factor)
     return None
 

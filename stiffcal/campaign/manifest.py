@@ -19,7 +19,7 @@ from stiffcal.campaign.signals import (
     Deflection,
     Displacement,
     Hold,
-    Joints,
+    JointSignals,
     Lengths,
     Pose,
     Signal,
@@ -152,7 +152,7 @@ class Source(SourceFiles):
     run : which run each row belongs to. time : optional for states.
     """
 
-    joints: Joints | None = None
+    joints: JointSignals | None = None
     wrench: Wrench | None = None
     dead_weight: DeadWeight | None = None
     pose: Pose | None = None

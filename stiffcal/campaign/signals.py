@@ -62,7 +62,7 @@ TorqueConstants: TypeAlias = Annotated[
 ]
 
 
-class Joints(Signal):
+class JointSignals(Signal):
     """What the controller says of the joints, one column per joint.
 
     Attributes
@@ -105,7 +105,7 @@ class Joints(Signal):
         }
 
     @model_validator(mode="after")
-    def _something_is_logged(self) -> Joints:
+    def _something_is_logged(self) -> JointSignals:
         groups = self.groups()
         if not groups:
             raise WrongValueError("no columns are named", 'write position = ["A1", "A2", …] or position = "A1..A6"')
@@ -263,7 +263,7 @@ __all__ = [
     "Deflection",
     "Displacement",
     "Hold",
-    "Joints",
+    "JointSignals",
     "Lengths",
     "Marker",
     "Pose",

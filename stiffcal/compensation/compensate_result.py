@@ -38,7 +38,7 @@ class CorrectedPose:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judgement:
+class PathJudgement:
     """The errors of the corrected targets by another campaign's robot."""
 
     by: str
@@ -76,7 +76,7 @@ class CompensateResult(CommandResult):
     """(L,) rad."""
     rows: list[CorrectedPose]
     """The path, pose by pose."""
-    judged: OrAbsent[Judgement] = None
+    judged: OrAbsent[PathJudgement] = None
     """The errors by another campaign's robot, where one was named."""
     file: OrAbsent[str] = None
     """The table that was written."""

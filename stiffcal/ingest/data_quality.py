@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.signals import Deflection, Joints, Wrench
+from stiffcal.campaign.signals import Deflection, JointSignals, Wrench
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.measured_links import measure_links
@@ -129,7 +129,7 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
         place = f"sources.{source}.{name}.units"
         if isinstance(signal, Deflection):
             faults += check_displacement_unit(states, signal.unit_of("translation").name, f"{place}.translation")
-        elif isinstance(signal, Joints) and signal.unit_of("position").name == "deg":
+        elif isinstance(signal, JointSignals) and signal.unit_of("position").name == "deg":
             slips, doubts = check_angle_unit(states, campaign.chain, f"{place}.position")
             faults, warnings = faults + slips, warnings + doubts
     return faults, warnings

@@ -29,7 +29,7 @@ SOFTEST_NM_PER_RAD = 100.0
 
 
 @dataclass(frozen=True)
-class Suspect:
+class LikelyCause:
     """A number that is larger than on any robot."""
 
     excess: float
@@ -53,7 +53,7 @@ class NoBalanceError(InputError):
     where : that state in words: a run, or the pose.
     """
 
-    def __init__(self, reason: str, state: int = 0, where: str = "", suspect: Suspect | None = None) -> None:
+    def __init__(self, reason: str, state: int = 0, where: str = "", suspect: LikelyCause | None = None) -> None:
         self.state = state
         self.where = where
         self._reason = reason
@@ -116,36 +116,38 @@ def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, chan
     return NoBalanceError(f"{under}: {reached}", state, f"the pose ({pose}) deg", worst)
 
 
-def _suspects(robot: CompliantRobot, inputs: Inputs, force: float, moment: float) -> Iterator[Suspect]:
+def _suspects(robot: CompliantRobot, inputs: Inputs, force: float, moment: float) -> Iterator[LikelyCause]:
     chain = robot.chain
     if inputs.loaded:
         if force > FORCE_N:
             mend = "if the log is in N or kN, say so in units.force; else correct the load"
-            yield Suspect(force / FORCE_N, "campaign.toml", "wrench", f"{force:.3g} N is no robot's load", mend)
+            yield LikelyCause(force / FORCE_N, "campaign.toml", "wrench", f"{force:.3g} N is no robot's load", mend)
         if moment > MOMENT_NM and inputs.setup.moments_measured:
             mend = "say the log's unit in units.moment, e.g. N*mm; else correct the load"
-            yield Suspect(moment / MOMENT_NM, "campaign.toml", "wrench", f"{moment:.3g} N·m is no robot's load", mend)
+            yield LikelyCause(
+                moment / MOMENT_NM, "campaign.toml", "wrench", f"{moment:.3g} N·m is no robot's load", mend
+            )
     for k, joint in enumerate(chain.joint_names):
         place, mass, centre = f"joints ({joint})", float(chain.link_mass[k]), float(np.linalg.norm(chain.link_com[k]))
         length = float(np.linalg.norm(chain.fixed[k, :3, 3]))
         if mass > LINK_MASS_KG:
             mend = f"if it is in g, write {mass / 1e3:.6g}"
-            yield Suspect(
+            yield LikelyCause(
                 mass / LINK_MASS_KG, "robot.toml", f"{place}.link.mass_kg", f"{mass:.6g} kg in one link", mend
             )
         if centre > CENTRE_M:
             mend = "if com_m is in mm, divide it by 1000"
             evidence = f"the centre of mass is {centre:.4g} m from the joint"
-            yield Suspect(centre / CENTRE_M, "robot.toml", f"{place}.link.com_m", evidence, mend)
+            yield LikelyCause(centre / CENTRE_M, "robot.toml", f"{place}.link.com_m", evidence, mend)
         if length > LINK_LENGTH_M:
             mend = "if the lengths are in mm, divide them by 1000"
-            yield Suspect(
+            yield LikelyCause(
                 length / LINK_LENGTH_M, "robot.toml", place, f"the link before it is {length:.4g} m long", mend
             )
     tool = inputs.setup.tool_mass
     if tool > LINK_MASS_KG:
         mend = f"if it is in g, write {tool / 1e3:.6g}"
-        yield Suspect(tool / LINK_MASS_KG, "campaign.toml", "tool.mass_kg", f"{tool:.6g} kg of tool", mend)
+        yield LikelyCause(tool / LINK_MASS_KG, "campaign.toml", "tool.mass_kg", f"{tool:.6g} kg of tool", mend)
     for placed in robot.placed:
         for parameter in placed.effect.parameters:
             if parameter.unit not in ("rad/(N·m)", "N·m/rad"):
@@ -155,4 +157,4 @@ def _suspects(robot: CompliantRobot, inputs: Inputs, force: float, moment: float
                 name = placed.parameter_name(parameter.symbol)
                 evidence = f"it is as soft as {1.0 / value:.3g} N·m/rad"
                 mend = "check its value, or the units of the deflections and loads that it was fitted to"
-                yield Suspect(value * SOFTEST_NM_PER_RAD, "model.toml", f"parameters.{name}", evidence, mend)
+                yield LikelyCause(value * SOFTEST_NM_PER_RAD, "model.toml", f"parameters.{name}", evidence, mend)

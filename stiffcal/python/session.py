@@ -13,7 +13,7 @@ from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.answers import FittedModel, LoadPrediction, ModelDiagnosis, ModelValidation
 from stiffcal.trust.notices import notices_diverted
-from stiffcal.workflow.steps import FIT_STATES, HELDOUT_STATES, Ingested, RunContext, Trial, ingested, tried
+from stiffcal.workflow.steps import FIT_STATES, HELDOUT_STATES, Ingested, RunContext, TrialModel, ingested, tried
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -243,7 +243,7 @@ class CampaignSession:
         with self._logged():
             campaign = self._campaign()
             text = model_with(campaign, self.model, effect, where=where, curved=curved)
-            trial = Trial(text, model_of_text(text, campaign.chain.n_joints), TrialResults())
+            trial = TrialModel(text, model_of_text(text, campaign.chain.n_joints), TrialResults())
         return CampaignSession(self.folder, replace(self._context, trial=trial))
 
     @property

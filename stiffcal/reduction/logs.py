@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.manifest import Source
 from stiffcal.campaign.row_filter import RowCondition
-from stiffcal.campaign.signals import Deflection, Displacement, Joints, Pose, Wrench
+from stiffcal.campaign.signals import Deflection, Displacement, JointSignals, Pose, Wrench
 from stiffcal.campaign.toml_reading import LARGEST, SMALLEST
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -204,7 +204,7 @@ def instrument_readings(source: Source, numbers: Mapping[str, Floats], name: str
 Block = Callable[..., Floats]
 
 
-def _joint_readings(joints: Joints, block: Block) -> dict[str, Floats]:
+def _joint_readings(joints: JointSignals, block: Block) -> dict[str, Floats]:
     keys = {"position": "joints", "command": "joints.command", "velocity": "joints.velocity", "torque": "joints.torque"}
     readings = {}
     for key, columns in joints.groups().items():

@@ -26,7 +26,7 @@ class Items:
 
 
 @dataclass(frozen=True)
-class Subheading:
+class SubheadingBlock:
     """A heading inside a section; it gets a bookmark of its own."""
 
     text: str
@@ -73,7 +73,7 @@ class TableBlock:
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureBlock:
     """A picture, drawn only when the report is made.
 
     Attributes
@@ -86,7 +86,7 @@ class Picture:
     caption: str
 
 
-Block: TypeAlias = Paragraph | Items | Subheading | Facts | TableBlock | Picture
+Block: TypeAlias = Paragraph | Items | SubheadingBlock | Facts | TableBlock | PictureBlock
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ from stiffcal.report.blocks import (
     Items,
     LeftOut,
     Paragraph,
-    Picture,
+    PictureBlock,
     ReportSection,
-    Subheading,
+    SubheadingBlock,
     TableBlock,
 )
 from stiffcal.report.content import ReportContent
@@ -98,13 +98,13 @@ def lay_out(content: ReportContent) -> list[ReportSection]:
 
 def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress) -> list[dict[str, Any]]:
     """Turn sections into what the template reads, drawing each picture into `folder`."""
-    n_pictures = sum(isinstance(block, Picture) for section in sections for block in section.blocks)
+    n_pictures = sum(isinstance(block, PictureBlock) for section in sections for block in section.blocks)
     drawn = 0
     data = []
     for section in sections:
         blocks = []
         for number, block in enumerate(section.blocks):
-            if isinstance(block, Picture):
+            if isinstance(block, PictureBlock):
                 progress(f"drawing: {section.title}", 0.9 * drawn / n_pictures)
                 drawn += 1
                 name = f"figure-{drawn:03d}.svg"
@@ -112,13 +112,13 @@ def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress
                 blocks.append({"kind": "picture", "file": name, "caption": block.caption})
             else:
                 following = section.blocks[number + 1 :][:1]
-                blocks.append(_block_data(block, any(isinstance(each, Picture) for each in following)))
+                blocks.append(_block_data(block, any(isinstance(each, PictureBlock) for each in following)))
         data.append({"title": section.title, "new_page": section.new_page, "blocks": blocks})
     return data
 
 
 def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:
-    kinds = {Paragraph: "paragraph", Items: "items", Subheading: "subheading", Facts: "facts", TableBlock: "table"}
+    kinds = {Paragraph: "paragraph", Items: "items", SubheadingBlock: "subheading", Facts: "facts", TableBlock: "table"}
     return {"kind": kinds[type(block)], "before_picture": before_picture, **asdict(block)}
 
 

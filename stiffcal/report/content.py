@@ -111,7 +111,7 @@ class ReportRun:
 
 
 @dataclass(frozen=True)
-class SetAside:
+class SetAsideRows:
     """States that were not used, with the reason.
 
     Attributes
@@ -314,7 +314,7 @@ class ReportContent:
     history: Document | None = None
     ingest: IngestResult | None = None
     instruments: tuple[Instrument, ...] = ()
-    set_aside: tuple[SetAside, ...] = ()
+    set_aside: tuple[SetAsideRows, ...] = ()
     covariates: tuple[ResidualCovariate, ...] = ()
     load_paths: tuple[LoadPath, ...] = ()
     diagnose: DiagnoseResult | None = None

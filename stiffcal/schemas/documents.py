@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from stiffcal.batch.document import Batch
+from stiffcal.batch.document import BatchAnswer
 from stiffcal.compensation.compensate_result import CompensateResult
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
@@ -45,7 +45,7 @@ DOCUMENTS: dict[str, Any] = {
     "compare": CompareResult,
     "check": CheckResult,
     "run": RunResult,
-    "batch": Batch,
+    "batch": BatchAnswer,
     "report": ReportResult,
     "plot": PlotResult,
     "export": ExportResult,

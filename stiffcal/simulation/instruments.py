@@ -17,7 +17,7 @@ from stiffcal.campaign.signals import (
     Deflection,
     Displacement,
     Hold,
-    Joints,
+    JointSignals,
     Lengths,
     Pose,
     Signal,
@@ -155,7 +155,7 @@ def true_reading(signal: Signal, samples: SamplingContext, place: str) -> Signal
         return _wrench(signal, samples)
     if isinstance(signal, Pose):
         return _pose(signal, samples) if signal.position is not None else _markers(signal, samples)
-    if isinstance(signal, Joints):
+    if isinstance(signal, JointSignals):
         return _joints(signal, samples, place)
     if isinstance(signal, Deflection):
         axes = samples.stand(signal.axes)[1]
@@ -248,7 +248,7 @@ def _pose(signal: Pose, samples: SamplingContext) -> SignalSamples:
     return SignalSamples(Channels(("translation_m",) * 3 + ("rotation_rad",) * 3), value, turned)
 
 
-def _joints(signal: Joints, samples: SamplingContext, place: str) -> SignalSamples:
+def _joints(signal: JointSignals, samples: SamplingContext, place: str) -> SignalSamples:
     """What the controller shows: held motors stand where they are, driven ones where they are driven.
 
     Motor-side logs carry motor angles, velocities and torques; currents are torques over the torque constant.
@@ -285,7 +285,7 @@ def _joints(signal: Joints, samples: SamplingContext, place: str) -> SignalSampl
     return SignalSamples(Channels(tuple(kinds)), np.concatenate(parts, axis=1))
 
 
-def _torque_constants(signal: Joints, place: str, count: int) -> Floats:
+def _torque_constants(signal: JointSignals, place: str, count: int) -> Floats:
     """Return (L,) N·m per ampere."""
     if signal.torque_constant is None:
         raise InputError.at(

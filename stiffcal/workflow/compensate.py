@@ -19,7 +19,7 @@ from stiffcal.workflow.plot import PICTURES
 from stiffcal.workflow.steps import RunContext
 
 if TYPE_CHECKING:
-    from stiffcal.compensation.compensate_result import CompensateResult, CorrectedPose, Judgement, PathError
+    from stiffcal.compensation.compensate_result import CompensateResult, CorrectedPose, PathError, PathJudgement
     from stiffcal.compensation.targets import Corrected
     from stiffcal.measurements.rms import Rms
 
@@ -173,9 +173,9 @@ def _check_reached(path: CompensationPath, found: Corrected) -> None:
 
 def _judgement(
     fitted: FittedRobot, options: CompensateRequest, path: CompensationPath, found: Corrected, context: RunContext
-) -> Judgement:
+) -> PathJudgement:
     """Return the pose errors without and with the correction, by another campaign's robot."""
-    from stiffcal.compensation.compensate_result import Judgement
+    from stiffcal.compensation.compensate_result import PathJudgement
     from stiffcal.compensation.targets import CorrectionOptions, errors_of
 
     assert options.judge is not None
@@ -193,7 +193,7 @@ def _judgement(
         for commanded in (path.joints, found.joints)
     )
     left, whole = _rms(after).translation, _rms(before).translation
-    return Judgement(
+    return PathJudgement(
         by=str(options.judge),
         rms_before=_rms(before),
         rms_after=_rms(after),

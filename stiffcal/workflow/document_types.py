@@ -15,7 +15,7 @@ Number = float | None
 Matrix = list[list[float]]
 
 
-class Rms(TypedDict):
+class RmsEntry(TypedDict):
     """Square root of the mean squared length of a residual vector, m and rad (N·m for torques)."""
 
     translation: Number
@@ -25,7 +25,7 @@ class Rms(TypedDict):
     torque: NotRequired[Number]
 
 
-class Where(TypedDict, total=False):
+class WhereEntry(TypedDict, total=False):
     """Where an effect sits; empty for the set-up."""
 
     joints: list[int]
@@ -61,7 +61,7 @@ class Threshold(TypedDict):
     says: str
 
 
-class Fault(TypedDict):
+class FaultEntry(TypedDict):
     """What is wrong with the input."""
 
     code: FaultCode

@@ -11,7 +11,7 @@ from typing_extensions import TypedDict
 
 from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.experiments.results import HeldoutSection
-from stiffcal.workflow.document_types import Fault, Number, Origin, Rms, Threshold
+from stiffcal.workflow.document_types import FaultEntry, Number, Origin, RmsEntry, Threshold
 
 
 class Part(TypedDict):
@@ -21,9 +21,9 @@ class Part(TypedDict):
     low: Number
     high: Number
     n: int
-    rms: Rms
-    max: Rms
-    zero_model: NotRequired[Rms]
+    rms: RmsEntry
+    max: RmsEntry
+    zero_model: NotRequired[RmsEntry]
 
 
 class Worst(TypedDict):
@@ -40,11 +40,11 @@ class Validate(TypedDict):
     schema: Literal["stiffcal/validate/1"]
     warnings: list[str]
     scheme: str
-    rms: Rms
-    max: Rms
-    noise: Rms | None
-    relative: Rms
-    zero_model: Rms
+    rms: RmsEntry
+    max: RmsEntry
+    noise: RmsEntry | None
+    relative: RmsEntry
+    zero_model: RmsEntry
     by_run: list[Part]
     by_direction: list[Part]
     by_load: list[Part]
@@ -66,5 +66,5 @@ class Validate(TypedDict):
 class Error(TypedDict):
     """Answer of any command with exit code 2 or 3; ``others`` where there are more faults."""
 
-    error: Fault
-    others: NotRequired[list[Fault]]
+    error: FaultEntry
+    others: NotRequired[list[FaultEntry]]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.signals import Joints, Wrench
+from stiffcal.campaign.signals import JointSignals, Wrench
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.documents import document_of, result_of
 from stiffcal.experiments import all_kinds
@@ -36,7 +36,7 @@ from stiffcal.report.content import (
     ReportSource,
     ReportStates,
     ResidualCovariate,
-    SetAside,
+    SetAsideRows,
 )
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store import values_of
@@ -105,7 +105,7 @@ def report_content(
     measured = runs_with_fits(data)
     drawn_pages = [kind.page(measured, document_of(identified)) for kind in all_kinds()]
     pages = tuple(page for page in drawn_pages if page is not None)
-    unused = [SetAside(entry.run, entry.numbers, entry.why) for page in pages for entry in page.unused]
+    unused = [SetAsideRows(entry.run, entry.numbers, entry.why) for page in pages for entry in page.unused]
     return ReportContent(
         provenance=_provenance(data, identified, history),
         runs=_runs(states, chain) + beside,
@@ -269,7 +269,7 @@ def _instruments(data: Ingested) -> list[Instrument]:
     for source, name, signal in data.campaign.manifest.signals():
         kind = name.split(".")[0]
         held = data.campaign.manifest.sources[source]
-        if isinstance(signal, Joints):
+        if isinstance(signal, JointSignals):
             kind = ", ".join(JOINT_MEASURES[key] for key in signal.groups())
         measures = MEASURES.get(kind.removesuffix("s") if kind == "poses" else kind, kind)
         if isinstance(signal, Wrench) and not signal.moments_measured:
@@ -313,11 +313,11 @@ def _sigma_in_words(signal: Any) -> str:
     return ", ".join(words)
 
 
-def _set_aside(states: LoadStates) -> list[SetAside]:
+def _set_aside(states: LoadStates) -> list[SetAsideRows]:
     rows: dict[tuple[str, str], list[int]] = defaultdict(list)
     for i in np.flatnonzero(states.set_aside != ""):
         rows[states.runs[states.run[i]].name, str(states.set_aside[i])].append(int(states.row[i]))
-    return [SetAside(run, tuple(numbers), why) for (run, why), numbers in rows.items()]
+    return [SetAsideRows(run, tuple(numbers), why) for (run, why), numbers in rows.items()]
 
 
 def joint_torques(data: Ingested, identified: IdentifyResult) -> Floats:

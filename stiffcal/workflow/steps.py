@@ -48,7 +48,7 @@ def ignore_step(step: str, reason: str) -> None:
 
 
 @dataclass(frozen=True)
-class Trial:
+class TrialModel:
     """A model that is tried: what is computed with it stays in memory, and the folder and its store as they are."""
 
     text: str
@@ -82,7 +82,7 @@ class RunContext:
     on_step: Callable[[str, str], None] = ignore_step
     reach: tuple[Path, ...] = ()
     thorough: bool = False
-    trial: Trial | None = None
+    trial: TrialModel | None = None
 
 
 @dataclass(frozen=True)

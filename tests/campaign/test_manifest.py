@@ -15,7 +15,7 @@ from stiffcal.campaign.file_formats import format_of
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.row_filter import RowCondition, parse_rows
-from stiffcal.campaign.signals import Deflection, Joints, Pose, Wrench
+from stiffcal.campaign.signals import Deflection, JointSignals, Pose, Wrench
 from stiffcal.campaign.typed import WrongValueError, expand_columns
 from tests.laboratory.campaign_folders import DATA, write_campaign
 
@@ -118,9 +118,9 @@ def test_format_from_ending(file: str, expected: str | None) -> None:
 @pytest.mark.parametrize(
     ("signal", "document", "reason"),
     [
-        (Joints, {"units": {"position": "deg"}}, "no columns are named"),
-        (Joints, {"position": "A1..A6", "velocity": "v1..v5"}, "unequal numbers"),
-        (Joints, {"position": "A1..A6", "units": {"position": "mm"}}, "unit of length"),
+        (JointSignals, {"units": {"position": "deg"}}, "no columns are named"),
+        (JointSignals, {"position": "A1..A6", "velocity": "v1..v5"}, "unequal numbers"),
+        (JointSignals, {"position": "A1..A6", "units": {"position": "mm"}}, "unit of length"),
         (Wrench, {"columns": ["Fx", "Fy"]}, "2 columns"),
         (Wrench, {"columns": "F1..F3", "units": {"force": "Newton"}}, "not a unit of force"),
         (Pose, {"frame": "tracker"}, "either position or markers"),

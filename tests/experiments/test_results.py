@@ -11,14 +11,14 @@ from stiffcal.experiments.friction.results import (
     BetweenDirections,
     FittedCurve,
     FrictionSection,
-    JointFriction,
+    JointFrictionResult,
     OptionalTerm,
     SymbolCovariance,
 )
 
 
-def one_joint() -> JointFriction:
-    return JointFriction(
+def one_joint() -> JointFrictionResult:
+    return JointFrictionResult(
         joint=2,
         name="A2",
         method="steady velocities",

@@ -24,7 +24,7 @@ from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.report import wording
-from stiffcal.report.blocks import Items, LeftOut, Paragraph, Picture, ReportSection, TableBlock
+from stiffcal.report.blocks import Items, LeftOut, Paragraph, PictureBlock, ReportSection, TableBlock
 from stiffcal.report.content import EffectPicture, EvidenceFigure, ReportContent
 from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.figures.evidence import draw_evidence
@@ -110,7 +110,7 @@ def words(made: ReportSection | LeftOut | None) -> str:
         parts += [block.text] if isinstance(block, Paragraph) else []
         parts += block.texts if isinstance(block, Items) else []
         parts += [" ".join(row) for row in block.rows] if isinstance(block, TableBlock) else []
-        parts += [block.caption] if isinstance(block, Picture | TableBlock) else []
+        parts += [block.caption] if isinstance(block, PictureBlock | TableBlock) else []
     return "\n".join(parts).replace("\u202f", " ")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.report.blocks import Paragraph, Picture, ReportSection, TableBlock
+from stiffcal.report.blocks import Paragraph, PictureBlock, ReportSection, TableBlock
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint
 from stiffcal.report.joint_curves import JointCurve, JointPicture
@@ -72,7 +72,7 @@ def test_all_displacements_in_one_table_with_those_above_the_noise() -> None:
 
 
 def test_pictures_have_units_and_say_what_rises() -> None:
-    pictures = [block for block in section(content()).blocks if isinstance(block, Picture)]
+    pictures = [block for block in section(content()).blocks if isinstance(block, PictureBlock)]
     assert len(pictures) == 4
     assert "joint 2 (A2)" in pictures[0].caption
     figure = draw_joint(JOINTS[1])

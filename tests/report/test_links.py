@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.report.blocks import Items, LeftOut, Picture, ReportSection, TableBlock
+from stiffcal.report.blocks import Items, LeftOut, PictureBlock, ReportSection, TableBlock
 from stiffcal.report.figures.along_lines import draw_along_lines
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
 from stiffcal.report.sections import links, load_deformation
@@ -67,7 +67,7 @@ def test_without_rods_there_is_no_such_page() -> None:
 
 def test_rods_end_tool_and_the_bent_link_are_drawn() -> None:
     made = laid_out(picture_of())
-    pictures = [block for block in made.blocks if isinstance(block, Picture)]
+    pictures = [block for block in made.blocks if isinstance(block, PictureBlock)]
     assert len(pictures) == 4
     words = [" ".join(text.get_text() for axes in p.draw().axes for text in (axes.xaxis.label, axes.yaxis.label))
              for p in pictures]  # fmt: skip
@@ -93,7 +93,9 @@ def test_the_links_compliance_says_what_is_not_told() -> None:
 
 
 def test_a_model_without_the_link_is_said_so() -> None:
-    captions = [block.caption for block in laid_out(picture_of(with_model=False)).blocks if isinstance(block, Picture)]
+    captions = [
+        block.caption for block in laid_out(picture_of(with_model=False)).blocks if isinstance(block, PictureBlock)
+    ]
     assert "The model holds no effect on this link" in captions[2]
     assert "the fitted model" not in captions[0]
 
@@ -108,7 +110,7 @@ def test_displacement_along_a_line_has_a_panel_per_run() -> None:
     assert [axes.get_title(loc="left") or axes.get_title() for axes in figure.axes if axes.axison][::2]
     made = load_deformation.section(replace(content, states=states))
     assert not isinstance(made, LeftOut)
-    (picture,) = [block for block in made.blocks if isinstance(block, Picture)]
+    (picture,) = [block for block in made.blocks if isinstance(block, PictureBlock)]
     assert picture.caption.endswith("the fitted model is nowhere more than 30.0 µm off.")
 
 

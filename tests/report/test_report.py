@@ -13,7 +13,7 @@ from pypdf.generic import ArrayObject, DictionaryObject
 
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.errors import InputError
-from stiffcal.report.blocks import Picture
+from stiffcal.report.blocks import PictureBlock
 from stiffcal.report.building import build_report, lay_out
 from stiffcal.report.content import ReportContent, ReportProvenance, ReportSource
 from tests.laboratory.report_content import made_up_content
@@ -203,6 +203,6 @@ def test_the_ladder_ends_with_the_present_fit_where_an_earlier_model_was_restore
     for present in ("2", "1"):
         restored = replace(content, identify=replace(content.identify, fit_id=present))
         ladder = next(section for section in lay_out(restored) if section.title.startswith("From no model"))
-        captions.append(next(block.caption for block in ladder.blocks if isinstance(block, Picture)))
+        captions.append(next(block.caption for block in ladder.blocks if isinstance(block, PictureBlock)))
     assert "with fit 2" in captions[0]
     assert "with fit 1" in captions[1]

@@ -17,7 +17,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
-from stiffcal.report.blocks import Items, Picture
+from stiffcal.report.blocks import Items, PictureBlock
 from stiffcal.report.building import lay_out
 from stiffcal.report.content import ReportContent
 from stiffcal.simulation.settings import load_settings
@@ -173,7 +173,7 @@ def test_people_read_degrees(campaign: Path, identified: dict[str, Any], capsys:
 def test_the_report_has_the_papers_pages(campaign: Path, identified: dict[str, Any]) -> None:
     sections = lay_out(content_of(campaign))
     (section,) = [one for one in sections if one.title.startswith("The clamped robot")]
-    pictures = [block for block in section.blocks if isinstance(block, Picture)]
+    pictures = [block for block in section.blocks if isinstance(block, PictureBlock)]
     # Fig. 5 and 6's kind, 7's, and 8's
     assert len(pictures) == 3
     for picture in pictures:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.report.blocks import Paragraph, Picture, ReportSection, TableBlock
+from stiffcal.report.blocks import Paragraph, PictureBlock, ReportSection, TableBlock
 from stiffcal.report.compensation_content import WithAndWithout
 from stiffcal.report.content import ReportContent, ReportProvenance
 from stiffcal.report.figures.canvas import save_figure
@@ -91,7 +91,7 @@ def test_the_section_says_what_is_gone_and_is_drawn(pairs: WithAndWithout, tmp_p
     assert "of the deflection is gone" in answer
     table = next(block for block in made.blocks if isinstance(block, TableBlock))
     assert [row[0] for row in table.rows] == ["a", "b"]
-    pictures = [block for block in made.blocks if isinstance(block, Picture)]
+    pictures = [block for block in made.blocks if isinstance(block, PictureBlock)]
     assert len(pictures) == 4
     for number, picture in enumerate(pictures):
         file = tmp_path / f"{number}.svg"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.experiments.clamped.results import ClampedSection, JointResult, RunResult
+from stiffcal.experiments.clamped.results import ClampedRunResult, ClampedSection, JointResult
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.store import values_of
 
@@ -110,7 +110,7 @@ def clamped_curves(data: MeasuredRuns, section: ClampedSection) -> tuple[Clamped
     return tuple(curves)
 
 
-def _pose(run: RunResult, columns: dict[str, NDArray[Any]]) -> ClampedPose:
+def _pose(run: ClampedRunResult, columns: dict[str, NDArray[Any]]) -> ClampedPose:
     law = run.law
     angle, torque, up = columns["angle_rad"], columns["torque_Nm"], columns["up"].astype(bool)
     sign = np.where(up, 1.0, -1.0)

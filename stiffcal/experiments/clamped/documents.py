@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from stiffcal.experiments.clamped.analysis import LEAST_MOTION
 from stiffcal.experiments.clamped.faults import loaded_words
 from stiffcal.experiments.clamped.results import (
+    ClampedRunResult,
     Definition,
     JointResult,
     RunLeftOut,
-    RunResult,
     SeriesLaw,
     Tangent,
     TorqueOverAngle,
@@ -92,10 +92,10 @@ def joint_result(joint: ClampedJoint, name: str) -> JointResult:
     )
 
 
-def run_result(run: ClampedRun) -> RunResult:
+def run_result(run: ClampedRun) -> ClampedRunResult:
     """Return a run's entry in the ``clamped`` section."""
     law = run.fit.law
-    return RunResult(
+    return ClampedRunResult(
         run=run.name,
         joint=run.joint,
         used=not run.left_out,

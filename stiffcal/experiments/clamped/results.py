@@ -126,7 +126,7 @@ class SeriesLaw:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunResult:
+class ClampedRunResult:
     """One joint in one pose."""
 
     run: str
@@ -174,4 +174,4 @@ class ClampedSection:
 
     definition: Definition
     joints: list[JointResult]
-    runs: list[RunResult]
+    runs: list[ClampedRunResult]

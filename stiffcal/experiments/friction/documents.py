@@ -12,7 +12,7 @@ from stiffcal.experiments.friction.results import (
     BearingFriction,
     BetweenDirections,
     FittedCurve,
-    JointFriction,
+    JointFrictionResult,
     OptionalTerm,
     SymbolCovariance,
 )
@@ -114,7 +114,7 @@ def heldout_gap(joint: JointFrictionFit) -> UnidentifiedParameters:
 
 def joint_friction(
     data: MeasuredRuns, fit: FrictionFit, one: JointFrictionFit, placed: tuple[PlacedEffect, ...]
-) -> JointFriction:
+) -> JointFrictionResult:
     """Return what is told of one joint: how it was measured, what is left, its curve with standard uncertainty."""
     from stiffcal.experiments.friction.fitting import friction_curve
 
@@ -127,7 +127,7 @@ def joint_friction(
     )
     torque, std = friction_curve(one, effect, speed)
     steady = bool(fit.rows.steady[own].any())
-    return JointFriction(
+    return JointFrictionResult(
         joint=one.joint,
         name=data.joint_names[one.joint - 1],
         method="steady velocities" if steady else "weight and inertia modelled",

@@ -53,7 +53,7 @@ class SymbolCovariance:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JointFriction:
+class JointFrictionResult:
     """One joint: how it was measured, and what the law leaves."""
 
     joint: int
@@ -100,7 +100,7 @@ class FrictionSection:
 
     effects: OrAbsent[list[str]] = None
     """The laws that friction runs identify."""
-    joints: list[JointFriction]
+    joints: list[JointFrictionResult]
     lack_of_fit: Annotated[VarianceRatio | None, KeyIf("is_fitted")] = None
     """Null where repeats are too few."""
     bearings: OrAbsent[list[BearingFriction]] = None

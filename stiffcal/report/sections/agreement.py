@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import LeftOut, Picture, ReportSection
+from stiffcal.report.blocks import LeftOut, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.measured_against_predicted import MOST_POINTS, draw_measured_against_predicted
 from stiffcal.report.sections.summary import share_left
@@ -37,4 +37,4 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if n_used > MOST_POINTS:
         drawn = f"{wording.digits(MOST_POINTS)} of {wording.count(n_used, 'state')}"
         caption += f" About {drawn} are drawn, the farthest among them."
-    return ReportSection(_TITLE, (Picture(partial(draw_measured_against_predicted, states), caption),))
+    return ReportSection(_TITLE, (PictureBlock(partial(draw_measured_against_predicted, states), caption),))

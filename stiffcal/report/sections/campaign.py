@@ -7,7 +7,16 @@ import math
 import numpy as np
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, ReportSection, Subheading, TableBlock, TableColumn
+from stiffcal.report.blocks import (
+    Block,
+    Facts,
+    LeftOut,
+    Paragraph,
+    ReportSection,
+    SubheadingBlock,
+    TableBlock,
+    TableColumn,
+)
 from stiffcal.report.content import ReportContent, ReportStates
 
 ORDER = 20
@@ -23,7 +32,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if content.instruments:
         blocks.append(_instruments(content))
     blocks.append(_runs(content))
-    blocks.append(Subheading("What was set aside"))
+    blocks.append(SubheadingBlock("What was set aside"))
     if content.set_aside:
         blocks.append(_set_aside(content))
     else:

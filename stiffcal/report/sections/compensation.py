@@ -8,7 +8,15 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Paragraph, Picture, ReportSection, Subheading, TableBlock, TableColumn
+from stiffcal.report.blocks import (
+    Block,
+    Paragraph,
+    PictureBlock,
+    ReportSection,
+    SubheadingBlock,
+    TableBlock,
+    TableColumn,
+)
 from stiffcal.report.compensation_content import ComparedPose, TimePair, WithAndWithout
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import with_and_without as drawing
@@ -28,16 +36,21 @@ def section(content: ReportContent) -> ReportSection | None:
     if static:
         blocks += [Paragraph(_answer(static), tone="key"), _table(static)]
         if len(static) > 1:
-            blocks.append(Picture(partial(drawing.draw_errors_by_pose, WithAndWithout(tuple(static))), _CAPTION_BARS))
+            blocks.append(
+                PictureBlock(partial(drawing.draw_errors_by_pose, WithAndWithout(tuple(static))), _CAPTION_BARS)
+            )
         worst_first = sorted(static, key=lambda pose: -pose.largest_off[0])
         blocks += [
-            Picture(partial(drawing.draw_before_and_after, pose), _caption(pose)) for pose in worst_first[:_MOST_CURVES]
+            PictureBlock(partial(drawing.draw_before_and_after, pose), _caption(pose))
+            for pose in worst_first[:_MOST_CURVES]
         ]
     for number, pair in enumerate(pairs.over_time):
         draw = drawing.draw_step if pair.kind == "step" else drawing.draw_process
         if number == 0 or pair.kind != pairs.over_time[number - 1].kind:
-            blocks.append(Subheading("A load that comes at once" if pair.kind == "step" else "Forces of the process"))
-        blocks.append(Picture(partial(draw, pair), _caption_over_time(pair)))
+            blocks.append(
+                SubheadingBlock("A load that comes at once" if pair.kind == "step" else "Forces of the process")
+            )
+        blocks.append(PictureBlock(partial(draw, pair), _caption_over_time(pair)))
     if pairs.over_time and pairs.played:
         blocks.append(Paragraph(pairs.played))
     return ReportSection(_TITLE, tuple(blocks))

@@ -12,7 +12,7 @@ from stiffcal.report.blocks import (
     LeftOut,
     Paragraph,
     ReportSection,
-    Subheading,
+    SubheadingBlock,
     TableBlock,
     TableColumn,
 )
@@ -111,7 +111,7 @@ def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
         "What the remainder follows: the share of its squares beyond noise that smooth curves over each of these take "
         "away. Shares overlap; the largest says where to look first."
     )
-    return [Subheading("What the remainder follows"), TableBlock(columns, rows, caption)]
+    return [SubheadingBlock("What the remainder follows"), TableBlock(columns, rows, caption)]
 
 
 def _way_here(content: ReportContent) -> list[Block]:
@@ -119,4 +119,4 @@ def _way_here(content: ReportContent) -> list[Block]:
     if not content.earlier_diagnoses:
         return []
     points = tuple(f"Fit {earlier.fit_id}: {earlier.summary}" for earlier in content.earlier_diagnoses)
-    return [Subheading("How the model came to this"), Items(points)]
+    return [SubheadingBlock("How the model came to this"), Items(points)]

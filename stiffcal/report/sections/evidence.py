@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.diagnosis.results import DiagnoseResult, EffectEvidenceSummary
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, Picture, ReportSection, Subheading
+from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, PictureBlock, ReportSection, SubheadingBlock
 from stiffcal.report.content import EvidenceFigure, ReportContent
 from stiffcal.report.figures.evidence import MOST_POINTS, draw_errors_by_run, draw_evidence
 
@@ -42,7 +42,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 def _of_effect(diagnosis: DiagnoseResult, figure: EvidenceFigure) -> list[Block]:
     evidence = figure.evidence
-    blocks: list[Block] = [Subheading(f"{evidence.effect}, {wording.place(evidence.where)} ({evidence.status})")]
+    blocks: list[Block] = [SubheadingBlock(f"{evidence.effect}, {wording.place(evidence.where)} ({evidence.status})")]
     text = figure.seen or f"{_capital(figure.fingerprint or figure.summary)}."
     blocks.append(Paragraph(f"{text} {_rms_reduction_words(evidence)}"))
     facts = [("what it is", _capital(figure.summary) + ".")]
@@ -54,14 +54,14 @@ def _of_effect(diagnosis: DiagnoseResult, figure: EvidenceFigure) -> list[Block]
     if figure.check:
         facts.append(("to check", figure.check))
     blocks.append(Facts(tuple(facts)))
-    blocks.append(Picture(partial(draw_evidence, figure), _caption(figure)))
+    blocks.append(PictureBlock(partial(draw_evidence, figure), _caption(figure)))
     if 1 < len(evidence.by_run) <= _MOST_RUNS:
         noise = wording.part(diagnosis.noise, evidence.component)
         better = sum(run.after < run.before for run in evidence.by_run)
         caption = (
             f"Error run by run without and with {evidence.effect}: it falls in {better} of {len(evidence.by_run)} runs."
         )
-        blocks.append(Picture(partial(draw_errors_by_run, figure, noise), caption))
+        blocks.append(PictureBlock(partial(draw_errors_by_run, figure, noise), caption))
     return blocks
 
 

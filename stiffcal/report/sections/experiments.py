@@ -8,7 +8,16 @@ from typing import assert_never
 from stiffcal.experiments import presentation
 from stiffcal.experiments.presentation import Digits, Interval, Joints, Names, Page, Sentence, Words
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, Picture, ReportSection, Subheading, TableBlock
+from stiffcal.report.blocks import (
+    Block,
+    Items,
+    LeftOut,
+    Paragraph,
+    PictureBlock,
+    ReportSection,
+    SubheadingBlock,
+    TableBlock,
+)
 from stiffcal.report.blocks import TableColumn as Column
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.panels import draw_panels
@@ -34,7 +43,7 @@ def _block(block: presentation.Block) -> Block:
         case presentation.Listing():
             return Items(tuple(text_of(sentence.words) for sentence in block.sentences))
         case presentation.Subheading():
-            return Subheading(block.text)
+            return SubheadingBlock(block.text)
         case presentation.Table():
             columns = tuple(
                 Column(column.title, column.unit, align="right" if column.numbers else "left")
@@ -42,7 +51,7 @@ def _block(block: presentation.Block) -> Block:
             )
             return TableBlock(columns, tuple(tuple(text_of(cell) for cell in row) for row in block.rows), block.caption)
         case presentation.Picture():
-            return Picture(partial(draw_panels, block), text_of(block.caption))
+            return PictureBlock(partial(draw_panels, block), text_of(block.caption))
         case _:
             assert_never(block)
 

@@ -11,9 +11,9 @@ from stiffcal.report.blocks import (
     Block,
     LeftOut,
     Paragraph,
-    Picture,
+    PictureBlock,
     ReportSection,
-    Subheading,
+    SubheadingBlock,
     TableBlock,
     TableColumn,
 )
@@ -45,8 +45,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
     blocks: list[Block] = []
     if joints:
         blocks += [Paragraph(_lead(joints)), _table(joints), Paragraph(_couplings(joints))]
-        blocks.append(Picture(partial(draw_about_axes, joints), _caption_about_axes(joints)))
-        blocks += [Picture(partial(draw_joint, joint), _caption(joint)) for joint in joints]
+        blocks.append(PictureBlock(partial(draw_about_axes, joints), _caption_about_axes(joints)))
+        blocks += [PictureBlock(partial(draw_joint, joint), _caption(joint)) for joint in joints]
     if cartesian:
         blocks += _cartesian(cartesian)
     return ReportSection(_TITLE if joints else "Cartesian stiffness", tuple(blocks), new_page=True)
@@ -181,4 +181,4 @@ def _cartesian(found: list[CartesianStiffnessResult]) -> list[Block]:
         "does not suffer from it."
     )
     caption = f"Diagonal of the Cartesian stiffness at {found[0].target}, base axes, the other directions held."
-    return [Subheading("Cartesian stiffness"), Paragraph(text), TableBlock(columns, tuple(rows), caption)]
+    return [SubheadingBlock("Cartesian stiffness"), Paragraph(text), TableBlock(columns, tuple(rows), caption)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, Picture, ReportSection, TableBlock, TableColumn
+from stiffcal.report.blocks import Block, LeftOut, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import Document, ReportContent
 from stiffcal.report.figures.ladder import draw_ladder
 
@@ -28,10 +28,10 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     shown = sorted(fits, key=lambda fit: fit["id"] == present)[-_MOST_STEPS:]
     blocks: list[Block] = []
     if any(wording.part(fit.get("fit_rms"), "translation") is not None for fit in shown):
-        blocks.append(Picture(partial(draw_ladder, shown, zero, noise), _caption(shown, zero, noise)))
+        blocks.append(PictureBlock(partial(draw_ladder, shown, zero, noise), _caption(shown, zero, noise)))
     if any(wording.part(fit.get("heldout_rms"), "rotation") is not None for fit in shown):
         text = "The same ladder for the measured rotations."
-        blocks.append(Picture(partial(draw_ladder, shown, zero, noise, "rotation"), text))
+        blocks.append(PictureBlock(partial(draw_ladder, shown, zero, noise, "rotation"), text))
     if not blocks and len(fits) == 1:
         return LeftOut(_TITLE, "there is one fit, and no displacement in it")
     blocks.append(_table(fits))

@@ -8,7 +8,16 @@ import numpy as np
 
 from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Items, Paragraph, Picture, ReportSection, Subheading, TableBlock, TableColumn
+from stiffcal.report.blocks import (
+    Block,
+    Items,
+    Paragraph,
+    PictureBlock,
+    ReportSection,
+    SubheadingBlock,
+    TableBlock,
+    TableColumn,
+)
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import links as drawing
 from stiffcal.report.link_pictures import LinkPicture
@@ -43,7 +52,7 @@ def section(content: ReportContent) -> ReportSection | None:
     blocks: list[Block] = []
     for picture in pictures:
         if len(pictures) > 1:
-            blocks.append(Subheading(picture.link))
+            blocks.append(SubheadingBlock(picture.link))
         blocks += _of_link(picture, found.get(picture.link))
     if fit is not None and fit.coupling is not None:
         blocks += _coupling(fit.coupling)
@@ -61,12 +70,12 @@ def _of_link(picture: LinkPicture, found: LinkResult | None) -> list[Block]:
         blocks.append(_compliance(picture, found))
     if picture.sentences:
         blocks.append(Items(picture.sentences))
-    blocks.append(Picture(partial(drawing.draw_rods, picture), _rods_caption(picture)))
+    blocks.append(PictureBlock(partial(drawing.draw_rods, picture), _rods_caption(picture)))
     lead = next(k for k, run in enumerate(picture.runs) if run.name == picture.bent.run)
-    blocks.append(Picture(partial(drawing.draw_end, picture, lead), _end_caption(picture, lead)))
+    blocks.append(PictureBlock(partial(drawing.draw_end, picture, lead), _end_caption(picture, lead)))
     if any(picture.runs[number].tool is not None for number in picture.shown):
-        blocks.append(Picture(partial(drawing.draw_tool, picture), _tool_caption(picture)))
-    blocks.append(Picture(partial(drawing.draw_bent, picture), _bent_caption(picture)))
+        blocks.append(PictureBlock(partial(drawing.draw_tool, picture), _tool_caption(picture)))
+    blocks.append(PictureBlock(partial(drawing.draw_bent, picture), _bent_caption(picture)))
     return blocks
 
 
@@ -84,7 +93,7 @@ def _coupling(coupling: CouplingResult) -> list[Block]:
         "half-width."
     )
     return [
-        Subheading("What the rods change"),
+        SubheadingBlock("What the rods change"),
         Paragraph(words),
         TableBlock(
             tuple(columns), tuple(rows), "Difference from tool and rods together; a dash: not told, or left out."

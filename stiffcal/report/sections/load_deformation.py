@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, Paragraph, Picture, ReportSection, Subheading
+from stiffcal.report.blocks import Block, LeftOut, Paragraph, PictureBlock, ReportSection, SubheadingBlock
 from stiffcal.report.content import ReportContent, ReportStates
 from stiffcal.report.figures import along_lines as lines
 from stiffcal.report.figures import load_deformation as drawing
@@ -55,7 +55,7 @@ def _line_displacement_blocks(content: ReportContent, states: ReportStates) -> l
             f"Displacement along the force in {wording.listing(names)}; the fitted model is nowhere more than "
             f"{wording.length(float(np.nanmax(off)))} off."
         )
-        blocks.append(Picture(partial(lines.draw_along_lines, states, sheet, names), caption))
+        blocks.append(PictureBlock(partial(lines.draw_along_lines, states, sheet, names), caption))
     return blocks
 
 
@@ -100,19 +100,19 @@ def _curves(content: ReportContent, states: ReportStates, curves: list[int]) -> 
     for number, why in chosen.items():
         name = content.runs[number].name
         picture = partial(drawing.draw_load_deformation, states, number, name)
-        blocks.append(Picture(picture, _caption(content, states, number, why)))
+        blocks.append(PictureBlock(picture, _caption(content, states, number, why)))
     rest = [number for number in curves if number not in chosen]
     shown = (
         rest if len(rest) <= _MOST_SMALL else [rest[i] for i in np.linspace(0, len(rest) - 1, _MOST_SMALL).astype(int)]
     )
     if shown:
-        blocks.append(Subheading("The other runs"))
+        blocks.append(SubheadingBlock("The other runs"))
     for sheet in map(list, wording.in_sheets(shown, drawing.ROWS_PER_SHEET)):
         names = [content.runs[number].name for number in sheet]
         caption = f"Deflection against force in {wording.listing(names)}, all to one scale per axis."
         if len(shown) < len(rest):
             caption += f" Of {len(rest)} such runs {len(shown)}, evenly spread, are drawn."
-        blocks.append(Picture(partial(drawing.draw_load_deformation_sheet, states, sheet, names), caption))
+        blocks.append(PictureBlock(partial(drawing.draw_load_deformation_sheet, states, sheet, names), caption))
     return blocks
 
 
@@ -179,5 +179,5 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -
     )
     for group in map(list, wording.in_sheets(singles, _MOST_SINGLES)):
         picture = partial(drawing.draw_deflection_by_run, states, names, group)
-        blocks.append(Picture(picture, caption))
+        blocks.append(PictureBlock(picture, caption))
     return blocks

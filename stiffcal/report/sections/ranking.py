@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, Finding
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, ReportSection, Subheading, TableBlock, TableColumn
+from stiffcal.report.blocks import (
+    Block,
+    Items,
+    LeftOut,
+    Paragraph,
+    ReportSection,
+    SubheadingBlock,
+    TableBlock,
+    TableColumn,
+)
 from stiffcal.report.content import ReportContent
 
 ORDER = 76
@@ -35,14 +44,14 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         return LeftOut(_TITLE, "without load states no effect was tried")
     blocks: list[Block] = []
     if content.earlier_diagnoses:
-        blocks.append(Subheading("Beside the present model"))
+        blocks.append(SubheadingBlock("Beside the present model"))
     blocks.append(_table(diagnosis, _MOST_ROWS))
     blocks.append(Paragraph(_reading(diagnosis), "quiet"))
     for earlier in content.earlier_diagnoses:
-        blocks.append(Subheading(f"Beside fit {earlier.fit_id}, before {_added(earlier)} came in"))
+        blocks.append(SubheadingBlock(f"Beside fit {earlier.fit_id}, before {_added(earlier)} came in"))
         blocks.append(_table(earlier, len(earlier.findings)))
     if diagnosis.not_tried:
-        blocks.append(Subheading("Not tried, and why"))
+        blocks.append(SubheadingBlock("Not tried, and why"))
         blocks.append(Items(tuple(f"{effect.effect}: needs {effect.needs}" for effect in diagnosis.not_tried)))
     return ReportSection(_TITLE, tuple(blocks))
 

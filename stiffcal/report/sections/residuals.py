@@ -11,9 +11,9 @@ from stiffcal.report.blocks import (
     Block,
     LeftOut,
     Paragraph,
-    Picture,
+    PictureBlock,
     ReportSection,
-    Subheading,
+    SubheadingBlock,
     TableBlock,
     TableColumn,
 )
@@ -99,7 +99,7 @@ def _by_run(validation: Document) -> list[Block]:
     for start in range(0, len(entries), _MOST_RUNS_PER_PICTURE):
         group = entries[start : start + _MOST_RUNS_PER_PICTURE]
         caption = f"Residual by run: {_extremes(group, 'run ')}{_noise_words(validation)}"
-        blocks.append(Picture(partial(draw_residuals_by_run, group, validation.get("noise")), caption))
+        blocks.append(PictureBlock(partial(draw_residuals_by_run, group, validation.get("noise")), caption))
     return blocks
 
 
@@ -114,7 +114,7 @@ def _by_groups(validation: Document) -> list[Block]:
             text += f" Not sorted by {wording.listing(missing)}: these data hold only one kind."
         names = wording.listing([_plain(title) for title, _ in groups])
         caption = f"Residual by {names}. {text}{_noise_words(validation)}"
-        blocks.append(Picture(partial(draw_residuals_by, groups, validation.get("noise")), caption))
+        blocks.append(PictureBlock(partial(draw_residuals_by, groups, validation.get("noise")), caption))
     angles = validation.get("by_joint_angle") or []
     if len(angles) > 1:
         caption = f"Residual by joint angle: {_extremes(angles)}{_noise_words(validation)}"
@@ -127,7 +127,7 @@ def _by_groups(validation: Document) -> list[Block]:
                 )
                 for number in sheet
             ]
-            blocks.append(Picture(partial(draw_residuals_by, parts, validation.get("noise")), caption))
+            blocks.append(PictureBlock(partial(draw_residuals_by, parts, validation.get("noise")), caption))
     return blocks
 
 
@@ -164,7 +164,7 @@ def _worst(validation: Document) -> list[Block]:
         tuple(_cell(entry.get(key), _WORST_COLUMNS.get(key, (None, 1.0))[1]) for key in keys) for entry in worst[:10]
     )
     caption = "The states with the largest residuals; look at these readings first."
-    return [Subheading("The worst states"), TableBlock(columns, rows, caption)]
+    return [SubheadingBlock("The worst states"), TableBlock(columns, rows, caption)]
 
 
 def _cell(value: Any, scale: float) -> str:
@@ -182,9 +182,9 @@ def _against(content: ReportContent, states: ReportStates) -> list[Block]:
         caption += (
             f" About {MOST_POINTS} of {wording.count(n_used, 'state')} are drawn, the largest residuals among them."
         )
-    blocks: list[Block] = [Subheading("What the residual might follow")]
+    blocks: list[Block] = [SubheadingBlock("What the residual might follow")]
     for sheet in wording.in_sheets(range(len(content.covariates)), _COVARIATES_PER_PICTURE):
         group = [content.covariates[number] for number in sheet]
         text = caption.format(wording.listing([covariate.name for covariate in group]))
-        blocks.append(Picture(partial(draw_residual_against, states, group, noise), text))
+        blocks.append(PictureBlock(partial(draw_residual_against, states, group, noise), text))
     return blocks

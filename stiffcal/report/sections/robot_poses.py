@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, Picture, ReportSection
+from stiffcal.report.blocks import Block, LeftOut, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import robot_poses as drawing
 
@@ -34,7 +34,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         )
     overview = partial(drawing.draw_robot_poses, content.runs, states, scale)
     caption = f"All {wording.count(len(numbers), 'pose')} from three sides, base axes.{arrows}"
-    blocks: list[Block] = [Picture(overview, caption)]
+    blocks: list[Block] = [PictureBlock(overview, caption)]
     shown = (
         numbers
         if len(numbers) <= _MOST_POSES
@@ -47,5 +47,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         caption += " The bar in the last picture gives the scales." if states is not None else ""
         if len(shown) < len(numbers):
             caption += f" {len(shown)} of {len(numbers)} poses are drawn."
-        blocks.append(Picture(partial(drawing.draw_pose_sheet, content.runs, sheet, states, scale, columns), caption))
+        blocks.append(
+            PictureBlock(partial(drawing.draw_pose_sheet, content.runs, sheet, states, scale, columns), caption)
+        )
     return ReportSection(_TITLE, tuple(blocks))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, Subheading, TableBlock, TableColumn
+from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.uncertainty import NORMAL_95
@@ -35,7 +35,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         if members:
             blocks.append(_stiffness_table(members, printed, scale, content.joint_names))
     if others:
-        blocks.append(Subheading("Other parameters"))
+        blocks.append(SubheadingBlock("Other parameters"))
         blocks.append(_other_table(others, content.joint_names))
     return ReportSection(_TITLE, tuple(blocks))
 
