@@ -45,7 +45,7 @@ def list_candidates(
     states : the campaign's load states.
     catalogue : effects by name.
     """
-    in_model = {(one.effect.name, one.place) for one in robot.placed}
+    in_model = {(placed_effect.effect.name, placed_effect.place) for placed_effect in robot.placed}
     candidates, not_tried = [], []
     for effect in catalogue.values():
         reason = effect.lacking(robot.chain, states)
@@ -66,9 +66,12 @@ def list_candidates(
 def _stands_in_the_way(effect: Effect, place: Place, robot: CompliantRobot) -> bool:
     """Return whether the model holds, at this place, what includes or excludes the effect."""
     return any(
-        one.place == place
-        and (effect.name in (*one.effect.includes, *one.effect.excludes) or one.effect.name in effect.excludes)
-        for one in robot.placed
+        placed_effect.place == place
+        and (
+            effect.name in (*placed_effect.effect.includes, *placed_effect.effect.excludes)
+            or placed_effect.effect.name in effect.excludes
+        )
+        for placed_effect in robot.placed
     )
 
 

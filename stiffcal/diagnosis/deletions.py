@@ -82,14 +82,14 @@ def _contenders(scan: Scan, near: Sequence[Trial], named: Trial) -> list[Trial]:
     """Return the named candidate, those near the best, and those that lead where one pose does not count."""
     general = named.candidate.effect.general
     alternatives = [trial for trial in near if trial.candidate.effect.general == general]
-    others = [
+    rivals = [
         trial
         for trial in scan.trials
         if trial.candidate.effect.general == general and not is_slip(trial.candidate.effect)
     ][:LEADERS_OF]
-    if others:
-        leading = np.unique(first_least(np.stack([_left_without_each(scan, trial) for trial in others])))
-        alternatives += [others[k] for k in leading if possible_values(scan, others[k])]
+    if rivals:
+        leading = np.unique(first_least(np.stack([_left_without_each(scan, trial) for trial in rivals])))
+        alternatives += [rivals[k] for k in leading if possible_values(scan, rivals[k])]
     result: list[Trial] = []
     for trial in (named, *alternatives):
         if all(trial.candidate.name != known.candidate.name for known in result):
@@ -153,14 +153,14 @@ class _Deleted:
         return np.asarray(np.append(self.solutions[group, fold], 1.0) @ self.rows[:, members])
 
 
-def _wins(scan: Scan, named: _Deleted, other: _Deleted, group: int) -> bool:
+def _wins(scan: Scan, named: _Deleted, rival: _Deleted, group: int) -> bool:
     """Return whether another candidate has less error without a group of poses, by two standard errors over poses."""
     kept = np.flatnonzero(named.groups != group)
     apart = (
-        np.subtract(named.predicted(group, int(f), scan.folds[f]), other.predicted(group, int(f), scan.folds[f]))
+        np.subtract(named.predicted(group, int(f), scan.folds[f]), rival.predicted(group, int(f), scan.folds[f]))
         for f in kept
     )
-    moved = np.array([np.sum(difference**2) for difference in apart])
+    squared_change = np.array([np.sum(difference**2) for difference in apart])
     dof = round(scan.dof * len(kept) / len(named.groups))
-    fall, errors = rms_reduction(named.errors[group, kept], other.errors[group, kept], moved, dof)
+    fall, errors = rms_reduction(named.errors[group, kept], rival.errors[group, kept], squared_change, dof)
     return fall > LOOK_ALIKE_SHARE and errors > STANDARD_ERRORS

@@ -42,9 +42,9 @@ def _against_noise(lack: LackOfFit | None) -> VarianceRatio | None:
     return VarianceRatio(statistic=lack.statistic, dof=[lack.dof[0], finite(lack.dof[1])], p_value=lack.p_value)
 
 
-def _proposed(found: MissingEffect) -> ProposedEffect:
-    at = effect_at(found.candidate)
-    alternatives = [effect_at(candidate) for candidate in found.alternatives]
+def _proposed(missing_effect: MissingEffect) -> ProposedEffect:
+    at = effect_at(missing_effect.candidate)
+    alternatives = [effect_at(candidate) for candidate in missing_effect.alternatives]
     return ProposedEffect(effect=at.effect, where=at.where, alternatives=alternatives)
 
 
@@ -87,7 +87,7 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
         noise=noise,
         rms=before,
         lack_of_fit=_against_noise(search.before),
-        missing=[_proposed(found) for found in search.found],
+        missing=[_proposed(missing_effect) for missing_effect in search.found],
         undecided=_undecided(states, search),
         could_be=_by_effect(search.could_be),
         findings=_findings(search, before),
@@ -122,8 +122,11 @@ def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
 def _undecided(states: LoadStates, search: Search) -> list[UndecidedEffect]:
     """Return the effects between which single poses decide, of the first missing effect where they do."""
     scan, data = search.first, search.first.fit.data
-    runs = [list(dict.fromkeys(states.runs[k].name for k in data.run[part])) for part in members_of(scan.fold_of_state)]
-    rivals = next((found.rivals for found in search.found if found.rivals), ())
+    runs = [
+        list(dict.fromkeys(states.runs[k].name for k in data.run[members]))
+        for members in members_of(scan.fold_of_state)
+    ]
+    rivals = next((missing_effect.rivals for missing_effect in search.found if missing_effect.rivals), ())
     return [
         UndecidedEffect(
             effect=at.effect,
@@ -246,19 +249,17 @@ def _why_rejected(scan: Scan, trial: Trial) -> str:
 def look_alike_pairs(search: Search) -> list[tuple[Trial, Trial]]:
     """Return the first missing effect with each of its foremost look-alikes."""
     near = near_best(search.first) if search.tried else []
-    return [(near[0], other) for other in near[1 : 1 + PAIRS_PLANNED]]
+    return [(near[0], alternative) for alternative in near[1 : 1 + PAIRS_PLANNED]]
 
 
-def _named(found: MissingEffect) -> str:
+def _named(missing_effect: MissingEffect) -> str:
     """Return a missing effect as one says it, with how many others would look the same."""
-    alike = len(found.alternatives)
+    alike = len(missing_effect.alternatives)
     if not alike:
-        return candidate_in_words(found.candidate)
+        return candidate_in_words(missing_effect.candidate)
     if alike == 1:
-        return (
-            f"{candidate_in_words(found.candidate)} (or {candidate_in_words(found.alternatives[0])}, which looks alike)"
-        )
-    return f"{candidate_in_words(found.candidate)} (or one of {alike} others that look alike in these poses)"
+        return f"{candidate_in_words(missing_effect.candidate)} (or {candidate_in_words(missing_effect.alternatives[0])}, which looks alike)"
+    return f"{candidate_in_words(missing_effect.candidate)} (or one of {alike} others that look alike in these poses)"
 
 
 def summary(search: Search, before: Rms, noise: Rms | None) -> str:
@@ -274,8 +275,8 @@ def summary(search: Search, before: Rms, noise: Rms | None) -> str:
         )
     if not search.tried and not search.unexplained:
         return f"Nothing is missing: the error is that of the instruments ({against})."
-    names = " and ".join(_named(one) for one in search.found)
-    rivals = next((found.rivals for found in search.found if found.rivals), ())
+    names = " and ".join(_named(missing_effect) for missing_effect in search.found)
+    rivals = next((missing_effect.rivals for missing_effect in search.found if missing_effect.rivals), ())
     if rivals:
         between = " and ".join(candidate_in_words(rival.candidate) for rival in rivals)
         return (

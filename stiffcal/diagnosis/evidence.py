@@ -72,7 +72,7 @@ class EffectEvidence:
 
 
 def evidence_for(
-    scan: Scan, chosen: Collection[str], catalogue: Mapping[str, Effect], held: Collection[str] = ()
+    scan: Scan, chosen: Collection[str], catalogue: Mapping[str, Effect], kept_names: Collection[str] = ()
 ) -> Iterator[EffectEvidence]:
     """Take each chosen effect out of a fitted model in turn, and tell what it accounts for.
 
@@ -81,7 +81,7 @@ def evidence_for(
     scan : a look beside the model that holds the effects (`Search.final_scan`).
     chosen : ``effect place-label`` of those to look at.
     catalogue : effects by name.
-    held : ``effect place-label`` that the model would hold in place of one that includes it.
+    kept_names : ``effect place-label`` that the model would hold in place of one that includes it.
 
     Yields
     ------
@@ -90,14 +90,17 @@ def evidence_for(
     """
     state = Linearised.about(scan.fit.robot, scan.fit.data)
     columns = free_columns(
-        scan.fit.robot, frozenset(scan.fit.held | {one.name for one in scan.fit.parameters if one.fixed})
+        scan.fit.robot,
+        frozenset(scan.fit.held | {parameter.name for parameter in scan.fit.parameters if parameter.fixed}),
     )
-    for number, one in enumerate(scan.fit.robot.placed):
-        if f"{one.effect.name} {one.place.label}" in chosen and any(column.placed == number for column in columns):
+    for number, placed_effect in enumerate(scan.fit.robot.placed):
+        if f"{placed_effect.effect.name} {placed_effect.place.label}" in chosen and any(
+            column.placed == number for column in columns
+        ):
             included = [
-                state.regressor(catalogue[name], one.place, {})
-                for name in one.effect.includes
-                if f"{name} {one.place.label}" in held and name in catalogue
+                state.regressor(catalogue[name], placed_effect.place, {})
+                for name in placed_effect.effect.includes
+                if f"{name} {placed_effect.place.label}" in kept_names and name in catalogue
             ]
             yield _evidence(scan, state, columns, number, included)
 
@@ -105,41 +108,45 @@ def evidence_for(
 def _evidence(
     scan: Scan, state: Linearised, columns: list[ParameterColumn], number: int, included: list[Regressor]
 ) -> EffectEvidence:
-    one, data = scan.fit.robot.placed[number], scan.fit.data
-    added = _contribution(state, one)
-    others = np.array([column.placed != number for column in columns], dtype=np.bool_)
+    placed_effect, data = scan.fit.robot.placed[number], scan.fit.data
+    added = _contribution(state, placed_effect)
+    other_columns = np.array([column.placed != number for column in columns], dtype=np.bool_)
     low = np.array([_lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
-    pieces = [scan.columns[others], *(regressor.columns for regressor in included)]
-    edges = [low[others], *(np.zeros(len(regressor.columns)) for regressor in included)]
+    pieces = [scan.columns[other_columns], *(regressor.columns for regressor in included)]
+    edges = [low[other_columns], *(np.zeros(len(regressor.columns)) for regressor in included)]
     before = _left_out(scan, np.concatenate(pieces), scan.residual + added, np.concatenate(edges))
     after = _left_out(scan, scan.columns, scan.residual, low)
     rows = _significant_rows(scan, added, after)
-    value, covariate, unit = _covariate(state, one)
-    direction, lever = _directions(state, one, added, rows, value if covariate else None)
+    value, covariate, unit = _covariate(state, placed_effect)
+    direction, lever = _directions(state, placed_effect, added, rows, value if covariate else None)
     law = _along(direction, added, rows)
     if not covariate:
-        value, covariate, unit = law * 1e3, f"what {one.effect.name} adds", "mrad" if data.rotational[rows][0] else "mm"
+        value, covariate, unit = (
+            law * 1e3,
+            f"what {placed_effect.effect.name} adds",
+            "mrad" if data.rotational[rows][0] else "mm",
+        )
     return EffectEvidence(
-        one, covariate, unit, bool(data.rotational[rows][0]), lever, data.index, value,
+        placed_effect, covariate, unit, bool(data.rotational[rows][0]), lever, data.index, value,
         _along(direction, before, rows), _along(direction, after, rows), law,
         Rms.of(rms_of(before, data)), Rms.of(rms_of(after, data)), _by_run(data.run, before[rows], after[rows]),
     )  # fmt: skip
 
 
-def _contribution(state: Linearised, one: PlacedEffect) -> Floats:
+def _contribution(state: Linearised, placed_effect: PlacedEffect) -> Floats:
     """Return (m, n) what an effect adds to the displacements with the values it has in the model."""
-    regressor = state.regressor(one.effect, one.place, one.shape())
+    regressor = state.regressor(placed_effect.effect, placed_effect.place, placed_effect.shape())
     total = regressor.fixed.copy()
     for symbol, column in zip(regressor.symbols, regressor.columns, strict=True):
-        total += one.amplitude(symbol) * column
+        total += placed_effect.amplitude(symbol) * column
     return np.asarray(np.where(state.data.measured_mask, total, 0.0))
 
 
-def _lowest_step(one: PlacedEffect, column: ParameterColumn) -> float:
+def _lowest_step(placed_effect: PlacedEffect, column: ParameterColumn) -> float:
     """Return how far down a parameter can go from where it is: what cannot be negative stops at zero."""
-    spec = one.effect.spec(column.symbol)
+    spec = placed_effect.effect.spec(column.symbol)
     if column.role is ParameterRole.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
-        return min(0.0, -one.amplitude(column.symbol))
+        return min(0.0, -placed_effect.amplitude(column.symbol))
     return -np.inf
 
 
@@ -151,8 +158,8 @@ def _left_out(scan: Scan, columns: Floats, residual: Floats, low: Floats) -> Flo
         products = fold_products(rows, list(scan.folds))
         rest = products.sum(axis=0) - products if len(products) > 1 else products
         step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], low, np.full(len(low), np.inf))
-        for number, part in enumerate(members_of(scan.fold_of_state)):
-            left[:, part] -= np.tensordot(step[number], columns[:, :, part], axes=1)
+        for number, members in enumerate(members_of(scan.fold_of_state)):
+            left[:, members] -= np.tensordot(step[number], columns[:, :, members], axes=1)
     return corrected_for_freedom(scan.space.centred(left[None])[0], scan.fit.data)
 
 
@@ -162,34 +169,34 @@ def _significant_rows(scan: Scan, added: Floats, left: Floats) -> Integers:
     Where neither was measured, the rods of one link.
     """
     data = scan.fit.data
-    best, found = -1.0, np.flatnonzero((data.kind == data.kind[0]) & (data.body == data.body[0]))
+    best, best_rows = -1.0, np.flatnonzero((data.kind == data.kind[0]) & (data.body == data.body[0]))
     for kind in (TRANSLATION, ROTATION, GAUGE):
         rows = np.flatnonzero((data.kind == kind) & (data.body == 0))
         if len(rows):
             noise = float(np.sum(left[rows] ** 2))
             signal = float(np.sum(scan.space.centred(added[None])[0][rows] ** 2)) / max(noise, 1e-300)
             if signal > best:
-                best, found = signal, rows
-    return found
+                best, best_rows = signal, rows
+    return best_rows
 
 
-def _covariate(state: Linearised, one: PlacedEffect) -> tuple[Floats, str, str]:
+def _covariate(state: Linearised, placed_effect: PlacedEffect) -> tuple[Floats, str, str]:
     """Return the effect's own driver: values, label, unit; an empty label where it names none."""
-    covariate = one.effect.covariate(one.place, state.robot.chain, state.loads)
+    covariate = placed_effect.effect.covariate(placed_effect.place, state.robot.chain, state.loads)
     if covariate is None or not np.isfinite(covariate.value).any():
         return np.zeros(state.data.n_states), "", ""
     return np.asarray(covariate.value, dtype=np.float64), covariate.label, covariate.unit
 
 
 def _directions(
-    state: Linearised, one: PlacedEffect, added: Floats, rows: Integers, covariate: Floats | None
+    state: Linearised, placed_effect: PlacedEffect, added: Floats, rows: Integers, covariate: Floats | None
 ) -> tuple[Floats, float | None]:
     """Return (m, n) vectors v such that v·r is what residual r says of the effect, and the mean lever.
 
     Along the lever of the node that turns, where that is one; else along one fixed line, where the effect keeps to it;
     else along what it adds in each state, the sign that of its driver.
     """
-    lever = _common_lever(state, one, rows, covariate)
+    lever = _common_lever(state, placed_effect, rows, covariate)
     direction = np.full_like(added, np.nan)
     measured_mask = state.data.measured_mask[rows]
     if lever is not None:
@@ -199,38 +206,42 @@ def _directions(
         long = squares > (SHORT_LEVER * mean) ** 2
         direction[np.ix_(rows, np.flatnonzero(long))] = lever[:, long] / squares[long] * mean
         return direction, mean
-    part = added[rows]
-    values, vectors = np.linalg.eigh(part @ part.T)
+    added_rows = added[rows]
+    values, vectors = np.linalg.eigh(added_rows @ added_rows.T)
     if values[-1] > ONE_LINE * values.sum():
         line = vectors[:, -1] * np.sign(vectors[np.argmax(np.abs(vectors[:, -1])), -1])
         direction[rows] = line[:, None]
         return direction, None
-    size = np.sqrt(np.sum(part**2, axis=0))
+    size = np.sqrt(np.sum(added_rows**2, axis=0))
     sign = np.ones(len(size))
     if covariate is not None:
         low, high = np.nanmin(covariate), np.nanmax(covariate)
         if low < 0.0 < high and min(-low, high) > BOTH_SIGNS * max(-low, high):
             sign = np.where(covariate < 0.0, -1.0, 1.0)
     clear = size > SHORT_LEVER**2 * float(size.max(initial=0.0))
-    direction[np.ix_(rows, np.flatnonzero(clear))] = part[:, clear] / size[clear] * sign[clear]
+    direction[np.ix_(rows, np.flatnonzero(clear))] = added_rows[:, clear] / size[clear] * sign[clear]
     return direction, None
 
 
-def _common_lever(state: Linearised, one: PlacedEffect, rows: Integers, covariate: Floats | None) -> Floats | None:
+def _common_lever(
+    state: Linearised, placed_effect: PlacedEffect, rows: Integers, covariate: Floats | None
+) -> Floats | None:
     """Return (m, n) the lever of the one thing that the effect turns or shifts; None where it moves several.
 
     None also where the driver is the size of what turns it, without its sign: curves would fold over each other.
     """
-    moved: dict[tuple[int, int], Floats] = {}
-    chain, shape = state.robot.chain, one.shape()
+    displacements: dict[tuple[int, int], Floats] = {}
+    chain, shape = state.robot.chain, placed_effect.shape()
     bare = NodeLoads(state.unloaded.wrench, state.loaded.inputs.angles)
     for loads, sign in ((state.loads, 1.0), (bare, -1.0)):
-        for term in one.effect.terms(one.place, chain, loads, shape):
-            value = sign * one.amplitude(term.symbol) * term.value
+        for term in placed_effect.effect.terms(placed_effect.place, chain, loads, shape):
+            value = sign * placed_effect.amplitude(term.symbol) * term.value
             key = (term.node, term.component)
-            moved[key] = moved[key] + value if key in moved else value
+            displacements[key] = displacements[key] + value if key in displacements else value
     parts = {
-        key: (lever, value) for key, value in moved.items() if (lever := state.lever(*key)) is not None and value.any()
+        key: (lever, value)
+        for key, value in displacements.items()
+        if (lever := state.lever(*key)) is not None and value.any()
     }
     if not parts:
         return None
@@ -254,7 +265,7 @@ def _is_size_of(covariate: Floats, drive: Floats) -> bool:
     """Return whether a driver follows the size of a law's term and not the term."""
     if not (varies(covariate) and varies(drive) and varies(np.abs(drive))):
         return False
-    signed, unsigned = (abs(float(np.corrcoef(covariate, each)[0, 1])) for each in (drive, np.abs(drive)))
+    signed, unsigned = (abs(float(np.corrcoef(covariate, series)[0, 1])) for series in (drive, np.abs(drive)))
     return unsigned > 0.5 > signed
 
 
@@ -264,8 +275,10 @@ def _along(direction: Floats, residual: Floats, rows: Integers) -> Floats:
 
 def _by_run(run: Integers, before: Floats, after: Floats) -> tuple[tuple[int, float, float], ...]:
     """Return (run, rms before, rms after), lengths of vectors."""
-    found = []
+    rms_by_run = []
     for members in members_of(run):
-        first, second = (float(np.sqrt(np.mean(np.sum(each[:, members] ** 2, axis=0)))) for each in (before, after))
-        found.append((int(run[members[0]]), first, second))
-    return tuple(found)
+        first, second = (
+            float(np.sqrt(np.mean(np.sum(residual[:, members] ** 2, axis=0)))) for residual in (before, after)
+        )
+        rms_by_run.append((int(run[members[0]]), first, second))
+    return tuple(rms_by_run)

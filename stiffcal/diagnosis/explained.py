@@ -55,7 +55,7 @@ def explained_share(
         is estimated from repeats.
     """
     squares = first.base.heldout / first.dof, last.base.heldout / last.dof
-    e_before, e_after = (float(np.sum(each)) for each in squares)
+    e_before, e_after = (float(np.sum(square)) for square in squares)
     scale = before.ratio**2 / e_before if before is not None and e_before > 0.0 else 1.0
     scale_after = after.ratio**2 / e_after if after is not None and e_after > 0.0 else 1.0
     floor = 0.0 if after is None else 1.0 / after.wander**2 if after.wanders else 1.0
@@ -66,8 +66,10 @@ def explained_share(
     known = after.dof[1] if after is not None else np.inf
     floors = floor * (known / rng.chisquare(known, RESAMPLINGS) if np.isfinite(known) else np.ones(RESAMPLINGS))
     drawn = [
-        _share(one * scale, other * scale_after, bottom)
-        for one, other, bottom in zip(weights @ squares[0], weights @ squares[1], floors, strict=True)
+        _share(weighted_before * scale, weighted_after * scale_after, bottom)
+        for weighted_before, weighted_after, bottom in zip(
+            weights @ squares[0], weights @ squares[1], floors, strict=True
+        )
     ]
     low, high = np.quantile(drawn, (0.025, 0.975))
     return Explained(share, float(low), float(high), max(e_before * scale - floor, 0.0))

@@ -27,8 +27,8 @@ def left_out_residual(scan: Scan, trial: Trial | None) -> Floats:
     columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.regressor.columns])
     residual = scan.residual if trial is None else scan.residual - trial.regressor.fixed
     residual = residual.copy()
-    for number, part in enumerate(members_of(scan.fold_of_state)):
-        residual[:, part] -= np.tensordot(score.without[number], columns[:, :, part], axes=1)
+    for number, members in enumerate(members_of(scan.fold_of_state)):
+        residual[:, members] -= np.tensordot(score.without[number], columns[:, :, members], axes=1)
     return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 
 
@@ -64,14 +64,14 @@ def poses_helped(scan: Scan, trial: Trial) -> int:
 def with_values_of(scan: Scan, trial: Trial) -> CompliantRobot:
     """Return the model with the candidate, both valued as the scan found them with all poses."""
     fit = scan.fit
-    fixed = fit.held | {one.name for one in fit.parameters if one.fixed}
+    fixed = fit.held | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
     values: dict[str, float] = {}
     for column, step in zip(columns, trial.score.solution, strict=False):
-        one = fit.robot.placed[column.placed]
-        amplitude = one.amplitude(column.symbol) + step
-        inverse = one.effect.spec(column.symbol).inverse
-        values[one.parameter_name(column.symbol)] = (
+        placed_effect = fit.robot.placed[column.placed]
+        amplitude = placed_effect.amplitude(column.symbol) + step
+        inverse = placed_effect.effect.spec(column.symbol).inverse
+        values[placed_effect.parameter_name(column.symbol)] = (
             (1.0 / amplitude if amplitude > 0.0 else np.inf) if inverse else float(amplitude)
         )
     from stiffcal.diagnosis.judge import fitted_values

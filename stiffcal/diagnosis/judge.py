@@ -60,13 +60,13 @@ class LackOfFit:
         return (self.ratio <= ADEQUATE_RATIO or self.p_value > LACK_OF_FIT_P) and not self.wanders
 
 
-def f_tail(statistic: float, dof: float, other: float) -> float:
+def f_tail(statistic: float, dof: float, denominator_dof: float) -> float:
     """Return the upper tail of the F distribution (χ²/dof where the other degrees of freedom are infinite)."""
     from scipy.special import chdtrc, fdtrc
 
-    if not np.isfinite(other):
+    if not np.isfinite(denominator_dof):
         return float(chdtrc(dof, statistic * dof))
-    return float(fdtrc(dof, other, statistic))
+    return float(fdtrc(dof, denominator_dof, statistic))
 
 
 def lack_of_fit(fit: Fit, scan: Scan) -> LackOfFit | None:
@@ -109,9 +109,9 @@ def _half_square(
     run: NDArray[np.int64], measured_mask: NDArray[np.bool_], white: Floats, lag: int
 ) -> tuple[float, int]:
     """Return half the mean squared difference of readings so many states apart in their runs, and of how many."""
-    both = (run[lag:] == run[:-lag]) & measured_mask[:, lag:] & measured_mask[:, :-lag]
-    n_pairs = int(np.count_nonzero(both))
-    total = float(np.sum(np.where(both, white[:, lag:] - white[:, :-lag], 0.0) ** 2))
+    measured_pairs = (run[lag:] == run[:-lag]) & measured_mask[:, lag:] & measured_mask[:, :-lag]
+    n_pairs = int(np.count_nonzero(measured_pairs))
+    total = float(np.sum(np.where(measured_pairs, white[:, lag:] - white[:, :-lag], 0.0) ** 2))
     return total / (2.0 * max(n_pairs, 1)), n_pairs
 
 
@@ -138,13 +138,13 @@ class Judgement:
         return self.possible and self.fall > LEAST_FALL and self.errors > STANDARD_ERRORS and self.p_value < FAMILY_P
 
 
-def rms_reduction(before: Floats, after: Floats, moved: Floats, dof: int) -> tuple[float, float]:
+def rms_reduction(before: Floats, after: Floats, squared_change: Floats, dof: int) -> tuple[float, float]:
     """Return the fall of the rms and its size in standard errors over poses.
 
     Parameters
     ----------
     before, after : (F,) unseen squares of each pose.
-    moved : (F,) whitened squares by which the candidate moves the pose's prediction.
+    squared_change : (F,) whitened squares by which the candidate moves the pose's prediction.
 
     Notes
     -----
@@ -152,15 +152,15 @@ def rms_reduction(before: Floats, after: Floats, moved: Floats, dof: int) -> tup
     loaded across — the falls differ widely although each is just what the candidate foretells: e moved by d with
     |e|² − |e − d|² = |d|² on average. The spread of the falls as such would call an effect that explains nine tenths
     of three poses out of twelve doubtful. What tells of chance is how far each pose's fall lies from its share by
-    ``moved``: the standard error of a total by ratio (Cochran, Sampling Techniques, 1977, section 6.4). It is never
+    ``squared_change``: the standard error of a total by ratio (Cochran, Sampling Techniques, 1977, section 6.4). It is never
     taken smaller than what the noise alone makes, var(|e|² − |e − d|²) = 4 |d|².
     """
     drop, n = before - after, len(before)
     fall = float(np.sqrt(before.sum() / dof) - np.sqrt(max(after.sum(), 0.0) / dof))
-    total = float(moved.sum())
+    total = float(squared_change.sum())
     if n < 2 or total <= 0.0:
         return fall, 0.0
-    apart = drop - moved * (drop.sum() / total)
+    apart = drop - squared_change * (drop.sum() / total)
     variance = max(float(np.sum(apart**2)) * n / (n - 1), 4.0 * total * max(1.0, float(after.sum()) / dof))
     return fall, float(drop.sum() / np.sqrt(variance))
 
@@ -176,8 +176,8 @@ def family_p(scan: Scan, trial: Trial) -> float:
     # Where more is missing than this candidate, what is left scatters wider than the noise.
     scale = max(1.0, trial.score.fitted / rest)
     drop = max(scan.base.fitted - trial.score.fitted, 0.0)
-    other = float(rest) if scan.fit.noise is None else min(float(rest), scan.fit.noise.dof)
-    return min(1.0, scan.n_tried * f_tail(drop / scale / max(q, 1), max(q, 1), other))
+    denominator_dof = float(rest) if scan.fit.noise is None else min(float(rest), scan.fit.noise.dof)
+    return min(1.0, scan.n_tried * f_tail(drop / scale / max(q, 1), max(q, 1), denominator_dof))
 
 
 def possible_values(scan: Scan, trial: Trial) -> bool:
@@ -240,8 +240,8 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
         # Without the run that slipped there is nothing to choose; its load cycles were left out instead.
         return own
     before, after = np.diagonal(scan.base.nested).copy(), chosen_in_every_fold(scan)
-    moved = np.bincount(scan.groups, weights=leader.score.moved).astype(np.float64)
-    fall, errors = rms_reduction(before, after, moved, scan.dof)
+    squared_change = np.bincount(scan.groups, weights=leader.score.moved).astype(np.float64)
+    fall, errors = rms_reduction(before, after, squared_change, scan.dof)
     if scan.fit.noise is not None:
         # What is left is held against the noise (`lack_of_fit`): a wrong name leaves something, and is withheld.
         errors = own.errors
@@ -255,13 +255,13 @@ def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
     """
     if trial is best:
         return True
-    score, other = trial.score, best.score
-    gap = float(np.sqrt(score.heldout.sum() / scan.dof) - np.sqrt(other.heldout.sum() / scan.dof))
+    score, best_score = trial.score, best.score
+    gap = float(np.sqrt(score.heldout.sum() / scan.dof) - np.sqrt(best_score.heldout.sum() / scan.dof))
     if gap <= LOOK_ALIKE_SHARE:
         return True
-    moved = (predicted_without_pose(scan, trial) - predicted_without_pose(scan, best)) ** 2
+    squared_change = (predicted_without_pose(scan, trial) - predicted_without_pose(scan, best)) ** 2
     _, errors = rms_reduction(
-        score.heldout, other.heldout, np.array([moved[fold].sum() for fold in scan.folds]), scan.dof
+        score.heldout, best_score.heldout, np.array([squared_change[fold].sum() for fold in scan.folds]), scan.dof
     )
     return errors <= LOOK_ALIKE_ERRORS
 

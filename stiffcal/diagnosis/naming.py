@@ -42,15 +42,15 @@ def near_best(scan: Scan) -> list[Trial]:
     simple = [trial for trial in near if not trial.candidate.effect.general]
     named = _named(scan, simple or near)
     share = confidence(scan, among=simple or near)
-    others = [trial for trial in near if trial is not named and not _holds(scan, trial, named)]
-    others.sort(
+    alternatives = [trial for trial in near if trial is not named and not _holds(scan, trial, named)]
+    alternatives.sort(
         key=lambda trial: (
             trial.candidate.effect.general,
             -share.get(trial.candidate.name, 0.0),
             ranked_error(trial),
         )
     )
-    return [named, *others]
+    return [named, *alternatives]
 
 
 def _named(scan: Scan, near: list[Trial]) -> Trial:
@@ -104,9 +104,9 @@ def ties_with_named(scan: Scan, near: list[Trial], trial: Trial) -> bool:
     return share.get(trial.candidate.name, 0.0) >= EVIDENCE_TIE * share[named.candidate.name]
 
 
-def same_displacement(scan: Scan, trial: Trial, other: Trial) -> bool:
+def same_displacement(scan: Scan, trial: Trial, other_trial: Trial) -> bool:
     """Return whether two candidates, as fitted, displace the tool alike beyond what the present model absorbs."""
-    first, second = (_own_part(scan, each) for each in (trial, other))
+    first, second = (_own_part(scan, compared_trial) for compared_trial in (trial, other_trial))
     sizes = float(np.linalg.norm(first) * np.linalg.norm(second))
     return sizes > 0.0 and float(first @ second) >= SAME_DISPLACEMENT * sizes
 
@@ -123,11 +123,11 @@ def _own_part(scan: Scan, trial: Trial) -> Floats:
 
 def _holds(scan: Scan, trial: Trial, simpler: Trial) -> bool:
     """Return whether a general law moves, with the model's own, all that a simpler one moves."""
-    own, other = trial.regressor.columns, simpler.regressor.columns
-    if not trial.candidate.effect.general or not 0 < len(other) < len(own):
+    own, simpler_columns = trial.regressor.columns, simpler.regressor.columns
+    if not trial.candidate.effect.general or not 0 < len(simpler_columns) < len(own):
         return False
-    rows = scan.space.rows(np.concatenate([scan.columns, own, other]))
+    rows = scan.space.rows(np.concatenate([scan.columns, own, simpler_columns]))
     rows = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
-    known, asked = rows[: -len(other)].T, rows[-len(other) :].T
+    known, asked = rows[: -len(simpler_columns)].T, rows[-len(simpler_columns) :].T
     left = asked - known @ np.linalg.lstsq(known, asked, rcond=1e-10)[0]
     return bool(np.linalg.norm(left) < SPECIAL_CASE)

@@ -30,21 +30,21 @@ def best_pair(scan: Scan) -> tuple[Trial, Trial] | None:
     ]
     weighed = sorted(_weighed(scan, trials), reverse=True)
     best, least = None, np.inf
-    for _, one, other in weighed[:PAIRS_SCORED]:
-        pair = _scored(scan, trials[one], trials[other])
+    for _, first_index, second_index in weighed[:PAIRS_SCORED]:
+        pair = _scored(scan, trials[first_index], trials[second_index])
         heldout = float(np.sum(pair[0].score.heldout))
-        possible = all(possible_values(scan, each) for each in pair)
+        possible = all(possible_values(scan, member) for member in pair)
         if heldout < least and possible and _supported(scan, pair, len(weighed)):
             best, least = pair, heldout
     return best
 
 
-def _scored(scan: Scan, one: Trial, other: Trial) -> tuple[Trial, Trial]:
+def _scored(scan: Scan, first_trial: Trial, second_trial: Trial) -> tuple[Trial, Trial]:
     """Return two trials with the score of both together, each with its own share of the solution."""
-    score = score_together(scan, (one, other))
-    count = len(other.regressor.symbols)
+    score = score_together(scan, (first_trial, second_trial))
+    count = len(second_trial.regressor.symbols)
     first = replace(score, solution=score.solution[: len(score.solution) - count])
-    return replace(one, score=first), replace(other, score=score)
+    return replace(first_trial, score=first), replace(second_trial, score=score)
 
 
 def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
@@ -76,19 +76,19 @@ def _weighed(scan: Scan, trials: list[Trial]) -> list[tuple[float, int, int]]:
     left = triangular_of_rows(rows)[scan.n_columns :, scan.n_columns :]
     inner = left.T @ left
     places = [np.arange(first, last) for first, last in pairwise(ends)]
-    found = []
-    for one, other in combinations(range(len(trials)), 2):
-        if _together(trials[one], trials[other]):
-            own = np.concatenate([places[one], places[other]])
+    weighed_pairs = []
+    for first_index, second_index in combinations(range(len(trials)), 2):
+        if _together(trials[first_index], trials[second_index]):
+            own = np.concatenate([places[first_index], places[second_index]])
             normal = inner[np.ix_(own, own)] + 1e-9 * np.eye(len(own))
             drop = float(inner[own, -1] @ np.linalg.solve(normal, inner[own, -1])) * float(size[-1] ** 2)
-            found.append((drop - 2.0 * len(own), one, other))
-    return found
+            weighed_pairs.append((drop - 2.0 * len(own), first_index, second_index))
+    return weighed_pairs
 
 
-def _together(one: Trial, other: Trial) -> bool:
+def _together(first_trial: Trial, second_trial: Trial) -> bool:
     """Return whether two effects can stand in one model."""
-    a, b = one.candidate, other.candidate
+    a, b = first_trial.candidate, second_trial.candidate
     known = (*a.effect.includes, *a.effect.excludes)
     return not (
         a.place == b.place and (b.effect.name in known or a.effect.name in (*b.effect.includes, *b.effect.excludes))

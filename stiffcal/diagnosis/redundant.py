@@ -20,12 +20,12 @@ def redundant_effects(bench: SearchContext, fit: Fit, basic: Sequence[str]) -> l
     fit : of the present model.
     basic : names of effects that every model holds and that are never called superfluous.
     """
-    found = []
-    for one in fit.robot.placed:
-        if one.effect.name in basic or not one.effect.parameters:
+    candidates = []
+    for placed_effect in fit.robot.placed:
+        if placed_effect.effect.name in basic or not placed_effect.effect.parameters:
             continue
-        candidate = Candidate(one.effect, one.place, len(one.effect.parameters))
+        candidate = Candidate(placed_effect.effect, placed_effect.place, len(placed_effect.effect.parameters))
         scan = scan_candidates(bench.fit(without(fit.robot, candidate)), [candidate])
         if not any(judge(scan, trial).supported for trial in scan.trials):
-            found.append(candidate)
-    return found
+            candidates.append(candidate)
+    return candidates

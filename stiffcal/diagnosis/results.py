@@ -67,7 +67,7 @@ class Explanation:
     @property
     def text(self) -> str:
         """All of it, in one paragraph."""
-        return " ".join(part for part in (self.seen, self.means, self.alike, self.check) if part)
+        return " ".join(sentence for sentence in (self.seen, self.means, self.alike, self.check) if sentence)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -199,7 +199,7 @@ class _BaseRows:
 
     def score(self, regressors: Sequence[Regressor]) -> tuple[Score, Regressor]:
         """Score a candidate, the choice among its foremost shapes repeated in every fold; and the best of them."""
-        rows = (self.rows_of(one) for one in regressors)
+        rows = (self.rows_of(regressor) for regressor in regressors)
         score = score_variants(map(self.products, rows), *self.bounds(regressors[0]), self.groups, self.base)
         best = regressors[score.variant]
         if best.fixed.any():
@@ -231,7 +231,7 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     source = RegressorSource(fit.robot, data)
     state = source.state()
     space = Projection.of(data, weights_of(fit) if whitening is None else whitening)
-    fixed = fit.held | {one.name for one in fit.parameters if one.fixed}
+    fixed = fit.held | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
     own = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
     residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
@@ -240,8 +240,8 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
     ground = _BaseRows.of(state, space, np.concatenate([own, residual[None]]), folds, *_base_bounds(fit, columns))
     trials = [
         replace(trial, regressor=source.kept(trial.regressor))
-        for one in candidates
-        if (trial := _tried(one, ground, residual, fold)) is not None
+        for candidate in candidates
+        if (trial := _tried(candidate, ground, residual, fold)) is not None
     ]
     n_tried = sum(trial.n_variants for trial in trials)
     trials.sort(key=ranked_error)
@@ -261,9 +261,9 @@ def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whiten
 def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     """Score several candidates as one, each at the shape that was best alone."""
     regressors = [trial.regressor for trial in trials]
-    left = scan.residual - sum(one.fixed for one in regressors)
-    rows = scan.space.rows(np.concatenate([scan.columns, *(one.columns for one in regressors), left[None]]))
-    bounds = [scan.bounds, *(_bounds(one) for one in regressors)]
+    left = scan.residual - sum(regressor.fixed for regressor in regressors)
+    rows = scan.space.rows(np.concatenate([scan.columns, *(regressor.columns for regressor in regressors), left[None]]))
+    bounds = [scan.bounds, *(_bounds(regressor) for regressor in regressors)]
     low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
     return score_variants([fold_products(rows, list(scan.folds))], low, high, scan.groups, scan.base)
 
@@ -325,8 +325,8 @@ def _slip(candidate: Candidate, ground: _BaseRows, residual: Floats, fold: Integ
     rows[:, ground.order] = np.concatenate([ground.rows, mine])
     members = np.flatnonzero(data.run == data.run[first])
     stretches = [
-        (np.arange(len(data.measured))[:, None] * data.n_states + part).ravel()
-        for part in load_stretches(data, members)
+        (np.arange(len(data.measured))[:, None] * data.n_states + stretch).ravel()
+        for stretch in load_stretches(data, members)
     ]
     number = int(np.searchsorted(np.unique(fold), fold[first]))
     score = score_in_run(score, ground.base, products, rows, stretches, number, ground.groups, *bounds)
@@ -367,11 +367,11 @@ def _base_bounds(fit: Fit, columns: Sequence[object]) -> tuple[Floats, Floats]:
 
     for column in columns:
         assert isinstance(column, ParameterColumn)
-        one = fit.robot.placed[column.placed]
-        spec = one.effect.spec(column.symbol)
+        placed_effect = fit.robot.placed[column.placed]
+        spec = placed_effect.effect.spec(column.symbol)
         edge = -np.inf
         if column.role is ParameterRole.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
-            edge = min(0.0, -one.amplitude(column.symbol))
+            edge = min(0.0, -placed_effect.amplitude(column.symbol))
         low.append(edge)
         high.append(np.inf)
     return np.array(low), np.array(high)

@@ -71,11 +71,11 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
             value = np.linalg.solve(matrix, aim[..., None])[..., 0]
             wrong = (value < least) | (value > most)
         else:
-            held = np.where(on < 0, least, np.where(on > 0, most, 0.0))
+            bound_values = np.where(on < 0, least, np.where(on > 0, most, 0.0))
             masked = matrix * (free[:, :, None] & free[:, None, :])
             masked[:, range(k), range(k)] += ~free
-            rest = aim - (matrix @ held[..., None])[..., 0]
-            value = np.linalg.solve(masked, np.where(free, rest, held)[..., None])[..., 0]
+            rest = aim - (matrix @ bound_values[..., None])[..., 0]
+            value = np.linalg.solve(masked, np.where(free, rest, bound_values)[..., None])[..., 0]
             slope, margin = (matrix @ value[..., None])[..., 0] - aim, slack[left]
             outside = (value < least) | (value > most)
             wrong = np.where(free, outside, np.where(on < 0, slope < -margin, slope > margin))
@@ -161,14 +161,14 @@ def _solve_folds(total: Floats, folds: Floats, lower: Floats, upper: Floats, nea
     total : (k + 1, k + 1) inner products of all folds, residual last. folds : (F, k + 1, k + 1) of each.
     lower, upper : (k,) bounds. near : (k,) the solution with all folds.
     """
-    found, training = np.empty((len(folds), len(near))), np.empty(len(folds))
+    solutions, training = np.empty((len(folds), len(near))), np.empty(len(folds))
     step = max(1, NUMBERS_AT_ONCE // total.size)
     for start in range(0, len(folds), step):
-        part = slice(start, start + step)
-        rest = without_rows(total, folds[part])
-        found[part] = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper, near)
-        training[part] = quadratic(rest, found[part])
-    return found, training
+        batch = slice(start, start + step)
+        rest = without_rows(total, folds[batch])
+        solutions[batch] = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper, near)
+        training[batch] = quadratic(rest, solutions[batch])
+    return solutions, training
 
 
 def score_variants(
@@ -185,25 +185,25 @@ def score_variants(
     """
     n_groups = int(groups.max()) + 1
     member = groups[None, :] == np.arange(n_groups)[:, None]
-    fitted, solutions, normals, heldout, training, without, moved = [], [], [], [], [], [], []
+    fitted, solutions, normals, heldout, training, without, squared_change = [], [], [], [], [], [], []
     nested, nested_training = [], []
-    for one in products:
-        total = one.sum(axis=0)
+    for product in products:
+        total = product.sum(axis=0)
         solution = solve_within(total[:-1, :-1], total[:-1, -1], lower, upper)
         solutions.append(solution)
         normals.append(total[:-1, :-1])
         fitted.append(float(quadratic(total, solution)))
-        x, left = _solve_folds(total, one, lower, upper, solution)
+        x, left = _solve_folds(total, product, lower, upper, solution)
         without.append(x)
         training.append(left)
-        heldout.append(quadratic(one, x))
+        heldout.append(quadratic(product, x))
         change = x.copy()
         before = x if base is None else base.without
         change[:, : before.shape[1]] -= before
-        moved.append(np.einsum("fk,fkl,fl->f", change, one[:, :-1, :-1], change))
-        grouped = np.einsum("gf,fkl->gkl", member.astype(np.float64), one)
-        both = grouped[:, None] + grouped[None, :] - np.einsum("gh,gkl->ghkl", np.eye(n_groups), grouped)
-        twice = without_rows(total, both)
+        squared_change.append(np.einsum("fk,fkl,fl->f", change, product[:, :-1, :-1], change))
+        grouped = np.einsum("gf,fkl->gkl", member.astype(np.float64), product)
+        either_group = grouped[:, None] + grouped[None, :] - np.einsum("gh,gkl->ghkl", np.eye(n_groups), grouped)
+        twice = without_rows(total, either_group)
         y = solve_within(twice[..., :-1, :-1], twice[..., :-1, -1], lower, upper, solution)
         nested_training.append(quadratic(twice, y))
         nested.append(quadratic(np.broadcast_to(grouped[None, :], twice.shape), y))
@@ -218,6 +218,6 @@ def score_variants(
         solutions[best],
         without[best],
         best,
-        np.stack(moved)[chosen, folds],
+        np.stack(squared_change)[chosen, folds],
         normals[best],
     )

@@ -130,7 +130,7 @@ class SearchContext:
 
     def look(self, robot: CompliantRobot) -> Scan:
         """Fit a model and try everything beside it."""
-        key = frozenset(f"{one.effect.name} {one.place.label}" for one in robot.placed)
+        key = frozenset(f"{placed_effect.effect.name} {placed_effect.place.label}" for placed_effect in robot.placed)
         if key not in self.looks:
             self.release()
             fit = self.fit(robot)
@@ -161,9 +161,12 @@ def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
     added = PlacedEffect(trial.candidate.effect, trial.candidate.place, values)
     # What the newcomer includes goes: its part is in the whole.
     kept = tuple(
-        one
-        for one in robot.placed
-        if not (one.place == trial.candidate.place and one.effect.name in trial.candidate.effect.includes)
+        placed_effect
+        for placed_effect in robot.placed
+        if not (
+            placed_effect.place == trial.candidate.place
+            and placed_effect.effect.name in trial.candidate.effect.includes
+        )
     )
     return replace(robot, placed=(*kept, added))
 
@@ -171,12 +174,14 @@ def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
 def without(robot: CompliantRobot, candidate: Candidate, present: CompliantRobot | None = None) -> CompliantRobot:
     """Return the model without an effect; what the effect had replaced in ``present`` is put back."""
     kept = tuple(
-        one for one in robot.placed if not (one.effect.name == candidate.effect.name and one.place == candidate.place)
+        placed_effect
+        for placed_effect in robot.placed
+        if not (placed_effect.effect.name == candidate.effect.name and placed_effect.place == candidate.place)
     )
     back = tuple(
-        one
-        for one in (present.placed if present is not None else ())
-        if one.place == candidate.place and one.effect.name in candidate.effect.includes
+        placed_effect
+        for placed_effect in (present.placed if present is not None else ())
+        if placed_effect.place == candidate.place and placed_effect.effect.name in candidate.effect.includes
     )
     return replace(robot, placed=(*back, *kept))
 
@@ -227,7 +232,11 @@ def search_missing(
     # Of a set that is no explanation there is nothing to be made simpler.
     now = lack_of_fit(scan.fit, scan)
     whole = now is None or now.adequate
-    simpler = one_for_two(bench, first, scan, [one.candidate for one in tried], progress) if whole else None
+    simpler = (
+        one_for_two(bench, first, scan, [missing_effect.candidate for missing_effect in tried], progress)
+        if whole
+        else None
+    )
     if simpler is not None:
         scan, tried = _reconsider(bench, first, *simpler, progress)
     return _conclude(bench, first, scan, tried)
@@ -290,9 +299,9 @@ def _found(scan: Scan, candidate: Candidate) -> MissingEffect | None:
     # The one that is in the model already stays where the evidence ties: the search would else go round in a circle.
     same = [trial for trial in near if trial.candidate.name == candidate.name]
     chosen = same[0] if same and ties_with_named(scan, near, same[0]) else near[0]
-    others = tuple(trial.candidate for trial in near if trial.candidate.name != chosen.candidate.name)
+    alternatives = tuple(trial.candidate for trial in near if trial.candidate.name != chosen.candidate.name)
     rivals = rivals_without_a_pose(scan, near, chosen)
-    return MissingEffect(chosen.candidate, others[:MOST_ALTERNATIVES], judge_choice(scan, chosen), rivals)
+    return MissingEffect(chosen.candidate, alternatives[:MOST_ALTERNATIVES], judge_choice(scan, chosen), rivals)
 
 
 def _reconsider(
@@ -305,19 +314,19 @@ def _reconsider(
         for number, candidate in enumerate(list(chosen)):
             progress(f"is {candidate.name} still needed?", 0.6 + 0.05 * number)
             look = bench.look(without(scan.fit.robot, candidate, first.fit.robot))
-            found = _found(look, candidate)
-            if found is not None and found.candidate.name == candidate.name:
-                tried[candidate.name] = found
+            missing_effect = _found(look, candidate)
+            if missing_effect is not None and missing_effect.candidate.name == candidate.name:
+                tried[candidate.name] = missing_effect
                 continue
             changed = True
             chosen.remove(candidate)
             tried.pop(candidate.name, None)
             scan = look
-            if found is not None:
-                trial = next(t for t in look.trials if t.candidate.name == found.candidate.name)
+            if missing_effect is not None:
+                trial = next(t for t in look.trials if t.candidate.name == missing_effect.candidate.name)
                 scan = bench.look(with_trial(look.fit.robot, trial))
-                chosen.insert(number, found.candidate)
-                tried[found.candidate.name] = found
+                chosen.insert(number, missing_effect.candidate)
+                tried[missing_effect.candidate.name] = missing_effect
         if not changed:
             break
     return scan, tuple(tried[candidate.name] for candidate in chosen if candidate.name in tried)
@@ -333,8 +342,8 @@ def one_for_two(
     """
     for pair in combinations(chosen, 2):
         robot = scan.fit.robot
-        for one in pair:
-            robot = without(robot, one, first.fit.robot)
+        for candidate in pair:
+            robot = without(robot, candidate, first.fit.robot)
         progress(f"is one effect enough for {pair[0].name} and {pair[1].name}?", 0.8)
         look = bench.look(robot)
         for trial in look.trials:
@@ -345,7 +354,7 @@ def one_for_two(
                 continue
             better = bench.look(with_trial(look.fit.robot, trial))
             if _error(better) <= _error(scan) + LEAST_FALL and _supported(better) is None:
-                return better, [*(one for one in chosen if one not in pair), trial.candidate]
+                return better, [*(candidate for candidate in chosen if candidate not in pair), trial.candidate]
     return None
 
 
@@ -360,18 +369,29 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
     bench.release()
     _, not_tried = list_candidates(present.robot, bench.states, bench.catalogue)
     # What matters most is named first: the order of finding is that of falls beside a poorer model.
-    tried = tuple(sorted(tried, key=lambda one: -one.judgement.fall))
+    tried = tuple(sorted(tried, key=lambda missing_effect: -missing_effect.judgement.fall))
     after = lack_of_fit(fit, scan)
     before = _against_noise_of(fit, present, first)
     explained = explained_share(first, scan, before, after)
     # What is left without structure is noise, more of it than stated: it is not avoidable, and no part of the share.
     noise_understated = after is not None and not after.adequate and _mere_noise(scan, after, bench.states)
-    part = bool(tried) and after is not None and not noise_understated and not explained.whole
-    unexplained = part or (after is not None and not after.adequate and not noise_understated)
-    found = () if unexplained and explained.share < LEAST_EXPLAINED else tried
-    could_be = sufficient_alone(first) if unexplained and not found else ()
+    partly_explained = bool(tried) and after is not None and not noise_understated and not explained.whole
+    unexplained = partly_explained or (after is not None and not after.adequate and not noise_understated)
+    supported = () if unexplained and explained.share < LEAST_EXPLAINED else tried
+    could_be = sufficient_alone(first) if unexplained and not supported else ()
     return Search(
-        first, found, tried, fit, scan, before, after, explained, unexplained, tuple(not_tried), bench.pace(), could_be
+        first,
+        supported,
+        tried,
+        fit,
+        scan,
+        before,
+        after,
+        explained,
+        unexplained,
+        tuple(not_tried),
+        bench.pace(),
+        could_be,
     )
 
 

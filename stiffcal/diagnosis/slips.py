@@ -71,7 +71,7 @@ def load_stretches(data: Observations, members: Integers) -> list[Integers]:
         size = np.sqrt(np.sum(data.wrench[3:, members] ** 2, axis=0))
     resting = np.flatnonzero(size <= UNLOADED_SHARE * size.max())
     cuts = resting[(resting > 0) & (resting < len(members) - 1)] + 1
-    return [part for part in np.split(members, cuts) if len(part)]
+    return [stretch for stretch in np.split(members, cuts) if len(stretch)]
 
 
 def score_in_run(
@@ -99,18 +99,18 @@ def score_in_run(
     lower, upper : (k,) bounds.
     """
     total = products.sum(axis=0)
-    part = np.stack([rows[:, stretch] @ rows[:, stretch].T for stretch in stretches])
-    rest = without_rows(total, part)
+    stretch_products = np.stack([rows[:, stretch] @ rows[:, stretch].T for stretch in stretches])
+    rest = without_rows(total, stretch_products)
     p = base.without.shape[1]
-    plain = np.ix_(range(len(part)), [*range(p), total.shape[0] - 1], [*range(p), total.shape[0] - 1])
+    plain = np.ix_(range(len(stretch_products)), [*range(p), total.shape[0] - 1], [*range(p), total.shape[0] - 1])
     x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper)
     y = solve_within(rest[plain][:, :-1, :-1], rest[plain][:, :-1, -1], lower[:p], upper[:p])
-    fall = float(np.sum(quadratic(part[plain], y) - quadratic(part, x)))
+    fall = float(np.sum(quadratic(stretch_products[plain], y) - quadratic(stretch_products, x)))
     change = x.copy()
     change[:, :p] -= y
-    heldout, moved, nested = score.heldout.copy(), score.moved.copy(), score.nested.copy()
+    heldout, squared_change, nested = score.heldout.copy(), score.moved.copy(), score.nested.copy()
     better = base.heldout[fold] - fall
     nested[:, groups[fold]] += better - heldout[fold]
     heldout[fold] = better
-    moved[fold] = float(np.einsum("fk,fkl,fl->", change, part[:, :-1, :-1], change))
-    return replace(score, heldout=heldout, moved=moved, nested=nested)
+    squared_change[fold] = float(np.einsum("fk,fkl,fl->", change, stretch_products[:, :-1, :-1], change))
+    return replace(score, heldout=heldout, moved=squared_change, nested=nested)

@@ -33,7 +33,7 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[ResidualDependence]:
     rows = scan.space.rows(residual[None])[0]
     total = float(rows @ rows)
     avoidable = max(total - scan.dof, 1e-12) if scan.fit.noise is not None else total
-    found = []
+    dependences = []
     families = _families(data, states)
     for family in families:
         left, count = _left_by(family, scan, rows)
@@ -48,8 +48,8 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[ResidualDependence]:
             continue
         share = float(np.clip((taken - by_chance) / avoidable, 0.0, 1.0))
         if share > LEAST_SHARE:
-            found.append(ResidualDependence(follows=family.what, share=share, seen=family.words))
-    return sorted(found, key=lambda dependence: -(dependence.share or 0.0))
+            dependences.append(ResidualDependence(follows=family.what, share=share, seen=family.words))
+    return sorted(dependences, key=lambda dependence: -(dependence.share or 0.0))
 
 
 @dataclass(frozen=True)

@@ -28,9 +28,9 @@ def sufficient_alone(scan: Scan) -> tuple[Candidate, ...]:
     if _is_noise(scan.base.fitted, float(scan.dof - scan.n_columns), known):
         # What is left is not more than the scatter of repeats: it is something else about it that is wrong.
         return ()
-    found = [trial for trial in scan.trials if _fits(scan, trial, known)]
-    found.sort(key=lambda trial: (trial.candidate.n_parameters, ranked_error(trial)))
-    return tuple(trial.candidate for trial in found)
+    sufficient = [trial for trial in scan.trials if _fits(scan, trial, known)]
+    sufficient.sort(key=lambda trial: (trial.candidate.n_parameters, ranked_error(trial)))
+    return tuple(trial.candidate for trial in sufficient)
 
 
 def _fits(scan: Scan, trial: Trial, known: float) -> bool:

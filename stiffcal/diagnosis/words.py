@@ -49,19 +49,19 @@ def explain(
     """
     effect, place = trial.candidate.effect, trial.candidate.place
     helped, poses = poses_helped(scan, trial), len(scan.folds)
-    seen = f"At {place_in_words(place)}: {effect.fingerprint or effect.summary}"
-    seen += f", by {1e3 * size_at_tool(scan, trial):.2g} mm rms at the tool"
+    effect_text = f"At {place_in_words(place)}: {effect.fingerprint or effect.summary}"
+    effect_text += f", by {1e3 * size_at_tool(scan, trial):.2g} mm rms at the tool"
     if before is not None and after is not None:
-        seen += f"; with it the error in unseen poses goes from {1e3 * before:.3g} to {1e3 * after:.3g} mm"
-    seen += f" and falls in {helped} of {poses} poses."
+        effect_text += f"; with it the error in unseen poses goes from {1e3 * before:.3g} to {1e3 * after:.3g} mm"
+    effect_text += f" and falls in {helped} of {poses} poses."
     means = f"That is {effect.name}: {effect.summary}{_values_in_words(trial)}."
-    other = ""
+    look_alike_text = ""
     if alike:
-        names = [candidate_in_words(one) for one in alike]
+        names = [candidate_in_words(candidate) for candidate in alike]
         listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-        other = f"In these poses and loads {listed} would look the same."
+        look_alike_text = f"In these poses and loads {listed} would look the same."
     check = f"To check on the machine: {effect.how_to_check}" if effect.how_to_check else ""
-    return Explanation(seen=seen, means=means, alike=other, check=check)
+    return Explanation(seen=effect_text, means=means, alike=look_alike_text, check=check)
 
 
 def _values_in_words(trial: Trial) -> str:

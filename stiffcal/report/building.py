@@ -112,7 +112,9 @@ def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress
                 blocks.append({"kind": "picture", "file": name, "caption": block.caption})
             else:
                 following = section.blocks[number + 1 :][:1]
-                blocks.append(_block_data(block, any(isinstance(each, PictureBlock) for each in following)))
+                blocks.append(
+                    _block_data(block, any(isinstance(following_block, PictureBlock) for following_block in following))
+                )
         data.append({"title": section.title, "new_page": section.new_page, "blocks": blocks})
     return data
 

@@ -105,8 +105,8 @@ def silence_font_notices() -> Iterator[None]:
 
 
 def _unusual(texts: Iterable[str]) -> frozenset[str]:
-    found = {c for text in texts if not text.isascii() for c in text if ord(c) >= _PLAIN_END}
-    return frozenset(c for c in found if ord(c) not in _own_letters()) if found else frozenset()
+    unusual = {c for text in texts if not text.isascii() for c in text if ord(c) >= _PLAIN_END}
+    return frozenset(c for c in unusual if ord(c) not in _own_letters()) if unusual else frozenset()
 
 
 @lru_cache(maxsize=1)

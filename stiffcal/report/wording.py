@@ -127,7 +127,7 @@ def percent(share: float | None) -> str:
     return DASH if share is None or not math.isfinite(share) else f"{digits(share * 100)} %"
 
 
-def count(number: int, one: str, many: str = "") -> str:
+def count(number: int, singular: str, many: str = "") -> str:
     """Write how many, with the noun in its right form.
 
     Examples
@@ -135,7 +135,7 @@ def count(number: int, one: str, many: str = "") -> str:
     >>> count(1, "run"), count(12, "run"), count(2, "pose")
     ('1 run', '12 runs', '2 poses')
     """
-    return f"{number:,} {one if number == 1 else many or one + 's'}".replace(",", _NARROW_SPACE)
+    return f"{number:,} {singular if number == 1 else many or singular + 's'}".replace(",", _NARROW_SPACE)
 
 
 def in_sheets(members: Sequence[int], most: int, multiple: int = 1) -> list[Sequence[int]]:
@@ -199,7 +199,7 @@ def _ranges(members: Sequence[Any]) -> str:
             parts[-1].append(member)
         else:
             parts.append([member])
-    words = [f"{part[0]}–{part[-1]}" if len(part) > 2 else ", ".join(map(str, part)) for part in parts]
+    words = [f"{stretch[0]}–{stretch[-1]}" if len(stretch) > 2 else ", ".join(map(str, stretch)) for stretch in parts]
     return ", ".join(words)
 
 
@@ -253,15 +253,15 @@ def model_change(before: Any, after: Any) -> str:
 def _single_places(model: Any) -> list[str]:
     """List a model's effects place by place."""
     effects = model.get("effects", []) if isinstance(model, dict) else model
-    found: list[str] = []
+    texts: list[str] = []
     for entry in [effects] if isinstance(effects, str) else effects or []:
         single: list[Any] = [entry]
         if isinstance(entry, dict):
             kinds = [kind for kind in ("joints", "links", "pairs") if isinstance(entry.get(kind), list)]
             parts = [{"type": entry["type"], kind: [member]} for kind in kinds for member in entry[kind]]
             single = parts or single
-        found += [effect_text(one) for one in single]
-    return found
+        texts += [effect_text(effect) for effect in single]
+    return texts
 
 
 def model_words(model: Any) -> str:

@@ -12,16 +12,16 @@ from stiffcal.validation.validate import Slice, Validation
 SCHEMA = "stiffcal/validate/1"
 
 
-def _slice_document(part: Slice) -> dict[str, Any]:
+def _slice_document(error_slice: Slice) -> dict[str, Any]:
     document = {
-        "label": part.label,
-        "low": finite(part.low),
-        "high": finite(part.high),
-        "n": part.n,
-        "rms": part.rms,
-        "max": part.largest,
+        "label": error_slice.label,
+        "low": finite(error_slice.low),
+        "high": finite(error_slice.high),
+        "n": error_slice.n,
+        "rms": error_slice.rms,
+        "max": error_slice.largest,
     }
-    return document if part.zero_model is None else document | {"zero_model": part.zero_model}
+    return document if error_slice.zero_model is None else document | {"zero_model": error_slice.zero_model}
 
 
 def validation_document(states: LoadStates, validation: Validation) -> dict[str, Any]:
@@ -49,7 +49,10 @@ def validation_document(states: LoadStates, validation: Validation) -> dict[str,
         "noise": validation.noise if validation.noise["translation"] is not None else None,
         "relative": validation.relative,
         "zero_model": validation.zero_model,
-        **{f"by_{name}": [_slice_document(part) for part in parts] for name, parts in validation.by.items()},
+        **{
+            f"by_{name}": [_slice_document(error_slice) for error_slice in parts]
+            for name, parts in validation.by.items()
+        },
         "worst": [
             {
                 "run": states.runs[states.run[i]].name,

@@ -64,8 +64,8 @@ def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     states : the campaign's load states, runs held out among them.
     fit : the fit that is judged.
     """
-    held = [info.holdout for info in states.runs]
-    if any(held):
+    is_holdout = [info.holdout for info in states.runs]
+    if any(is_holdout):
         return holdout_run_residuals(states, fit)
     fold = pose_folds(fit.data)
     if fold.max(initial=0) == 0:
@@ -78,8 +78,8 @@ def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
 def holdout_run_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     """Judge the runs that the manifest keeps back."""
     whole = fit_problem(_all_runs(states), fit.robot).data
-    held = np.array([info.holdout for info in states.runs], dtype=np.bool_)[whole.run]
-    data = whole.part(held)
+    in_holdout = np.array([info.holdout for info in states.runs], dtype=np.bool_)[whole.run]
+    data = whole.part(in_holdout)
     whitening = _weights(fit, data, fit.robot)
     residual = corrected_for_freedom(offset_free_residual(fit.robot, data, whitening), data)
     return HeldoutResiduals("holdout", residual, _without_model(data, whitening), data, pose_folds(data))
@@ -137,7 +137,7 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     data = fit.data
     whitening = _weights(fit, data, fit.robot)
     # What was held or not estimated is not estimated without a fold either.
-    fixed = fit.held | {one.name for one in fit.parameters if one.fixed}
+    fixed = fit.held | {parameter.name for parameter in fit.parameters if parameter.fixed}
     columns = free_columns(fit.robot, fixed)
     blocks = list(evaluate(fit.robot, data, columns))
     stack = np.concatenate([block.columns for block in blocks], axis=2)
@@ -148,15 +148,15 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     stack = np.where(data.measured_mask, stack, 0.0)
     white = whitening.apply(stack)
     folds = members_of(fold)
-    factors = [triangular(white[:, :, part].reshape(len(white), -1).T) for part in folds]
+    factors = [triangular(white[:, :, members].reshape(len(white), -1).T) for members in folds]
     amplitude = np.array([fit.robot.placed[c.placed].amplitude(c.symbol) for c in columns])
     lower = np.array([_lowest(fit.robot, c.placed, c.symbol) for c in columns])
     residual = stack[-1].copy()
     p = len(columns)
-    for part, rest in zip(folds, factors_without_each(factors), strict=True):
+    for members, rest in zip(folds, factors_without_each(factors), strict=True):
         reduced = Reduced(rest[:p, :p], rest[:p, p], 0.0, 0)
         step = _damped(reduced, lower - amplitude)
-        residual[:, part] -= np.einsum("pmn,p->mn", stack[:p][:, :, part], step)
+        residual[:, members] -= np.einsum("pmn,p->mn", stack[:p][:, :, members], step)
     residual = corrected_for_freedom(residual, data)
     return HeldoutResiduals("leave-one-pose-out", residual, _without_model(data, whitening), data, fold)
 
@@ -176,8 +176,8 @@ def factors_without_each(factors: Sequence[Floats], outside: Floats | None = Non
         return
     middle = len(factors) // 2
     halves = factors[:middle], factors[middle:]
-    for own, other in (halves, halves[::-1]):
-        shared = triangular(np.vstack([*other] if outside is None else [outside, *other]))
+    for own, other_half in (halves, halves[::-1]):
+        shared = triangular(np.vstack([*other_half] if outside is None else [outside, *other_half]))
         yield from factors_without_each(own, shared)
 
 

@@ -117,16 +117,18 @@ def _errors(limits: Thresholds, validation: Document) -> list[Check]:
         ("max_over_noise", limits.max_over_noise, over, "", "error over noise", 1.0, ""),
     )
     checks = []
-    for name, limit, value, unit, what, factor, shown in asked:
+    for name, limit, value, unit, quantity, factor, unit_text in asked:
         if limit is None:
             continue
-        bound = f"{name} = {limit * factor:.3g}{shown}"
+        bound = f"{name} = {limit * factor:.3g}{unit_text}"
         if value is None:
-            checks.append(Check(name, "", limit, None, unit, None, f"{what} is not known: {bound} cannot be judged"))
+            checks.append(
+                Check(name, "", limit, None, unit, None, f"{quantity} is not known: {bound} cannot be judged")
+            )
             continue
-        held = value <= limit
-        says = f"{what} {value * factor:.3g}{shown} is {'within' if held else 'above'} {bound}"
-        checks.append(Check(name, "", limit, value, unit, held, says))
+        satisfied = value <= limit
+        says = f"{quantity} {value * factor:.3g}{unit_text} is {'within' if satisfied else 'above'} {bound}"
+        checks.append(Check(name, "", limit, value, unit, satisfied, says))
     return checks
 
 
@@ -134,16 +136,17 @@ def _joint_stiffnesses(
     parameters: Sequence[IdentifiedParameter], joint_names: Sequence[str]
 ) -> list[tuple[IdentifiedParameter, str, str]]:
     """Return the parameters that are a stiffness of one joint, with its name, and how a sentence is to call them."""
-    found = [
+    stiffnesses = [
         (parameter, joint_names[joints[0] - 1])
         for parameter in parameters
         if len(joints := parameter.where.joints or []) == 1
         and parameter.is_compliance
         and parameter.unit == _COMPLIANCE_UNIT
     ]
-    many = Counter(joint for _, joint in found)
+    many = Counter(joint for _, joint in stiffnesses)
     return [
-        (parameter, joint, f"{joint} ({parameter.name})" if many[joint] > 1 else joint) for parameter, joint in found
+        (parameter, joint, f"{joint} ({parameter.name})" if many[joint] > 1 else joint)
+        for parameter, joint in stiffnesses
     ]
 
 
@@ -155,25 +158,25 @@ def _stiffnesses(
     limits: Thresholds, parameters: Sequence[IdentifiedParameter], joint_names: Sequence[str], asked: Thresholds | None
 ) -> list[Check]:
     """Hold each joint's stiffness against its limit; joints of which the model has none too, where it is asked for."""
-    found = _joint_stiffnesses(parameters, joint_names)
-    present = {joint for _, joint, _ in found}
+    stiffnesses = _joint_stiffnesses(parameters, joint_names)
+    present = {joint for _, joint, _ in stiffnesses}
     absent = [joint for joint in joint_names if joint not in present and asked is not None and _limit_of(asked, joint)]
     checks = []
-    for parameter, joint, label in [*found, *((None, joint, joint) for joint in absent)]:
+    for parameter, joint, label in [*stiffnesses, *((None, joint, joint) for joint in absent)]:
         limit = _limit_of(limits, joint)
         if limit is None:
             continue
         if parameter is not None and not parameter.fixed:
             checks.append(_stiffness(parameter, label, limit))
             continue
-        what = (
+        subject = (
             f"the model has no stiffness of {label}"
             if parameter is None
             else f"the model fixes the stiffness of {label}"
         )
-        held = False if asked is not None and _limit_of(asked, joint) is not None else None
-        says = f"{what}, nothing is measured: min_stiffness = {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
-        checks.append(Check("min_stiffness", joint, limit, None, JOINT_STIFFNESS_UNIT, held, says))
+        satisfied = False if asked is not None and _limit_of(asked, joint) is not None else None
+        says = f"{subject}, nothing is measured: min_stiffness = {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
+        checks.append(Check("min_stiffness", joint, limit, None, JOINT_STIFFNESS_UNIT, satisfied, says))
     return checks
 
 
@@ -185,9 +188,9 @@ def _stiffness(parameter: IdentifiedParameter, joint: str, limit: float) -> Chec
         return Check("min_stiffness", joint, limit, None, unit, None, says)
     if value is None:
         return Check("min_stiffness", joint, limit, None, unit, True, f"no give was seen at {joint}: above {bound}")
-    held = value >= limit
-    says = f"stiffness of {joint} {value:.3g} {unit} is {'above' if held else 'below'} {bound}"
-    return Check("min_stiffness", joint, limit, value, unit, held, says)
+    satisfied = value >= limit
+    says = f"stiffness of {joint} {value:.3g} {unit} is {'above' if satisfied else 'below'} {bound}"
+    return Check("min_stiffness", joint, limit, value, unit, satisfied, says)
 
 
 def _drifts(
@@ -201,10 +204,10 @@ def _drifts(
 
     Why two conditions: a change that chance makes is no drift, however large; a sure one below `max_drift` is allowed.
     """
-    found = _joint_stiffnesses(parameters, joint_names)
+    stiffnesses = _joint_stiffnesses(parameters, joint_names)
     shared = [
         (joint, label, change_of(baseline.parameters[parameter.name], parameter))
-        for parameter, joint, label in found
+        for parameter, joint, label in stiffnesses
         if parameter.name in baseline.parameters and not parameter.fixed
     ]
     judged = sum(change.p_value is not None for _, _, change in shared)
@@ -212,17 +215,21 @@ def _drifts(
     for joint, label, change in shared:
         limit = limits.max_drift.get(joint, limits.max_drift.get(ALL_JOINTS, 0.0))
         checks.append(_drift(label, change, limit, judged, baseline.name))
-    seen = {joint for joint, _, _ in shared}
-    for joint in [name for name in joint_names if name not in seen and (name in limits.max_drift or not seen)]:
+    compared_joints = {joint for joint, _, _ in shared}
+    for joint in [
+        name
+        for name in joint_names
+        if name not in compared_joints and (name in limits.max_drift or not compared_joints)
+    ]:
         says = f"{baseline.name} and this fit share no stiffness of {joint}: its drift cannot be judged"
         checks.append(Check("max_drift", joint, limits.max_drift.get(joint, 0.0), None, "", None, says))
-    measured = {parameter.name for parameter, _, _ in found if not parameter.fixed}
-    held = False if asked is not None and asked.baseline is not None else None
+    measured = {parameter.name for parameter, _, _ in stiffnesses if not parameter.fixed}
+    satisfied = False if asked is not None and asked.baseline is not None else None
     for name, earlier in baseline.parameters.items():
         of_a_joint = len(earlier.where.joints or []) == 1 and earlier.unit == _COMPLIANCE_UNIT
         if of_a_joint and earlier.known_stiffness and name not in measured:
             says = f"{baseline.name} has {name}, of which this model measures nothing: its drift cannot be judged"
-            checks.append(Check("max_drift", "", limits.max_drift.get(ALL_JOINTS, 0.0), None, "", held, says))
+            checks.append(Check("max_drift", "", limits.max_drift.get(ALL_JOINTS, 0.0), None, "", satisfied, says))
     return checks
 
 

@@ -88,11 +88,11 @@ def rms_of(values: Floats, data: Observations) -> dict[str, float | None]:
 
 
 def _largest_of(values: Floats, data: Observations) -> dict[str, float | None]:
-    found: dict[str, float | None] = {}
+    largest: dict[str, float | None] = {}
     for name in rms_of(values, data):
         length = lengths(values, data, name)
-        found[name] = float(np.nanmax(length)) if np.isfinite(length).any() else None
-    return found
+        largest[name] = float(np.nanmax(length)) if np.isfinite(length).any() else None
+    return largest
 
 
 def _slice(label: str, low: float, high: float, members: Booleans | Integers, heldout: HeldoutResiduals) -> Slice:
@@ -110,25 +110,27 @@ def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None 
     fit : what is judged.
     heldout : residuals to judge, where they are already known.
     """
-    found = heldout if heldout is not None else heldout_residuals(states, fit)
-    data = found.data
-    rms, zero = rms_of(found.residual, data), rms_of(found.displacement, data)
+    residuals = heldout if heldout is not None else heldout_residuals(states, fit)
+    data = residuals.data
+    rms, zero = rms_of(residuals.residual, data), rms_of(residuals.displacement, data)
     relative = {
         kind: value / reference if value is not None and (reference := zero[kind]) else None
         for kind, value in rms.items()
     }
-    length = np.nan_to_num(lengths(found.residual, data), nan=-1.0)
+    length = np.nan_to_num(lengths(residuals.residual, data), nan=-1.0)
     worst = [(int(data.index[i]), float(length[i])) for i in np.argsort(-length)[:HOW_MANY_WORST]]
     by = {
-        "run": _by_run(states, found),
-        "direction": _by_direction(states, found, fit.robot),
-        "load": _by_load(states, found),
-        "branch": _by_branch(states, found),
-        "joint_angle": _by_joint_angle(states, found),
+        "run": _by_run(states, residuals),
+        "direction": _by_direction(states, residuals, fit.robot),
+        "load": _by_load(states, residuals),
+        "branch": _by_branch(states, residuals),
+        "joint_angle": _by_joint_angle(states, residuals),
     }
     if len(data.setup.targets) > 1:
-        by["body"] = _by_body(found)
-    return Validation(found, rms, _largest_of(found.residual, data), fit.noise_length, relative, zero, by, worst)
+        by["body"] = _by_body(residuals)
+    return Validation(
+        residuals, rms, _largest_of(residuals.residual, data), fit.noise_length, relative, zero, by, worst
+    )
 
 
 def _by_run(states: LoadStates, heldout: HeldoutResiduals) -> list[Slice]:
@@ -146,9 +148,9 @@ def _by_body(heldout: HeldoutResiduals) -> list[Slice]:
         data = replace(heldout.data, measured_mask=heldout.data.measured_mask & poses[:, None])
         if data.measured_mask.any():
             own = np.where(data.measured_mask, heldout.residual, 0.0)
-            moved = rms_of(np.where(data.measured_mask, heldout.displacement, 0.0), data)
+            displacement_rms = rms_of(np.where(data.measured_mask, heldout.displacement, 0.0), data)
             largest = _largest_of(own, data)
-            slices.append(Slice(name, np.nan, np.nan, data.n_measured, rms_of(own, data), largest, moved))
+            slices.append(Slice(name, np.nan, np.nan, data.n_measured, rms_of(own, data), largest, displacement_rms))
     return slices
 
 

@@ -93,10 +93,12 @@ class Bench:
         blocks = list(evaluate(self.robot, data, columns, with_sensitivity=self.noise.of_wrench))
         sensitivity = None
         if self.noise.of_wrench:
-            sensitivity = np.concatenate([part.sensitivity for part in blocks if part.sensitivity is not None], axis=2)
-        predicted = np.concatenate([part.predicted for part in blocks], axis=1)
+            sensitivity = np.concatenate(
+                [block.sensitivity for block in blocks if block.sensitivity is not None], axis=2
+            )
+        predicted = np.concatenate([block.predicted for block in blocks], axis=1)
         residual = np.where(data.measured_mask, data.measured - predicted, 0.0)
-        stack = np.concatenate([np.concatenate([part.columns for part in blocks], axis=2), residual[None]])
+        stack = np.concatenate([np.concatenate([block.columns for block in blocks], axis=2), residual[None]])
         projection = Projection.of(data, whiten(self.noise, data, sensitivity))
         return data, projection, projection.rows(stack).reshape(stack.shape), residual
 
@@ -110,7 +112,7 @@ def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]
         for column in free_columns(robot, fixed)
         if column.role is ParameterRole.AMPLITUDE and robot.placed[column.placed] not in unshaped
     ]
-    parts = [part.columns for part in evaluate(robot, data, columns, rigid=True)]
+    parts = [block.columns for block in evaluate(robot, data, columns, rigid=True)]
     measured = np.where(data.measured_mask, data.measured, 0.0)
     stack = np.concatenate([np.concatenate(parts, axis=2), measured[None]])
     projection = Projection.of(data, raw_whitening(data, stated_noise(states.setup.sigma, data)))

@@ -180,15 +180,17 @@ class _Search:
             bench, held, scores = self._held_without(left_out)
         if not left_out:
             return []
-        others = np.delete(scores, left_out)
-        usual = float(np.median(others[others > 0.0])) if (others > 0.0).any() else 1.0
+        kept_scores = np.delete(scores, left_out)
+        usual = float(np.median(kept_scores[kept_scores > 0.0])) if (kept_scores > 0.0).any() else 1.0
         unit = max(1.0, usual) if bench.noise_known else usual
-        found = {run: self._judged(run, left_out, bench, held, scores / unit) for run in left_out}
-        for run, suspect in list(found.items()):
-            other = None if suspect is None or suspect.variant is None else suspect.variant.other
-            if suspect is not None and other in found:
-                found[other] = self._judged(other, left_out, bench, held, scores / unit, (suspect.kind, run))
-        return [suspect for suspect in found.values() if suspect is not None]
+        suspect_of_run = {run: self._judged(run, left_out, bench, held, scores / unit) for run in left_out}
+        for run, suspect in list(suspect_of_run.items()):
+            other_run = None if suspect is None or suspect.variant is None else suspect.variant.other
+            if suspect is not None and other_run in suspect_of_run:
+                suspect_of_run[other_run] = self._judged(
+                    other_run, left_out, bench, held, scores / unit, (suspect.kind, run)
+                )
+        return [suspect for suspect in suspect_of_run.values() if suspect is not None]
 
     def _apart(self, held: Held, left_out: Sequence[int], relative: bool) -> tuple[int, ...]:
         """Return the runs that stand apart, starting without some of them, until they stay the same."""

@@ -73,8 +73,8 @@ class RunBlocks:
         q = len(combined)
         n = len(own)
         return cls(
-            np.array([part @ part.T for part in own]).reshape(n, q, q),
-            np.array([part @ end for part, end in zip(own, left, strict=True)]).reshape(n, q),
+            np.array([run_rows @ run_rows.T for run_rows in own]).reshape(n, q, q),
+            np.array([run_rows @ end for run_rows, end in zip(own, left, strict=True)]).reshape(n, q),
             np.array([end @ end for end in left]),
             dof,
         )

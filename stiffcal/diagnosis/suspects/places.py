@@ -20,8 +20,8 @@ def place_misses(states: LoadStates, chain: Chain) -> Floats:
     """Return (n, 3) the first target's measured place less the computed one, m; NaN where none was measured."""
     if not states.setup.targets:
         return np.full((len(states), 3), np.nan)
-    there, _ = attached_poses(chain, chain.model_angles(states.joints), states.setup.targets[0])
-    return np.asarray(states.position[:, 0] - there)
+    predicted_position, _ = attached_poses(chain, chain.model_angles(states.joints), states.setup.targets[0])
+    return np.asarray(states.position[:, 0] - predicted_position)
 
 
 def place_scores(misses: Floats, members: list[Integers]) -> tuple[Floats, Floats, float]:

@@ -210,40 +210,40 @@ def _signs(own: LoadStates, chain: Chain) -> Iterator[Variant]:
 def _of_others(states: LoadStates, members: Sequence[Integers], run: int) -> Iterator[Variant]:
     """Yield the run with another run's angles, loads or places in the place of its own."""
     own = members[run]
-    others = [k for k, states_of in enumerate(members) if k != run and len(states_of) == len(own)]
-    penalty = 2.0 * log(max(3 * len(others), 1))
-    for other in others:
-        there, name = members[other], states.runs[int(states.run[members[other][0]])].name
-        if not _alike(states.joints[own], states.joints[there]):
+    comparable_runs = [k for k, states_of in enumerate(members) if k != run and len(states_of) == len(own)]
+    penalty = 2.0 * log(max(3 * len(comparable_runs), 1))
+    for other_run in comparable_runs:
+        other_states, name = members[other_run], states.runs[int(states.run[members[other_run][0]])].name
+        if not _alike(states.joints[own], states.joints[other_states]):
             yield Variant(
                 SuspectKind.MISLABELLED, f'the joint angles that belong here are those of run "{name}": the two are '
-                "mixed up; correct the angles, or leave the run out", joints=states.joints[there], other=other,
+                "mixed up; correct the angles, or leave the run out", joints=states.joints[other_states], other=other_run,
                 penalty=penalty,
             )  # fmt: skip
-        if not _alike(states.wrench[own], states.wrench[there]):
+        if not _alike(states.wrench[own], states.wrench[other_states]):
             yield Variant(
                 SuspectKind.EXCHANGED, f'the loads that belong here are those of run "{name}": the force logs are '
-                "exchanged; exchange them back", wrench=states.wrench[there], other=other, penalty=penalty,
+                "exchanged; exchange them back", wrench=states.wrench[other_states], other=other_run, penalty=penalty,
             )  # fmt: skip
-        position, rotation, deflection = _places(states, there)
+        position, rotation, deflection = _places(states, other_states)
         yield Variant(
             SuspectKind.EXCHANGED, f'the places or displacements that belong here are those of run "{name}": the '
             "tracker logs are exchanged; exchange them back", position=position, rotation=rotation,
-            deflection=deflection, other=other, penalty=penalty,
+            deflection=deflection, other=other_run, penalty=penalty,
         )  # fmt: skip
 
 
-def _places(states: LoadStates, there: Integers) -> tuple[Floats, Floats, Floats]:
+def _places(states: LoadStates, members: Integers) -> tuple[Floats, Floats, Floats]:
     """Return position, rotation and deflection measured in these states, NaN where they were set aside."""
-    aside = ~states.used[there]
-    position, rotation, deflection = states.position[there], states.rotation[there], states.deflection[there]
+    aside = ~states.used[members]
+    position, rotation, deflection = states.position[members], states.rotation[members], states.deflection[members]
     for values in (position, rotation, deflection):
         values[aside] = np.nan
     return position, rotation, deflection
 
 
-def _alike(one: Floats, other: Floats) -> bool:
-    return bool(np.array_equal(one, other, equal_nan=True))
+def _alike(first: Floats, second: Floats) -> bool:
+    return bool(np.array_equal(first, second, equal_nan=True))
 
 
 def _scaled(values: Floats, component: int | slice, factor: float) -> Floats:

@@ -83,8 +83,8 @@ def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> str:
 
 def _likely(suspect: FoundSuspect, states: LoadStates) -> str:
     if suspect.variant is not None:
-        others = [variant.likely for variant in suspect.also]
-        return "; or: ".join([suspect.variant.likely, *others])
+        alternatives = [variant.likely for variant in suspect.also]
+        return "; or: ".join([suspect.variant.likely, *alternatives])
     if suspect.copied is not None:
         name = states.runs[suspect.copied].name
         return f'its joint angles are those of run "{name}": write its own angles, or leave it out'

@@ -94,4 +94,4 @@ def _words(direction: np.ndarray) -> str:
     axis = int(np.argmax(np.abs(direction)))
     if abs(direction[axis]) > 0.999:
         return ("−" if direction[axis] < 0.0 else "") + "xyz"[axis]
-    return "(" + ", ".join(f"{part:.2f}" for part in direction) + ")"
+    return "(" + ", ".join(f"{component:.2f}" for component in direction) + ")"

@@ -43,10 +43,10 @@ def draw_on(axes: Axes, picture: EffectPicture) -> None:
         label="without",
         zorder=2,
     )
-    there, back = _parts(picture.unloading)
+    loading, back = _parts(picture.unloading)
     blank = np.full_like(picture.with_effect, np.nan)
     axes.plot(
-        picture.x, np.where(there, picture.with_effect, blank), color=canvas.COLOURS[0], linewidth=1.3, label="with it",
+        picture.x, np.where(loading, picture.with_effect, blank), color=canvas.COLOURS[0], linewidth=1.3, label="with it",
         zorder=3,
     )  # fmt: skip
     if picture.unloading.any():
@@ -62,6 +62,6 @@ def _parts(unloading: Booleans) -> tuple[Booleans, Booleans]:
     """Return which points belong to each branch; the turning points to both, so that no gap is left."""
     back = unloading.copy()
     back[:-1] |= unloading[1:]
-    there = ~unloading
-    there[:-1] |= ~unloading[1:]
-    return there, back
+    loading = ~unloading
+    loading[:-1] |= ~unloading[1:]
+    return loading, back

@@ -49,7 +49,7 @@ def draw_evidence(drawn: EvidenceFigure) -> Figure:
     with_it.tick_params(labelleft=False)
     extremes = np.concatenate([drawn.before[known], drawn.after[known]]) * factor
     without.set_ylim(*canvas.padded_limits(np.concatenate([extremes, -extremes])))
-    handles = {each.get_label(): each for each in without.get_legend_handles_labels()[0]}
+    handles = {handle.get_label(): handle for handle in without.get_legend_handles_labels()[0]}
     canvas.share_legend(figure, list(handles.values()))
     return figure
 
@@ -77,9 +77,15 @@ def _draw_points(axes: Axes, value: Floats, residual: Floats, drawn: EvidenceFig
         axes.axvline(0.0, color=canvas.QUIET, linewidth=0.5, zorder=0.5)
     cyclic = (drawn.branch != "").any()
     if drawn.path_run:
-        others = known[drawn.run[known] != drawn.path_run]
+        other_rows = known[drawn.run[known] != drawn.path_run]
         axes.plot(
-            value[others], residual[others], linestyle="none", marker=".", markersize=1.5, color=canvas.PALE, zorder=1
+            value[other_rows],
+            residual[other_rows],
+            linestyle="none",
+            marker=".",
+            markersize=1.5,
+            color=canvas.PALE,
+            zorder=1,
         )
         known = np.flatnonzero((drawn.run == drawn.path_run) & np.isfinite(residual) & np.isfinite(value))
         axes.plot(value[known], residual[known], color=canvas.INK, linewidth=0.4, zorder=1.5)

@@ -28,11 +28,11 @@ def draw_joint(joint: JointPicture) -> Figure:
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 70)
     panels = figure.subplots(2, 3)
     for row in range(2):
-        part = joint.curves[3 * row : 3 * row + 3]
-        for panel, curve in zip(panels[row], part, strict=True):
+        row_curves = joint.curves[3 * row : 3 * row + 3]
+        for panel, curve in zip(panels[row], row_curves, strict=True):
             _draw(panel, curve, joint.runs, joint.laws.get(curve.component))
             _label(panel, curve)
-        _same_heights(panels[row], part)
+        _same_heights(panels[row], row_curves)
     canvas.share_legend(figure, _handles(joint.runs))
     return figure
 
@@ -62,9 +62,9 @@ def _draw(
     canvas.zero_lines(panel)
     for number in range(len(runs)):
         own = np.flatnonzero((curve.run == number) & np.isfinite(curve.moved))
-        shown = own[canvas.thinned(np.abs(curve.moved[own]), MOST_POINTS // max(len(runs), 1))]
+        drawn_points = own[canvas.thinned(np.abs(curve.moved[own]), MOST_POINTS // max(len(runs), 1))]
         panel.plot(
-            curve.load[shown] * load_scale, curve.moved[shown] * moved_scale, linestyle="none",
+            curve.load[drawn_points] * load_scale, curve.moved[drawn_points] * moved_scale, linestyle="none",
             marker=canvas.MARKERS[number % len(canvas.MARKERS)], markersize=1.7, markeredgewidth=0.4,
             color=canvas.COLOURS[number % len(canvas.COLOURS)], markerfacecolor="none", zorder=2,
         )  # fmt: skip
@@ -102,9 +102,9 @@ def _scales(curve: JointCurve) -> tuple[float, float]:
 
 
 def _same_heights(panels: Sequence[Axes], curves: Sequence[JointCurve]) -> None:
-    moved = np.concatenate([curve.moved[np.isfinite(curve.moved)] for curve in curves]) * 1e3
-    if moved.size:
-        largest = 1.08 * float(np.max(np.abs(moved))) or 1.0
+    displacements = np.concatenate([curve.moved[np.isfinite(curve.moved)] for curve in curves]) * 1e3
+    if displacements.size:
+        largest = 1.08 * float(np.max(np.abs(displacements))) or 1.0
         for panel in panels:
             panel.set_ylim(-largest, largest)
 

@@ -115,8 +115,10 @@ def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: flo
     """Draw the plane of x1 and one axis across."""
     bent: BentLink = picture.bent
     panel.plot(bent.x1, np.zeros_like(bent.x1), color=canvas.QUIET, linewidth=0.8, label="axis at rest")
-    moved = bent.x1 + factor * bent.moved[:, 0]
-    panel.plot(moved, factor * bent.moved[:, across], color=canvas.MODEL, linewidth=1.6, label="axis, bent")
+    drawn_displacement = bent.x1 + factor * bent.moved[:, 0]
+    panel.plot(
+        drawn_displacement, factor * bent.moved[:, across], color=canvas.MODEL, linewidth=1.6, label="axis, bent"
+    )
     scale = float(np.abs(bent.change).max()) or 1.0
     for rod, name in enumerate(picture.rods):
         colour = canvas.COLOURS[1] if bent.change[rod] > 0.0 else canvas.COLOURS[5]
@@ -173,11 +175,11 @@ def _dress(panel: Axes, run: LinkRun, words: str) -> None:
 
 
 def _handles(panels: list[Axes]) -> list[object]:
-    found: dict[str, object] = {}
+    handle_of_label: dict[str, object] = {}
     for panel in panels:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
-            found.setdefault(str(label), handle)
-    return list(found.values())
+            handle_of_label.setdefault(str(label), handle)
+    return list(handle_of_label.values())
 
 
 def _round_down(value: float) -> float:

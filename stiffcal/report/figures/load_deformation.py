@@ -34,7 +34,7 @@ def direction_styles(states: ReportStates, chosen: Integers) -> dict[str, tuple[
     styles: dict[str, tuple[str, str]] = {}
     n_colours = 0
     for number, label in enumerate(labels):
-        partner = next((other for other in styles if _opposite(units[label], units[other])), None)
+        partner = next((known_label for known_label in styles if _opposite(units[label], units[known_label])), None)
         if partner is None:
             colour = canvas.COLOURS[n_colours % len(canvas.COLOURS)]
             n_colours += 1
@@ -54,9 +54,9 @@ def _unit_forces(states: ReportStates, chosen: Integers, label: str) -> dict[int
     return units
 
 
-def _opposite(one: dict[int, Floats], other: dict[int, Floats]) -> bool:
-    shared = one.keys() & other.keys()
-    return bool(shared) and all(float(one[run] @ other[run]) < -0.9 for run in shared)
+def _opposite(first: dict[int, Floats], second: dict[int, Floats]) -> bool:
+    shared = first.keys() & second.keys()
+    return bool(shared) and all(float(first[run] @ second[run]) < -0.9 for run in shared)
 
 
 def branch_stretches(states: ReportStates, chosen: Integers) -> list[tuple[str, Integers]]:
@@ -119,7 +119,7 @@ def _direction_words(label: str) -> str:
 def _joined(stretches: list[Integers]) -> Integers:
     """Put stretches into one row of indices, -1 between them."""
     gap = np.array([-1], dtype=np.int64)
-    return np.concatenate([part for stretch in stretches for part in (stretch, gap)]) if stretches else gap
+    return np.concatenate([piece for stretch in stretches for piece in (stretch, gap)]) if stretches else gap
 
 
 def _draw_markers(

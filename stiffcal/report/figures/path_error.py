@@ -80,8 +80,8 @@ def _draw_plan(axes: Axes, path: PathError) -> None:
     scale = round_scale(longest, _SHARE * size)
     axes.plot(1e3 * path.place[:, i], 1e3 * path.place[:, j], color=canvas.INK, linewidth=0.8, label="wanted")
     for error, style in ((path.before, _WITHOUT), (path.after, _WITH)):
-        seen = 1e3 * (path.place + scale * error)
-        axes.plot(seen[:, i], seen[:, j], **{key: value for key, value in style.items() if key != "label"})
+        points = 1e3 * (path.place + scale * error)
+        axes.plot(points[:, i], points[:, j], **{key: value for key, value in style.items() if key != "label"})
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
     axes.set_xlabel(f"{canvas.AXES_NAMES[i]} [mm]")
@@ -92,8 +92,8 @@ def _draw_plan(axes: Axes, path: PathError) -> None:
 def _plane_of_line(path: PathError, span: Floats) -> tuple[int, int]:
     """Return the axes of the plane that shows a straight path and most of its error."""
     first = int(np.argmax(span))
-    others = [axis for axis in range(3) if axis != first]
-    shown = path.before if path.direction is None else path.direction
-    second = max(others, key=lambda axis: float(np.abs(shown[:, axis]).max()))
+    other_axes = [axis for axis in range(3) if axis != first]
+    direction = path.before if path.direction is None else path.direction
+    second = max(other_axes, key=lambda axis: float(np.abs(direction[:, axis]).max()))
     i, j = sorted((first, second))
     return i, j

@@ -32,7 +32,7 @@ def residual_arrows(states: ReportStates, run: int) -> tuple[Floats, Floats]:
     inside = np.flatnonzero(states.used & (states.run == run))
     picks = []
     labels = list(dict.fromkeys(states.direction[inside].tolist()))
-    for label in [each for each in labels if each] or labels:
+    for label in [label_text for label_text in labels if label_text] or labels:
         members = inside[states.direction[inside] == label]
         picks.append(int(members[np.argmax(states.load[members])]))
     residual = states.residual[:, :3]
@@ -200,7 +200,7 @@ def _azimuth(runs: Sequence[ReportRun]) -> float:
 def _extent(runs: Sequence[ReportRun], numbers: Sequence[int], view: Floats) -> tuple[Floats, Floats]:
     """Corners (2,) of the picture that holds all robots and their shadows, with room for arrows and ruler."""
     drawn = [np.concatenate([stick, _end(runs[n])[None]]) for n in numbers if (stick := runs[n].stick) is not None]
-    points = np.concatenate([shape for each in drawn for shape in (each, each * [1.0, 1.0, 0.0])]) @ view.T
+    points = np.concatenate([shape for outline in drawn for shape in (outline, outline * [1.0, 1.0, 0.0])]) @ view.T
     size = float(np.ptp(points, axis=0).max())
     room = np.array([0.12, 0.06]) * size
     return points.min(axis=0) - room - [0.0, 0.12 * size], points.max(axis=0) + room

@@ -95,21 +95,21 @@ def draw_step(pair: TimePair) -> Figure:
     Figure; s, N and mm.
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 78)
-    force, moved = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.5))
+    force, displacement_panel = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.5))
     for trace, style, label in ((pair.off, _OFF, _WITHOUT), (pair.on, _ON, _WITH)):
         line = {key: value for key, value in style.items() if key != "marker"}
         size = np.linalg.norm(trace.wrench[:, :3] - np.median(trace.wrench[:20, :3], axis=0), axis=1)
         force.plot(trace.time, size, linewidth=0.8, **line)
-        moved.plot(trace.time, 1e3 * trace.moved, linewidth=1.0, label=label, **line)
+        displacement_panel.plot(trace.time, 1e3 * trace.moved, linewidth=1.0, label=label, **line)
     if np.isfinite(pair.delay):
-        for panel in (force, moved):
+        for panel in (force, displacement_panel):
             panel.axvspan(0.0, pair.delay, color=canvas.PALE, zorder=0)
     stop = float(pair.on.time[np.linalg.norm(pair.on.wrench[:, :3], axis=1).argmax()]) + 1.5
-    moved.set_xlim(max(float(pair.on.time[0]), -0.3), min(float(pair.on.time[-1]), max(stop, 1.0)))
+    displacement_panel.set_xlim(max(float(pair.on.time[0]), -0.3), min(float(pair.on.time[-1]), max(stop, 1.0)))
     force.set_ylabel("force [N]")
-    moved.set_ylabel("displacement [mm]")
-    moved.set_xlabel("time since the load came [s]")
-    canvas.share_legend(figure, moved.get_legend_handles_labels()[0])
+    displacement_panel.set_ylabel("displacement [mm]")
+    displacement_panel.set_xlabel("time since the load came [s]")
+    canvas.share_legend(figure, displacement_panel.get_legend_handles_labels()[0])
     return figure
 
 

@@ -35,19 +35,19 @@ class _Quantity:
 
 
 def _quantities(result: MapResult) -> list[_Quantity]:
-    found, task, shape = result.found, result.task, result.grid.shape
+    workspace, task, shape = result.found, result.task, result.grid.shape
     quantities = []
     if task.wrench.any():
         for name, size, units in (
-            ("position error", found.position_error, ("µm", "mm")),
-            ("orientation error", found.orientation_error, ("µrad", "mrad")),
+            ("position error", workspace.position_error, ("µm", "mm")),
+            ("orientation error", workspace.orientation_error, ("µrad", "mrad")),
         ):
             small = bool(np.nanmax(size, initial=0.0) < 1e-4)
             values = (1e6 if small else 1e3) * size.reshape(shape)
             quantities.append(_Quantity(name, units[0] if small else units[1], values))
     if task.direction is not None:
         words = ", ".join(f"{value:.3g}" for value in task.direction)
-        quantities.append(_Quantity(f"stiffness along ({words})", "N/mm", 1e-3 * found.stiffness.reshape(shape)))
+        quantities.append(_Quantity(f"stiffness along ({words})", "N/mm", 1e-3 * workspace.stiffness.reshape(shape)))
     return quantities
 
 
@@ -55,7 +55,9 @@ def _title(result: MapResult) -> str:
     wrench = result.task.wrench
     load = "no load"
     if wrench.any():
-        force, moment = (", ".join(f"{value:.4g}" for value in part + 0.0) for part in (wrench[:3], wrench[3:]))
+        force, moment = (
+            ", ".join(f"{value:.4g}" for value in components + 0.0) for components in (wrench[:3], wrench[3:])
+        )
         load = f"load ({force}) N" + (f", ({moment}) N·m" if wrench[3:].any() else "")
     kept = "orientation as in the pose drawn"
     if result.task.rotation is None:

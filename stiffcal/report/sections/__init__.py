@@ -28,6 +28,6 @@ class SectionModule(Protocol):
 
 def all_sections() -> list[SectionModule]:
     """Find the section files, in the order of the report."""
-    names = sorted(found.name for found in pkgutil.iter_modules(__path__))
+    names = sorted(module_info.name for module_info in pkgutil.iter_modules(__path__))
     modules = [cast(SectionModule, importlib.import_module(f"{__name__}.{name}")) for name in names]
     return sorted(modules, key=lambda module: module.ORDER)

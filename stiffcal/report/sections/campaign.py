@@ -69,13 +69,13 @@ def _instruments(content: ReportContent) -> TableBlock:
     )  # fmt: skip
     rows = tuple(
         (
-            each.source,
-            each.measures,
-            each.detail,
-            "averaged" if each.rate is None else wording.digits(each.rate),
-            each.sigma or "not given",
+            instrument.source,
+            instrument.measures,
+            instrument.detail,
+            "averaged" if instrument.rate is None else wording.digits(instrument.rate),
+            instrument.sigma or "not given",
         )
-        for each in content.instruments
+        for instrument in content.instruments
     )
     return TableBlock(columns, rows, "Instruments. “Averaged”: the table came with one row per load state.")
 
@@ -126,8 +126,12 @@ def _set_aside(content: ReportContent) -> TableBlock:
         TableColumn("why", align="left", width=1.4),
     )
     rows = tuple(
-        (each.run or "all", wording.listing([str(row) for row in each.rows], 20), each.why)
-        for each in content.set_aside
+        (
+            rows_set_aside.run or "all",
+            wording.listing([str(row) for row in rows_set_aside.rows], 20),
+            rows_set_aside.why,
+        )
+        for rows_set_aside in content.set_aside
     )
     caption = (
         "Readings that were not used. They were set aside before any model was fitted, never by the model’s own error."

@@ -106,7 +106,9 @@ def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
         TableColumn("follows", align="left"), TableColumn("share", "of what is left"),
         TableColumn("what was seen", align="left", width=1.0),
     )  # fmt: skip
-    rows = tuple((found.follows, wording.percent(found.share), found.seen) for found in diagnosis.structure)
+    rows = tuple(
+        (dependence.follows, wording.percent(dependence.share), dependence.seen) for dependence in diagnosis.structure
+    )
     caption = (
         "What the remainder follows: the share of its squares beyond noise that smooth curves over each of these take "
         "away. Shares overlap; the largest says where to look first."

@@ -12,14 +12,14 @@ _TITLE = "The same springs in dual quaternions"
 
 def section(content: ReportContent) -> ReportSection | None:
     """Lay out both forms; nothing where the user has not asked for them (``identify --dual-quaternions``)."""
-    both = None if content.identify is None else content.identify.dual_quaternions
-    if both is None:
+    comparison = None if content.identify is None else content.identify.dual_quaternions
+    if comparison is None:
         return None
     text = (
         "Paper 003 writes poses as unit dual quaternions, eight numbers with no singular orientation, and identifies "
         "joint springs from their change (eq. 10 to 35), balanced on the deformed robot with its complementary "
         "stiffness (eq. 27 to 29). With the weights of the six displacements carried over by the exact linear map this "
-        f"is the same estimate: largest relative difference {both.largest_relative_difference:.1g}. Eq. 35 as "
+        f"is the same estimate: largest relative difference {comparison.largest_relative_difference:.1g}. Eq. 35 as "
         "printed leaves the weights out and counts lengths and pure numbers alike: it changes with the unit of length."
     )
     columns = (
@@ -35,7 +35,7 @@ def section(content: ReportContent) -> ReportSection | None:
             _stiffness(parameter.unweighted_in_metres),
             _stiffness(parameter.unweighted_in_millimetres),
         )
-        for parameter in both.parameters
+        for parameter in comparison.parameters
     )
     caption = "Stiffness of the joints that the fit tells, each form carried on until its steps are rounding."
     return ReportSection(_TITLE, (Paragraph(text), TableBlock(columns, rows, caption)))

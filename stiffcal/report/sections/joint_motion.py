@@ -82,7 +82,7 @@ def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
     )
     rows: list[tuple[str, ...]] = []
     for joint in joints:
-        for curve in sorted(joint.curves, key=lambda one: one.component[0] != "r"):
+        for curve in sorted(joint.curves, key=lambda drawn_curve: drawn_curve.component[0] != "r"):
             scale, unit = (1.0, "N·m/rad") if curve.component[0] == "r" else (1e-6, "N/µm")
             own = _stiffness(curve.compliance, curve.std, curve.above_noise, scale)
             whole = joint.together.get(curve.component)
@@ -105,12 +105,12 @@ def _couplings(joints: tuple[JointPicture, ...]) -> str:
     coupled = [joint for joint in full if joint.couplings]
     if not coupled:
         return text + "Beside the diagonal nothing rises above the noise."
-    told = "; ".join(
+    descriptions = "; ".join(
         f"{joint.name}: "
-        + ", ".join(f"{_NAMES[moved]} with the {_LOADS[load]}" for moved, load in joint.couplings or ())
+        + ", ".join(f"{_NAMES[displacement]} with the {_LOADS[load]}" for displacement, load in joint.couplings or ())
         for joint in coupled
     )
-    text += f"Beside the diagonal rise above the noise (a false one in a hundred campaigns): {told}."
+    text += f"Beside the diagonal rise above the noise (a false one in a hundred campaigns): {descriptions}."
     bent = [joint.name for joint in coupled if any(curve.curved for curve in joint.curves)]
     if bent:
         text += f" A line that is not straight ({wording.listing(bent)}) leaves remainders that look like couplings."
@@ -150,14 +150,14 @@ def _caption_about_axes(joints: tuple[JointPicture, ...]) -> str:
 
 def _caption(joint: JointPicture) -> str:
     inboard, outboard = joint.between
-    shown = sum(curve.moved.size for curve in joint.curves[:1])
+    n_loads = sum(curve.moved.size for curve in joint.curves[:1])
     return (
         f"{joint.name}, {outboard} against {inboard}: six displacements of the joint’s origin over the same components "
-        f"of its wrench, {shown} loads; each row to one scale, each run’s offset taken off."
+        f"of its wrench, {n_loads} loads; each row to one scale, each run’s offset taken off."
     )
 
 
-def _cartesian(found: list[CartesianStiffnessResult]) -> list[Block]:
+def _cartesian(poses: list[CartesianStiffnessResult]) -> list[Block]:
     columns = (
         TableColumn("pose", align="left"),
         TableColumn("way", align="left"),
@@ -169,16 +169,16 @@ def _cartesian(found: list[CartesianStiffnessResult]) -> list[Block]:
         TableColumn("about z", "kN·m/rad"),
     )
     rows = []
-    for pose in found:
+    for pose in poses:
         for words, matrix in (("001, eq. 15", pose.equation_15), ("from the compliance", pose.from_compliance)):
             diagonal = [float(matrix[k, k]) * (1e-6 if k < 3 else 1e-3) for k in range(6)]
             rows.append((pose.run, words, *(wording.digits(value) for value in diagonal)))
-    left = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in found)
+    left = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)
     text = (
         "Where loads at one pose fill all six directions, the Cartesian stiffness at the target follows from wrenches "
         "and displacements alone. Eq. 15 of paper 001 takes the displacements for exact; what they err by draws the "
         f"stiffness down, in the weakest direction to {left}. The compliance, fitted the other way round and inverted, "
         "does not suffer from it."
     )
-    caption = f"Diagonal of the Cartesian stiffness at {found[0].target}, base axes, the other directions held."
+    caption = f"Diagonal of the Cartesian stiffness at {poses[0].target}, base axes, the other directions held."
     return [SubheadingBlock("Cartesian stiffness"), Paragraph(text), TableBlock(columns, tuple(rows), caption)]

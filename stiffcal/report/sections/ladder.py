@@ -25,13 +25,13 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     )
     # The present fit is the last rung, also where an earlier model has been restored.
     present = None if content.identify is None else content.identify.fit_id
-    shown = sorted(fits, key=lambda fit: fit["id"] == present)[-_MOST_STEPS:]
+    drawn_fits = sorted(fits, key=lambda fit: fit["id"] == present)[-_MOST_STEPS:]
     blocks: list[Block] = []
-    if any(wording.part(fit.get("fit_rms"), "translation") is not None for fit in shown):
-        blocks.append(PictureBlock(partial(draw_ladder, shown, zero, noise), _caption(shown, zero, noise)))
-    if any(wording.part(fit.get("heldout_rms"), "rotation") is not None for fit in shown):
+    if any(wording.part(fit.get("fit_rms"), "translation") is not None for fit in drawn_fits):
+        blocks.append(PictureBlock(partial(draw_ladder, drawn_fits, zero, noise), _caption(drawn_fits, zero, noise)))
+    if any(wording.part(fit.get("heldout_rms"), "rotation") is not None for fit in drawn_fits):
         text = "The same ladder for the measured rotations."
-        blocks.append(PictureBlock(partial(draw_ladder, shown, zero, noise, "rotation"), text))
+        blocks.append(PictureBlock(partial(draw_ladder, drawn_fits, zero, noise, "rotation"), text))
     if not blocks and len(fits) == 1:
         return LeftOut(_TITLE, "there is one fit, and no displacement in it")
     blocks.append(_table(fits))

@@ -48,26 +48,26 @@ def section(content: ReportContent) -> ReportSection | None:
     if not pictures:
         return None
     fit = content.identify
-    found = {} if fit is None else {link.link: link for link in fit.links or ()}
+    link_results = {} if fit is None else {link.link: link for link in fit.links or ()}
     blocks: list[Block] = []
     for picture in pictures:
         if len(pictures) > 1:
             blocks.append(SubheadingBlock(picture.link))
-        blocks += _of_link(picture, found.get(picture.link))
+        blocks += _of_link(picture, link_results.get(picture.link))
     if fit is not None and fit.coupling is not None:
         blocks += _coupling(fit.coupling)
     return ReportSection(_TITLE, tuple(blocks), new_page=True)
 
 
-def _of_link(picture: LinkPicture, found: LinkResult | None) -> list[Block]:
+def _of_link(picture: LinkPicture, link_result: LinkResult | None) -> list[Block]:
     words = (
         f"{wording.count(len(picture.rods), 'rod')} on link {picture.link} tell how the link itself bends and "
         "stretches, apart from drives and bearings. Beam axes: x1 along the link from its clamped end, x3 along its "
         "joint’s axis made perpendicular to it, x2 across both."
     )
     blocks: list[Block] = [Paragraph(words)]
-    if found is not None:
-        blocks.append(_compliance(picture, found))
+    if link_result is not None:
+        blocks.append(_compliance(picture, link_result))
     if picture.sentences:
         blocks.append(Items(picture.sentences))
     blocks.append(PictureBlock(partial(drawing.draw_rods, picture), _rods_caption(picture)))
@@ -110,11 +110,11 @@ def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
     return f"{100.0 * estimate.against_rods:+.1f} % ({half})".replace("-", "−")
 
 
-def _compliance(picture: LinkPicture, found: LinkResult) -> TableBlock:
+def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
     rows = []
-    low, high = found.compliance_interval
+    low, high = link_result.compliance_interval
     for row, column, words, factor, unit in _ELEMENTS:
-        value, ends = found.compliance[row][column], (low[row][column], high[row][column])
+        value, ends = link_result.compliance[row][column], (low[row][column], high[row][column])
         if value is None or ends[0] is None or ends[1] is None:
             rows.append((words, "cannot be told", "", unit))
             continue
@@ -123,8 +123,8 @@ def _compliance(picture: LinkPicture, found: LinkResult) -> TableBlock:
             rows.append((words, f"below {wording.digits(factor * ends[1], 2)}", "", unit))
             continue
         rows.append((words, wording.digits(factor * value), wording.digits(half, 2), unit))
-    share = found.share_of_tool
-    apart = "" if found.torsion.identifiable else ", its twist left out"
+    share = link_result.share_of_tool
+    apart = "" if link_result.torsion.identifiable else ", its twist left out"
     of_tool = "" if share is None else f" {wording.percent(share)} of the tool’s deflection is this link’s{apart}."
     return TableBlock(
         (
@@ -142,12 +142,12 @@ def _compliance(picture: LinkPicture, found: LinkResult) -> TableBlock:
 def _rods_caption(picture: LinkPicture) -> str:
     text = "Change of the rods’ lengths over the force, filled marks loading, hollow unloading"
     text += "; lines: the fitted model." if picture.runs[picture.shown[0]].modelled is not None else "."
-    for one, other in picture.opposite:
-        reads = [float(np.abs(picture.runs[number].lengths[:, [one, other]]).max()) for number in picture.shown]
+    for first, second in picture.opposite:
+        reads = [float(np.abs(picture.runs[number].lengths[:, [first, second]]).max()) for number in picture.shown]
         run, size = picture.runs[picture.shown[int(np.argmax(reads))]], max(reads)
-        apart = np.abs(run.lengths[:, one] + run.lengths[:, other]).max()
+        apart = np.abs(run.lengths[:, first] + run.lengths[:, second]).max()
         text += (
-            f" {picture.rods[one]} and {picture.rods[other]} are on opposite sides: in run {run.name} they mirror each "
+            f" {picture.rods[first]} and {picture.rods[second]} are on opposite sides: in run {run.name} they mirror each "
             f"other within {wording.percent(float(apart / size))} of their reading."
         )
     return text

@@ -28,8 +28,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if states.along is not None:
         return ReportSection(_TITLE, tuple(_line_displacement_blocks(content, states)))
     # clamped runs have states too, and no displacement: their pages are their own
-    seen = states.used & np.isfinite(states.measured[:, :3]).any(axis=1)
-    counts = np.bincount(states.run[seen], minlength=len(content.runs))
+    measured_mask = states.used & np.isfinite(states.measured[:, :3]).any(axis=1)
+    counts = np.bincount(states.run[measured_mask], minlength=len(content.runs))
     curves = [number for number in range(len(content.runs)) if counts[number] >= _FEWEST_STATES]
     blocks: list[Block] = []
     if curves:
@@ -102,16 +102,16 @@ def _curves(content: ReportContent, states: ReportStates, curves: list[int]) -> 
         picture = partial(drawing.draw_load_deformation, states, number, name)
         blocks.append(PictureBlock(picture, _caption(content, states, number, why)))
     rest = [number for number in curves if number not in chosen]
-    shown = (
+    drawn_runs = (
         rest if len(rest) <= _MOST_SMALL else [rest[i] for i in np.linspace(0, len(rest) - 1, _MOST_SMALL).astype(int)]
     )
-    if shown:
+    if drawn_runs:
         blocks.append(SubheadingBlock("The other runs"))
-    for sheet in map(list, wording.in_sheets(shown, drawing.ROWS_PER_SHEET)):
+    for sheet in map(list, wording.in_sheets(drawn_runs, drawing.ROWS_PER_SHEET)):
         names = [content.runs[number].name for number in sheet]
         caption = f"Deflection against force in {wording.listing(names)}, all to one scale per axis."
-        if len(shown) < len(rest):
-            caption += f" Of {len(rest)} such runs {len(shown)}, evenly spread, are drawn."
+        if len(drawn_runs) < len(rest):
+            caption += f" Of {len(rest)} such runs {len(drawn_runs)}, evenly spread, are drawn."
         blocks.append(PictureBlock(partial(drawing.draw_load_deformation_sheet, states, sheet, names), caption))
     return blocks
 
@@ -142,7 +142,7 @@ def _caption(content: ReportContent, states: ReportStates, number: int, why: str
 def _against_the_force(states: ReportStates, number: int) -> list[str]:
     """Name axes along which, at a direction's largest load, force and deflection have opposite signs and size."""
     inside = np.flatnonzero(states.used & (states.run == number))
-    found = []
+    phrases = []
     for label in filter(None, dict.fromkeys(states.direction[inside].tolist())):
         members = inside[states.direction[inside] == label]
         top = int(members[np.argmax(states.load[members])])
@@ -152,8 +152,8 @@ def _against_the_force(states: ReportStates, number: int) -> list[str]:
                 deflection
             )
             if telling and force[axis] * deflection[axis] < 0:
-                found.append(f"along {letter} under load {label} ({wording.length(float(abs(deflection[axis])))})")
-    return found
+                phrases.append(f"along {letter} under load {label} ({wording.length(float(abs(deflection[axis])))})")
+    return phrases
 
 
 def _singles(content: ReportContent, states: ReportStates, singles: list[int]) -> list[Block]:

@@ -24,13 +24,13 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
         for group in content.identify.not_identifiable
         if not group.parameters or not set(group.parameters) <= elsewhere
     ]
-    shown = [parameter for parameter in content.identify.parameters if parameter.name not in elsewhere]
+    parameters = [parameter for parameter in content.identify.parameters if parameter.name not in elsewhere]
     open_ones = [
         f"{parameter.name} ({where_words(parameter.where, content.joint_names)}): no value"
-        for parameter in shown
+        for parameter in parameters
         if not parameter.identifiable
     ]
-    hardly = _hardly([parameter for parameter in shown if parameter.poorly_known], content.joint_names)
+    hardly = _hardly([parameter for parameter in parameters if parameter.poorly_known], content.joint_names)
     if hardly and not named and not open_ones:
         text = "No parameter is beyond telling, but in these poses the loads tell little of the following."
         return ReportSection(_TITLE, (Paragraph(text), Items(hardly)))

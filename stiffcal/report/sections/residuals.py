@@ -92,7 +92,11 @@ def _noise_words(validation: Document) -> str:
 def _by_run(validation: Document) -> list[Block]:
     # runs whose flange was held have errors of motor angles and torques alone: they are on their own pages
     measures = ("translation", "rotation", "length")
-    entries = [one for one in validation.get("by_run", []) if any(one["rms"].get(key) is not None for key in measures)]
+    entries = [
+        run_entry
+        for run_entry in validation.get("by_run", [])
+        if any(run_entry["rms"].get(key) is not None for key in measures)
+    ]
     if not entries:
         return []
     blocks: list[Block] = []

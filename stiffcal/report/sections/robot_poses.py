@@ -35,18 +35,18 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     overview = partial(drawing.draw_robot_poses, content.runs, states, scale)
     caption = f"All {wording.count(len(numbers), 'pose')} from three sides, base axes.{arrows}"
     blocks: list[Block] = [PictureBlock(overview, caption)]
-    shown = (
+    drawn_runs = (
         numbers
         if len(numbers) <= _MOST_POSES
         else [numbers[i] for i in np.linspace(0, len(numbers) - 1, _MOST_POSES).astype(int)]
     )
-    columns = 4 if len(shown) <= 12 else 5
-    for sheet in wording.in_sheets(shown, drawing.PER_SHEET, multiple=columns):
+    columns = 4 if len(drawn_runs) <= 12 else 5
+    for sheet in wording.in_sheets(drawn_runs, drawing.PER_SHEET, multiple=columns):
         names = f"{content.runs[sheet[0]].name} to {content.runs[sheet[-1]].name}"
         caption = f"Poses {names}, seen from aside and above; circles: joints, grey: the shadow on the floor."
         caption += " The bar in the last picture gives the scales." if states is not None else ""
-        if len(shown) < len(numbers):
-            caption += f" {len(shown)} of {len(numbers)} poses are drawn."
+        if len(drawn_runs) < len(numbers):
+            caption += f" {len(drawn_runs)} of {len(numbers)} poses are drawn."
         blocks.append(
             PictureBlock(partial(drawing.draw_pose_sheet, content.runs, sheet, states, scale, columns), caption)
         )

@@ -28,6 +28,6 @@ def sources_table(sources: Sequence[ReportSource]) -> TableBlock:
         TableColumn("size", "kB"),
         TableColumn("SHA-256", align="left", mono=True),
     )
-    rows = tuple((each.file, wording.digits(each.n_bytes / 1e3), each.sha256) for each in sources)
+    rows = tuple((source.file, wording.digits(source.n_bytes / 1e3), source.sha256) for source in sources)
     caption = "Files that the results rest on. A file with another SHA-256 is not the file that was evaluated here."
     return TableBlock(columns, rows, caption)

@@ -29,14 +29,14 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         return LeftOut(_TITLE, "the model holds no parameter")
     blocks: list[Block] = [Paragraph(_lead(content.identify))]
     springs = [parameter for parameter in parameters if _is_spring(parameter)]
-    others = [parameter for parameter in parameters if not _is_spring(parameter)]
+    other_parameters = [parameter for parameter in parameters if not _is_spring(parameter)]
     for unit, (printed, scale) in _STIFFNESS_UNITS.items():
         members = [spring for spring in springs if wording.unit_words(spring.unit) == unit]
         if members:
             blocks.append(_stiffness_table(members, printed, scale, content.joint_names))
-    if others:
+    if other_parameters:
         blocks.append(SubheadingBlock("Other parameters"))
-        blocks.append(_other_table(others, content.joint_names))
+        blocks.append(_other_table(other_parameters, content.joint_names))
     return ReportSection(_TITLE, tuple(blocks))
 
 
@@ -110,8 +110,8 @@ def _verdict(parameter: IdentifiedParameter) -> str:
 
 def _is_poorly_known(parameter: IdentifiedParameter) -> bool:
     """Return whether a value was found, above the noise and off its bounds, with an interval that says little."""
-    found = parameter.identifiable and parameter.value is not None and not parameter.fixed
-    if not found or parameter.at_bound or parameter.above_noise is False:
+    estimated = parameter.identifiable and parameter.value is not None and not parameter.fixed
+    if not estimated or parameter.at_bound or parameter.above_noise is False:
         return False
     return parameter.poorly_known or _is_open_ended(parameter)
 

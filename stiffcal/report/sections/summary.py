@@ -54,10 +54,10 @@ def _fit_sentences(content: ReportContent) -> list[str]:
 
 def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
     model = f"The model ({wording.model_words(document_of(fit.model))})"
-    what = (content.readings_alone[0].fitted if len(content.readings_alone) == 1 else "") or model
+    fitted_model = (content.readings_alone[0].fitted if len(content.readings_alone) == 1 else "") or model
     readings = wording.count(fit.n_readings or 0, "reading")
     return (
-        f"{what} of the {content.provenance.robot} was fitted to {readings} in "
+        f"{fitted_model} of the {content.provenance.robot} was fitted to {readings} in "
         f"{wording.count(fit.n_runs, 'run')}; on these data it leaves {wording.both(fit.rms)} rms."
     )
 
@@ -65,10 +65,10 @@ def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
 def _heldout_readings(validation: Document) -> list[str]:
     rms, zero = validation.get("rms"), validation.get("zero_model")
     left = wording.part(validation.get("relative"), "torque")
-    seen = str(validation.get("scheme", ""))
+    scheme = str(validation.get("scheme", ""))
     if wording.part(rms, "torque") is None:
         return ["There is nothing unseen to judge it by: each joint was driven in one usable pose alone."]
-    sentences = [f"In what the fit had not seen ({seen}) it leaves {wording.both(rms)} rms"]
+    sentences = [f"In what the fit had not seen ({scheme}) it leaves {wording.both(rms)} rms"]
     sentences[0] += f", without a model {wording.both(zero)}"
     sentences[0] += f": {wording.percent(1.0 - left)} of the torque is predicted." if left is not None else "."
     if validation.get("noise"):
