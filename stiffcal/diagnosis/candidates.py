@@ -16,17 +16,13 @@ from stiffcal.model.effect import Effect, ParameterRole, Place
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect at a place.
-
-    Attributes
-    ----------
-    effect, place : which.
-    n_parameters : free ones, shapes included.
-    """
+    """An effect at a place."""
 
     effect: Effect
     place: Place
+    """``effect``, ``place``: which."""
     n_parameters: int
+    """Free ones, shapes included."""
 
     @property
     def name(self) -> str:
@@ -37,7 +33,7 @@ class Candidate:
 def list_candidates(
     robot: CompliantRobot, states: LoadStates, catalogue: Mapping[str, Effect]
 ) -> tuple[list[Candidate], list[UntestableEffect]]:
-    """Return the effects that can be tried beside what the model holds, and those that cannot, with the reason.
+    """Return the effects that can be added to the model, and those that cannot, with the reason.
 
     Parameters
     ----------

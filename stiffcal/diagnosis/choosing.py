@@ -12,7 +12,7 @@ from stiffcal.diagnosis.thresholds import RESAMPLINGS
 
 
 def first_least(errors: Floats) -> Integers:
-    """Return (f,) which of errors (t, f) is least, the first of those that only rounding tells apart."""
+    """Return (f,) which of errors (t, f) is least, the first of those that differ by rounding only."""
     least = errors.min(axis=0)
     return np.asarray(np.argmax(errors <= least + ROUNDING * np.abs(least), axis=0), dtype=np.int64)
 

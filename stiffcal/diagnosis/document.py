@@ -62,7 +62,7 @@ def _by_effect(candidates: tuple[Candidate, ...]) -> list[EffectAt]:
 
 
 def diagnosis_result(states: LoadStates, search: Search) -> DiagnoseResult:
-    """Return what ``diagnose`` answers.
+    """Return the result document of ``diagnose``.
 
     Parameters
     ----------
@@ -253,13 +253,14 @@ def look_alike_pairs(search: Search) -> list[tuple[Trial, Trial]]:
 
 
 def _named(missing_effect: MissingEffect) -> str:
-    """Return a missing effect as one says it, with how many others would look the same."""
+    """Return a missing effect in words, with the number of other candidates that look the same."""
     alike = len(missing_effect.alternatives)
+    name = candidate_in_words(missing_effect.candidate)
     if not alike:
-        return candidate_in_words(missing_effect.candidate)
+        return name
     if alike == 1:
-        return f"{candidate_in_words(missing_effect.candidate)} (or {candidate_in_words(missing_effect.alternatives[0])}, which looks alike)"
-    return f"{candidate_in_words(missing_effect.candidate)} (or one of {alike} others that look alike in these poses)"
+        return f"{name} (or {candidate_in_words(missing_effect.alternatives[0])}, which looks alike)"
+    return f"{name} (or one of {alike} others that look alike in these poses)"
 
 
 def summary(search: Search, before: Rms, noise: Rms | None) -> str:

@@ -1,12 +1,13 @@
 """The evidence for an effect: the residual against what drives the effect, before and after adding it.
 
 For each effect that a model gained (or would gain) the model without it is fitted again, everything else free, and both
-models are judged in every pose by a fit that has not seen it. Each residual is then read in the one direction in which
+models are judged in every pose by a fit made without it. Each residual is then read in the one direction in which
 the effect moves the target in that state, so that thousands of vectors become one curve over the effect's driver.
 
 Where the effect turns or shifts one thing (a joint, a node), a state's residual r and the lever l of a unit turn give
 the turn that r amounts to, l·r / l·l (least squares); times the mean lever this is a length at the tool that does not
-depend on how far the tool happened to stand off. States whose lever is short tell little of the turn and are left out.
+depend on how far the tool happened to stand off. States whose lever is short constrain the turn little and
+are left out.
 """
 
 from __future__ import annotations
@@ -40,45 +41,43 @@ BOTH_SIGNS = 0.1
 
 @dataclass(frozen=True)
 class EffectEvidence:
-    """What the residual says of one effect, over the n states of a fit.
-
-    Attributes
-    ----------
-    placed : the effect, its place and the values with which it is in the model.
-    driver, unit : what the residual is drawn against, with its unit ("1" for a number).
-    rotational : True where the residual is read in rotations (rad), False for lengths at the tool (m).
-    lever : m or 1, mean lever that turns (or shifts) were multiplied with; None where the residual itself is projected.
-    index : (n,) the states' indices in the campaign's load states.
-    value : (n,) the driver.
-    before, after : (n,) m or rad, residual in unseen poses without and with the effect; NaN where nothing can be read.
-    law : (n,) m or rad, what the effect adds in the same direction, counted from the weight-only state.
-    rms_before, rms_after : of the whole residual vector in unseen poses.
-    by_run : (run number, rms before, rms after) of the same kind as ``before``, m or rad.
-    """
+    """The residual that one effect accounts for, over the n states of a fit."""
 
     placed: PlacedEffect
+    """The effect, its place and the values with which it is in the model."""
     covariate: str
     unit: str
+    """``covariate``, ``unit``: what the residual is drawn against, with its unit ("1" for a number)."""
     rotational: bool
+    """True where the residual is read in rotations (rad), False for lengths at the tool (m)."""
     lever: float | None
+    """m or 1, mean lever that turns (or shifts) were multiplied with; None where the residual itself is projected."""
     index: Integers
+    """(n,) the states' indices in the campaign's load states."""
     value: Floats
+    """(n,) the driver."""
     before: Floats
     after: Floats
+    """``before``, ``after``: (n,) m or rad, residual in unseen poses without and with the effect; NaN where nothing can
+    be read.
+    """
     law: Floats
+    """(n,) m or rad, what the effect adds in the same direction, counted from the weight-only state."""
     rms_before: Rms
     rms_after: Rms
+    """``rms_before``, ``rms_after``: of the whole residual vector in unseen poses."""
     by_run: tuple[tuple[int, float, float], ...]
+    """(run number, rms before, rms after) of the same kind as ``before``, m or rad."""
 
 
 def evidence_for(
     scan: Scan, chosen: Collection[str], catalogue: Mapping[str, Effect], kept_names: Collection[str] = ()
 ) -> Iterator[EffectEvidence]:
-    """Take each chosen effect out of a fitted model in turn, and tell what it accounts for.
+    """Take each chosen effect out of a fitted model in turn, and compute what it accounts for.
 
     Parameters
     ----------
-    scan : a look beside the model that holds the effects (`Search.final_scan`).
+    scan : the scan of the model that holds the effects (`Search.final_scan`).
     chosen : ``effect place-label`` of those to look at.
     catalogue : effects by name.
     kept_names : ``effect place-label`` that the model would hold in place of one that includes it.
@@ -191,7 +190,7 @@ def _covariate(state: Linearised, placed_effect: PlacedEffect) -> tuple[Floats, 
 def _directions(
     state: Linearised, placed_effect: PlacedEffect, added: Floats, rows: Integers, covariate: Floats | None
 ) -> tuple[Floats, float | None]:
-    """Return (m, n) vectors v such that v·r is what residual r says of the effect, and the mean lever.
+    """Return (m, n) vectors v such that v·r is the component of residual r along the effect, and the mean lever.
 
     Along the lever of the node that turns, where that is one; else along one fixed line, where the effect keeps to it;
     else along what it adds in each state, the sign that of its driver.

@@ -29,7 +29,7 @@ class Explained:
         """True where the effects can be all of it.
 
         Above the noise the share and its lower limit decide; below, a share is itself mostly noise, and only a share
-        that resampling keeps below the limit speaks against the effects.
+        that resampling keeps below the limit is evidence against the effects.
         """
         if self.avoidable < SHARE_DECIDES:
             return self.high >= LEAST_EXPLAINED

@@ -1,4 +1,4 @@
-"""The error in unseen poses, in metres and radians, of the present model and of each candidate beside it."""
+"""The error in unseen poses, in metres and radians, of the present model and of it with each candidate."""
 
 from __future__ import annotations
 

@@ -27,27 +27,24 @@ from stiffcal.model.effect import ParameterRole
 
 @dataclass(frozen=True)
 class LackOfFit:
-    """The model's residuals against the noise.
-
-    Attributes
-    ----------
-    statistic : mean whitened square of the residuals over that of repeats, F-distributed where nothing is missing.
-    dof : degrees of freedom of the residuals and of the noise.
-    p_value : probability of so much by chance.
-    ratio : unseen error over noise.
-    wander : residuals' rms over what readings a fifth of a run apart differ by (over √2): 1 where nothing wanders.
-        Repeats lie a cycle apart; what wanders in between counts as their noise and hides from ``ratio``.
-    wander_p : probability of so much by chance.
-    lingers : correlation of successive residuals beyond what wanders.
-    """
+    """The model's residuals against the noise."""
 
     statistic: float
+    """Mean whitened square of the residuals over that of repeats, F-distributed where nothing is missing."""
     dof: tuple[float, float]
+    """Degrees of freedom of the residuals and of the noise."""
     p_value: float
+    """Probability of so much by chance."""
     ratio: float
+    """Unseen error over noise."""
     wander: float = 1.0
+    """Residuals' rms over what readings a fifth of a run apart differ by (over √2): 1 where nothing wanders. Repeats
+    lie a cycle apart; what wanders in between counts as their noise and hides from ``ratio``.
+    """
     wander_p: float = 1.0
+    """Probability of so much by chance."""
     lingers: float = 0.0
+    """Correlation of successive residuals beyond what wanders."""
 
     @property
     def wanders(self) -> bool:
@@ -61,7 +58,7 @@ class LackOfFit:
 
 
 def f_tail(statistic: float, dof: float, denominator_dof: float) -> float:
-    """Return the upper tail of the F distribution (χ²/dof where the other degrees of freedom are infinite)."""
+    """Return the upper tail of the F distribution (χ²/dof where the denominator's degrees of freedom are infinite)."""
     from scipy.special import chdtrc, fdtrc
 
     if not np.isfinite(denominator_dof):
@@ -117,20 +114,16 @@ def _half_square(
 
 @dataclass(frozen=True)
 class Judgement:
-    """What the unseen error says of one candidate.
-
-    Attributes
-    ----------
-    fall : by how much the unseen error falls, in units of the noise.
-    errors : the same in standard errors over poses.
-    p_value : family-wise.
-    possible : the values can be.
-    """
+    """The change of the unseen error by one candidate."""
 
     fall: float
+    """By how much the unseen error falls, in units of the noise."""
     errors: float
+    """The same in standard errors over poses."""
     p_value: float
+    """Family-wise."""
     possible: bool
+    """The values can be."""
 
     @property
     def supported(self) -> bool:
@@ -149,11 +142,11 @@ def rms_reduction(before: Floats, after: Floats, squared_change: Floats, dof: in
     Notes
     -----
     Where a candidate acts in a few poses only — play shows where the torque changes its sign, a bent link where it is
-    loaded across — the falls differ widely although each is just what the candidate foretells: e moved by d with
+    loaded across — the falls differ widely although each is just what the candidate predicts: e moved by d with
     |e|² − |e − d|² = |d|² on average. The spread of the falls as such would call an effect that explains nine tenths
-    of three poses out of twelve doubtful. What tells of chance is how far each pose's fall lies from its share by
-    ``squared_change``: the standard error of a total by ratio (Cochran, Sampling Techniques, 1977, section 6.4). It is never
-    taken smaller than what the noise alone makes, var(|e|² − |e − d|²) = 4 |d|².
+    of three poses out of twelve doubtful. What measures chance is how far each pose's fall lies from its share by
+    ``squared_change``: the standard error of a total by ratio (Cochran, Sampling Techniques, 1977, section 6.4). It is
+    never taken smaller than what the noise alone makes, var(|e|² − |e − d|²) = 4 |d|².
     """
     drop, n = before - after, len(before)
     fall = float(np.sqrt(before.sum() / dof) - np.sqrt(max(after.sum(), 0.0) / dof))
@@ -183,7 +176,8 @@ def family_p(scan: Scan, trial: Trial) -> float:
 def possible_values(scan: Scan, trial: Trial) -> bool:
     """Return whether the candidate's values can be: something is left of them within their bounds.
 
-    Values that cannot be count as possible where such as can be lie too near to be told from them in these data.
+    Values that cannot be count as possible where such as can be lie too near to be distinguished from them in these
+    data.
     """
     from scipy.special import chdtri
 
@@ -199,7 +193,7 @@ def possible_values(scan: Scan, trial: Trial) -> bool:
 
 
 def _information(trial: Trial) -> Floats:
-    """Return (q, q) what the data tell of a candidate's amplitudes, the base model's refitted with them."""
+    """Return (q, q) the information of the data on a candidate's amplitudes, the base model's refitted with them."""
     k = len(trial.score.solution)
     p = k - len(trial.regressor.symbols)
     scale = np.sqrt(np.maximum(np.diagonal(trial.score.normal)[:k], 1e-300))
@@ -230,10 +224,10 @@ def judge(scan: Scan, trial: Trial) -> Judgement:
 def judge_choice(scan: Scan, leader: Trial) -> Judgement:
     """Judge the leader with the choice repeated in every fold: picking the best of a hundred flatters.
 
-    The fall is that with the choice repeated. Its standard errors are the leader's own: where one pose tells most,
-    another candidate is chosen without it and errs there by far, which says that this pose was needed for the choice,
-    not that what all poses together say could be chance; for that, the family-wise p counts all that were tried. Where
-    the noise is not known, nothing else checks the choice, and its own standard errors count too.
+    The fall is that with the choice repeated. Its standard errors are the leader's own: where one pose decides most,
+    another candidate is chosen without it and errs there by far, which shows that this pose was needed for the choice,
+    not that the result of all poses together could be chance; for that, the family-wise p counts all that were tried.
+    Where the noise is not known, nothing else checks the choice, and its own standard errors count too.
     """
     own = judge(scan, leader)
     if is_slip(leader.candidate.effect):
@@ -249,9 +243,10 @@ def judge_choice(scan: Scan, leader: Trial) -> Judgement:
 
 
 def alike(scan: Scan, trial: Trial, best: Trial) -> bool:
-    """Return whether a candidate cannot be told from the best: within two standard errors over poses.
+    """Return whether a candidate cannot be distinguished from the best: within two standard errors over poses.
 
-    Standard errors as in `rms_reduction`: what one foretells in other poses than the other, against what then was seen.
+    Standard errors as in `rms_reduction`: the difference of the two predictions in left-out poses, against the
+    measurement.
     """
     if trial is best:
         return True

@@ -78,7 +78,8 @@ def times_typical(trial: Trial) -> float:
     """Return how many times the catalogue's typical size the largest fitted compliance or set-up error is.
 
     Of a stiffness, how many times softer than typical. Less than typical is no objection: effects may be small. Laws
-    that are curved scale with powers of the robot's torques, so that their typical size says nothing of another robot.
+    that are curved scale with powers of the robot's torques, so that their typical size does not carry over to another
+    robot.
     """
     effect, values, ratios = trial.candidate.effect, fitted_values(trial), [0.0]
     if any(spec.role is ParameterRole.NONLINEAR for spec in effect.parameters):

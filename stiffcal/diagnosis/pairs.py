@@ -64,7 +64,7 @@ def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
 
 
 def _weighed(scan: Scan, trials: list[Trial]) -> list[tuple[float, int, int]]:
-    """Return (fall of the fit's squares less two per parameter, one, other) of all pairs, without bounds."""
+    """Return (fall of the fit's squares less two per parameter, first, second index) of all pairs, without bounds."""
     ends = np.cumsum([0, *(len(trial.regressor.symbols) for trial in trials)])
     rows = np.empty((scan.n_columns + int(ends[-1]) + 1, scan.residual.size))
     rows[: scan.n_columns], rows[-1] = scan.space.rows(scan.columns), scan.space.rows(scan.residual[None])[0]

@@ -37,58 +37,50 @@ VARIANTS_IN_FOLDS = 3
 
 @dataclass(frozen=True)
 class Trial:
-    """A candidate with its errors.
-
-    Attributes
-    ----------
-    candidate : who.
-    regressor : at the shape that was best with all poses; in large campaigns it is made again when it is asked for.
-    score : its errors.
-    n_variants : how many shapes were tried.
-    """
+    """A candidate with its errors."""
 
     candidate: Candidate
+    """Effect and place."""
     regressor: Regressor | StoredRegressor
+    """At the shape that was best with all poses; in large campaigns it is made again when it is asked for."""
     score: Score
+    """Its errors."""
     n_variants: int
+    """How many shapes were tried."""
 
 
 @dataclass(frozen=True)
 class Scan:
-    """All candidates beside one model.
-
-    Attributes
-    ----------
-    fit : the model they are tried beside.
-    base : the model's own errors, as a candidate without columns.
-    trials : best unseen error first.
-    folds : (F,) lists of row positions, one pose each.
-    fold_of_state : (n,).
-    groups : (F,) group of each fold in which the choice is repeated.
-    dof : whitened rows minus the runs' offsets.
-    n_columns : parameters of the base model that were free.
-    n_tried : how many signatures were compared, shapes included.
-    space : whitened rows.
-    columns : (p, m, n) of the base model's free parameters, about the fit.
-    residual : (m, n) measured minus predicted, offsets not taken out.
-    bounds : (p,) lower and upper, how far the base model's parameters can go.
-    source : makes the signatures again that were not kept.
-    """
+    """All candidates as additions to one model."""
 
     fit: Fit
+    """The model to which they are added."""
     base: Score
+    """The model's own errors, as a candidate without columns."""
     trials: tuple[Trial, ...]
+    """Best unseen error first."""
     folds: tuple[Integers, ...]
+    """(F,) lists of row positions, one pose each."""
     fold_of_state: Integers
+    """(n,) fold of each load state."""
     groups: Integers
+    """(F,) group of each fold in which the choice is repeated."""
     dof: int
+    """Whitened rows minus the runs' offsets."""
     n_columns: int
+    """Parameters of the base model that were free."""
     n_tried: int
+    """How many signatures were compared, shapes included."""
     space: Projection
+    """Whitened rows."""
     columns: Floats
+    """(p, m, n) of the base model's free parameters, about the fit."""
     residual: Floats
+    """(m, n) measured minus predicted, offsets not taken out."""
     bounds: tuple[Floats, Floats]
+    """(p,) lower and upper, how far the base model's parameters can go."""
     source: RegressorSource
+    """Makes the signatures again that were not kept."""
 
 
 def weights_of(fit: Fit) -> Whitening:
@@ -121,32 +113,28 @@ def choice_groups(n_folds: int) -> Integers:
 
 @dataclass(frozen=True)
 class _BaseRows:
-    """The present model's rows, sorted by fold, beside which candidates are scored.
-
-    Attributes
-    ----------
-    state : the model at rest in all states.
-    space : whitening and run offsets.
-    rows : (p, m · n) base columns; residual : (1, m · n). Both sorted by fold.
-    order, cuts : how whitened rows are sorted by fold, and where each fold ends.
-    inner : (F, p, p) inner products of the base columns; inner_sum : (p, p) all folds together.
-    groups : (F,) groups of folds for the repeated choice.
-    low, high : (p,) bounds of the base model's parameters.
-    base : its score.
-    """
+    """The present model's rows, sorted by fold, to which candidates are added."""
 
     state: Linearised
+    """The model at rest in all states."""
     space: Projection
+    """Whitening and run offsets."""
     rows: Floats
+    """(p, m · n) base columns; ``residual``: (1, m · n). Both sorted by fold."""
     residual: Floats
     order: Integers
     cuts: list[slice]
+    """``order``, ``cuts``: how whitened rows are sorted by fold, and where each fold ends."""
     inner: Floats
+    """(F, p, p) inner products of the base columns; ``inner_sum``: (p, p) all folds together."""
     inner_sum: Floats
     groups: Integers
+    """(F,) groups of folds for the repeated choice."""
     low: Floats
     high: Floats
+    """``low``, ``high``: (p,) bounds of the base model's parameters."""
     base: Score
+    """Its score."""
 
     @classmethod
     def of(
@@ -219,7 +207,7 @@ class _BaseRows:
 
 
 def scan_candidates(fit: Fit, candidates: Sequence[Candidate], whitening: Whitening | None = None) -> Scan:
-    """Try every candidate beside the present fit.
+    """Try every candidate as an addition to the present fit.
 
     Parameters
     ----------
@@ -394,7 +382,7 @@ def bounds_with(scan: Scan, regressor: Regressor | StoredRegressor) -> tuple[Flo
 
 
 def ranked_error(trial: Trial) -> float:
-    """Return the whitened squares in poses left out, to nine digits: what only rounding tells apart ranks equal.
+    """Return the whitened squares in poses left out, to nine digits: values that differ by rounding only rank equal.
 
     Candidates that explain nothing all have the model's own error, and keep their order on every processor.
     """

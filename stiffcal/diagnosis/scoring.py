@@ -105,29 +105,26 @@ def solve_within(normal: Floats, right: Floats, lower: Floats, upper: Floats, ne
 
 @dataclass(frozen=True)
 class Score:
-    """A candidate's errors, whitened sums of squares.
-
-    Attributes
-    ----------
-    fitted : with all poses.
-    heldout : (F,) on each pose left out.
-    nested : (F, F) on pose g with poses f and g left out (row f, column g; the diagonal is ``heldout``).
-    solution : (k,) parameters with all poses, base model first.
-    without : (F, k) parameters with each pose left out, at the shape that is best with all.
-    variant : which shape was best with all poses.
-    moved : (F,) by how much the candidate moves the prediction of each pose left out, whitened squares; zero for the
-        base model itself.
-    normal : (k, k) whitened inner products of the columns, all poses together: the information of ``solution``.
-    """
+    """A candidate's errors, whitened sums of squares."""
 
     fitted: float
+    """With all poses."""
     heldout: Floats
+    """(F,) on each pose left out."""
     nested: Floats
+    """(F, F) on pose g with poses f and g left out (row f, column g; the diagonal is ``heldout``)."""
     solution: Floats
+    """(k,) parameters with all poses, base model first."""
     without: Floats
+    """(F, k) parameters with each pose left out, at the shape that is best with all."""
     variant: int
+    """Which shape was best with all poses."""
     moved: Floats
+    """(F,) by how much the candidate moves the prediction of each pose left out, whitened squares; zero for the base
+    model itself.
+    """
     normal: Floats
+    """(k, k) whitened inner products of the columns, all poses together: the information of ``solution``."""
 
 
 def quadratic(products: Floats, solution: Floats) -> Floats:

@@ -1,9 +1,9 @@
 """Several missing effects, found one after another, superfluous ones dropped again.
 
 Forward: the best supported candidate is added and everything refitted on the balanced robot, until nothing is
-supported. Then every effect that was added is taken out again and all candidates are tried in its place beside the
-others: one that is no longer needed is dropped, one that another beats is exchanged. What cannot be told from the best
-in that last look is its look-alike.
+supported. Then every effect that was added is taken out again and all candidates are tried in its place with the
+others: one that is no longer needed is dropped, one that another beats is exchanged. What cannot be distinguished from
+the best in that last look is its look-alike.
 """
 
 from __future__ import annotations
@@ -45,77 +45,66 @@ from stiffcal.model.effect import Effect, ParameterRole
 
 @dataclass(frozen=True)
 class MissingEffect:
-    """An effect that is missing.
-
-    Attributes
-    ----------
-    candidate : which, and where.
-    alternatives : those that cannot be told from it in these data.
-    judgement : how sure.
-    rivals : candidates, itself among them, between which single poses decide; empty where none does.
-    """
+    """An effect that is missing."""
 
     candidate: Candidate
+    """Which, and where."""
     alternatives: tuple[Candidate, ...]
+    """Candidates that these data cannot distinguish from it."""
     judgement: Judgement
+    """How sure."""
     rivals: tuple[Rival, ...] = ()
+    """Candidates, itself among them, between which single poses decide; empty where none does."""
 
 
 @dataclass(frozen=True)
 class Search:
-    """What was found.
-
-    Attributes
-    ----------
-    first : the scan beside the present model.
-    found : effects to add, in order; empty where nothing is missing, or where what was found explains too little.
-    tried : the set that was reached, also where it explains too little.
-    final : the fit with ``tried`` added.
-    final_scan : the last look beside it.
-    before, after : residuals against noise, without and with ``tried``; None where the noise is not known.
-    explained : share of the avoidable error that goes with ``tried``, with its 95 % interval over poses.
-    unexplained : something is left that nothing accounts for.
-    could_be : where nothing is named and something is left: effects of which each alone fits all poses down to noise,
-        while the poses are too few to judge any of them in one left out.
-    not_tried : effects that these data cannot tell.
-    pace : how much was tried, and how fast.
-    """
+    """What was found."""
 
     first: Scan
+    """The scan of the present model."""
     found: tuple[MissingEffect, ...]
+    """Effects to add, in order; empty where nothing is missing, or where what was found explains too little."""
     tried: tuple[MissingEffect, ...]
+    """The set that was reached, also where it explains too little."""
     final: Fit
+    """The fit with ``tried`` added."""
     final_scan: Scan
+    """The last scan, of ``final``."""
     before: LackOfFit | None
     after: LackOfFit | None
+    """``before``, ``after``: residuals against noise, without and with ``tried``; None where the noise is not known."""
     explained: Explained
+    """Share of the avoidable error that goes with ``tried``, with its 95 % interval over poses."""
     unexplained: bool
+    """Something is left that nothing accounts for."""
     not_tried: tuple[UntestableEffect, ...]
+    """Effects that these data cannot test."""
     pace: Pace
+    """How much was tried, and how fast."""
     could_be: tuple[Candidate, ...] = ()
+    """Where nothing is named and something is left: effects of which each alone fits all poses down to noise, while the
+    poses are too few to judge any of them in one left out.
+    """
 
 
 @dataclass(frozen=True)
 class Pace:
-    """How much a search tried.
-
-    Attributes
-    ----------
-    models : beside how many models the catalogue was tried.
-    candidates : effects at places, all models together.
-    regressors : the same with every shape.
-    seconds : spent on them, the models' own fits not counted.
-    """
+    """How much a search tried."""
 
     models: int
+    """Number of models to which the catalogue was tried as an addition."""
     candidates: int
+    """Effects at places, all models together."""
     regressors: int
+    """The same with every shape."""
     seconds: float
+    """Spent on them, the models' own fits not counted."""
 
 
 @dataclass(frozen=True)
 class SearchContext:
-    """What a search works on, and what it has seen: the catalogue is tried once beside each model."""
+    """What a search works on, and the scans made so far: the catalogue is tried once per model."""
 
     states: LoadStates
     problem: Problem
@@ -129,8 +118,8 @@ class SearchContext:
         return fit_observations(self.problem, robot, self.settings)
 
     def look(self, robot: CompliantRobot) -> Scan:
-        """Fit a model and try everything beside it."""
-        key = frozenset(f"{placed_effect.effect.name} {placed_effect.place.label}" for placed_effect in robot.placed)
+        """Fit a model and try every candidate as an addition to it."""
+        key = frozenset(f"{placed.effect.name} {placed.place.label}" for placed in robot.placed)
         if key not in self.looks:
             self.release()
             fit = self.fit(robot)
@@ -161,12 +150,9 @@ def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
     added = PlacedEffect(trial.candidate.effect, trial.candidate.place, values)
     # What the newcomer includes goes: its part is in the whole.
     kept = tuple(
-        placed_effect
-        for placed_effect in robot.placed
-        if not (
-            placed_effect.place == trial.candidate.place
-            and placed_effect.effect.name in trial.candidate.effect.includes
-        )
+        placed
+        for placed in robot.placed
+        if not (placed.place == trial.candidate.place and placed.effect.name in trial.candidate.effect.includes)
     )
     return replace(robot, placed=(*kept, added))
 
@@ -174,14 +160,14 @@ def with_trial(robot: CompliantRobot, trial: Trial) -> CompliantRobot:
 def without(robot: CompliantRobot, candidate: Candidate, present: CompliantRobot | None = None) -> CompliantRobot:
     """Return the model without an effect; what the effect had replaced in ``present`` is put back."""
     kept = tuple(
-        placed_effect
-        for placed_effect in robot.placed
-        if not (placed_effect.effect.name == candidate.effect.name and placed_effect.place == candidate.place)
+        placed
+        for placed in robot.placed
+        if not (placed.effect.name == candidate.effect.name and placed.place == candidate.place)
     )
     back = tuple(
-        placed_effect
-        for placed_effect in (present.placed if present is not None else ())
-        if placed_effect.place == candidate.place and placed_effect.effect.name in candidate.effect.includes
+        placed
+        for placed in (present.placed if present is not None else ())
+        if placed.place == candidate.place and placed.effect.name in candidate.effect.includes
     )
     return replace(robot, placed=(*back, *kept))
 
@@ -202,7 +188,7 @@ def search_missing(
     robot : the present model, valued or not.
     catalogue : effects by name.
     settings : how fits are made.
-    progress : told what is being done.
+    progress : receives a description of each step.
     problem : prepared observations, where they are at hand.
 
     Raises
@@ -254,7 +240,8 @@ def _promising(scan: Scan) -> Trial | None:
     """Return the leader of a scan where it is supported but for the choice repeated in every fold.
 
     Where two effects are missing, now the one, now the other is chosen without some of the poses, and the error of
-    either alone hardly falls in the others: that speaks against neither. Each has to stand when all the others are in.
+    either alone hardly falls in the others: that is evidence against neither. Each has to stand when all the others are
+    in.
     """
     near = near_best(scan)
     return near[0] if near and judge(scan, near[0]).supported else None
@@ -292,7 +279,7 @@ def _pair(
 
 
 def _found(scan: Scan, candidate: Candidate) -> MissingEffect | None:
-    """Return what a scan says of a candidate: itself or the one that beats it; None where neither is supported."""
+    """Return the candidate, or the one that beats it in the scan; None where neither is supported."""
     near = near_best(scan)
     if not near or not judge_choice(scan, near[0]).supported:
         return None
@@ -337,8 +324,8 @@ def one_for_two(
 ) -> tuple[Scan, list[Candidate]] | None:
     """Return a model in which one effect does what two did, with its effects; None where none does.
 
-    Bending of a link is much like a tilt at each of its ends: of such a pair the first is best beside the poorer model,
-    and then the second makes up for it.
+    Bending of a link is much like a tilt at each of its ends: of such a pair the first is best added to the poorer
+    model, and then the second makes up for it.
     """
     for pair in combinations(chosen, 2):
         robot = scan.fit.robot
@@ -359,7 +346,7 @@ def one_for_two(
 
 
 def _error(scan: Scan, trial: Trial | None = None) -> float:
-    """Return the unseen error over the noise, of the scan's model or of a candidate beside it."""
+    """Return the unseen error over the noise, of the scan's model or of that model with a candidate."""
     score = scan.base if trial is None else trial.score
     return float(np.sqrt(np.sum(score.heldout) / scan.dof))
 
@@ -368,7 +355,7 @@ def _conclude(bench: SearchContext, first: Scan, scan: Scan, tried: tuple[Missin
     present, fit = first.fit, scan.fit
     bench.release()
     _, not_tried = list_candidates(present.robot, bench.states, bench.catalogue)
-    # What matters most is named first: the order of finding is that of falls beside a poorer model.
+    # What matters most is named first: the order of finding is that of falls against a poorer model.
     tried = tuple(sorted(tried, key=lambda missing_effect: -missing_effect.judgement.fall))
     after = lack_of_fit(fit, scan)
     before = _against_noise_of(fit, present, first)
@@ -402,7 +389,7 @@ def _mere_noise(scan: Scan, after: LackOfFit, states: LoadStates) -> bool:
 
 
 def _against_noise_of(fit: Fit, present: Fit, first: Scan) -> LackOfFit | None:
-    """Return the present model's residuals against the noise as the final model tells it."""
+    """Return the present model's residuals against the noise as the final model estimates it."""
     own = lack_of_fit(present, first)
     if own is None or fit.noise is None or present.noise is None:
         return own

@@ -22,12 +22,12 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.varying import varies
 from stiffcal.reduction.load_cycles import LOADING, UNLOADING, find_load_cycles
 
-# Below this share nothing is said to be followed.
+# Below this share nothing is reported as followed.
 LEAST_SHARE = 0.1
 
 
 def what_it_follows(scan: Scan, states: LoadStates) -> list[ResidualDependence]:
-    """Return what the residual of the scan's base model follows, most first."""
+    """Return the families that the residual of the scan's base model follows, largest share first."""
     data = scan.fit.data
     residual = scan.space.centred(scan.residual[None])[0]
     rows = scan.space.rows(residual[None])[0]
@@ -54,19 +54,15 @@ def what_it_follows(scan: Scan, states: LoadStates) -> list[ResidualDependence]:
 
 @dataclass(frozen=True)
 class _Family:
-    """Curves that are fitted to the residual together.
-
-    Attributes
-    ----------
-    what, words : as in `ResidualDependence`.
-    features : (k, m, n) the curves.
-    by_run : each curve is fitted in every run by itself, with a free number for each run.
-    """
+    """Curves that are fitted to the residual together."""
 
     what: str
     features: Floats
+    """(k, m, n) the curves."""
     words: str
+    """``what``, ``words``: as in `ResidualDependence`."""
     by_run: bool = False
+    """Each curve is fitted in every run by itself, with a free number for each run."""
 
 
 def _left_by(family: _Family, scan: Scan, residual: Floats) -> tuple[float, int]:

@@ -1,4 +1,4 @@
-"""Effects that fit all poses where none can be judged in poses left out: too few poses to tell which it is.
+"""Effects that fit all poses where none can be judged in poses left out: too few poses to decide between them.
 
 Leave one pose out of few, and what is left no longer determines an effect with several amplitudes: its error there is
 large although the effect may be the very one. Such a set is no explanation, but it is not “none of these” either.

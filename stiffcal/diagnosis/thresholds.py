@@ -65,10 +65,12 @@ MANY_SHAPES = 60
 # Noise that lingers from reading to reading for less than this many of them is noise; beyond, the target wanders. A
 # correlation of 0.6 from one reading to the next has died away to 2 %, a random walk has hardly begun.
 LINGERING = 8
-# Correlation of successive residuals beyond which this is told: uncertainties are then too small by a fifth or more.
+# Correlation of successive residuals beyond which this is reported: uncertainties are then too small by a fifth or
+# more.
 REPORTED_LINGERING = 0.2
 # For so many look-alikes of the first missing effect a measurement is looked for that separates them.
 PAIRS_PLANNED = 3
-# What of a simpler effect's unit columns may be left beside those of one that holds it as a special case: one percent.
+# What of a simpler effect's unit columns may be left after projecting out those of one that holds it as a special
+# case: one percent.
 # The deformed robot's levers differ by less (a joint's whole compliance and the bending of the link behind it: 0.4 %).
 SPECIAL_CASE = 0.01

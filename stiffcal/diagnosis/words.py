@@ -15,7 +15,7 @@ PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
 
 
 def place_in_words(place: Place) -> str:
-    """Return the place as one says it.
+    """Return the place in words.
 
     Examples
     --------
@@ -30,7 +30,7 @@ def place_in_words(place: Place) -> str:
 
 
 def candidate_in_words(candidate: Candidate) -> str:
-    """Return effect and place as one says them."""
+    """Return effect and place in words."""
     if candidate.place.kind == "setup":
         return candidate.effect.name
     return f"{candidate.effect.name} of {place_in_words(candidate.place)}"

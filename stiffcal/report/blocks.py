@@ -41,22 +41,18 @@ class Facts:
 
 @dataclass(frozen=True)
 class TableColumn:
-    """A table's column.
-
-    Attributes
-    ----------
-    title : what it holds.
-    unit : printed under the title in brackets; "" where there is none.
-    align : "left" or "right".
-    width : share of the free width; 0 takes what the cells need.
-    mono : set in a typewriter face.
-    """
+    """A table's column."""
 
     title: str
+    """What it holds."""
     unit: str = ""
+    """Printed under the title in brackets; "" where there is none."""
     align: str = "right"
+    """"left" or "right"."""
     width: float = 0.0
+    """Share of the free width; 0 takes what the cells need."""
     mono: bool = False
+    """Set in a typewriter face."""
 
 
 @dataclass(frozen=True)
@@ -74,16 +70,12 @@ class TableBlock:
 
 @dataclass(frozen=True)
 class PictureBlock:
-    """A picture, drawn only when the report is made.
-
-    Attributes
-    ----------
-    draw : makes the figure.
-    caption : what is seen, with numbers.
-    """
+    """A picture, drawn only when the report is made."""
 
     draw: Callable[[], Figure]
+    """Makes the figure."""
     caption: str
+    """What is seen, with numbers."""
 
 
 Block: TypeAlias = Paragraph | Items | SubheadingBlock | Facts | TableBlock | PictureBlock

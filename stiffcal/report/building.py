@@ -37,7 +37,7 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
     ----------
     content : finished results of the other rooms.
     output : where to write; replaced in one step, only when the report is complete.
-    progress : told of each picture.
+    progress : receives each picture's name.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def _title(content: ReportContent) -> str:
 
 
 def _kind(content: ReportContent) -> str:
-    """Return what was done, for the line under the title."""
+    """Return the line under the title: the work that the report is about."""
     if content.states is not None:
         return "Load-deflection calibration"
     text = ", and ".join(page.subject for page in content.readings_alone or content.pages)

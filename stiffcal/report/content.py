@@ -1,7 +1,8 @@
 """What a report is made of: the finished results of the other rooms, as plain arrays and documents.
 
 The report draws results and computes none: every number on its pages stands here already, in SI units. Whoever fills
-this in leaves out what does not exist (``None`` or an empty tuple); the report then leaves that page out and says why.
+this in leaves out what does not exist (``None`` or an empty tuple); the report then leaves that page out and gives
+the reason.
 """
 
 from __future__ import annotations
@@ -30,136 +31,116 @@ BRANCHES = ("loading", "unloading", "")
 
 @dataclass(frozen=True)
 class ReportSource:
-    """A file the results rest on.
-
-    Attributes
-    ----------
-    file : path as in the manifest, relative to the campaign folder.
-    sha256 : hexadecimal digest of its bytes.
-    n_bytes : its size.
-    """
+    """A file the results rest on."""
 
     file: str
+    """Path as in the manifest, relative to the campaign folder."""
     sha256: str
+    """Hexadecimal digest of its bytes."""
     n_bytes: int
+    """Its size."""
 
 
 @dataclass(frozen=True)
 class ReportProvenance:
-    """Where the report comes from.
-
-    Attributes
-    ----------
-    campaign : the campaign's name.
-    robot : the robot's name.
-    date : ISO date or date and time that is printed and put into the PDF, e.g. ``"2026-11-21"``. It is passed in, so
-        that the same content gives the same bytes.
-    versions : (program, version) pairs: stiffcal first, then what it computed with.
-    sources : the files read: logs, manifest, robot file, model file.
-    settings : (name, value) pairs worth a customer's eye: balance, weights, loss, …
-    """
+    """Where the report comes from."""
 
     campaign: str
+    """The campaign's name."""
     robot: str
+    """The robot's name."""
     date: str
+    """ISO date or date and time that is printed and put into the PDF, e.g. ``"2026-11-21"``. It is passed in, so that
+    the same content gives the same bytes.
+    """
     versions: tuple[tuple[str, str], ...] = ()
+    """(program, version) pairs: stiffcal first, then what it computed with."""
     sources: tuple[ReportSource, ...] = ()
+    """The files read: logs, manifest, robot file, model file."""
     settings: tuple[tuple[str, str], ...] = ()
+    """(name, value) pairs worth a customer's eye: balance, weights, loss, …."""
 
 
 @dataclass(frozen=True)
 class Instrument:
-    """A sensor's signal, one line of the table of instruments.
-
-    Attributes
-    ----------
-    source : the source's name in the manifest.
-    measures : what it measures, in words: "force and moment", "pose of target", "joint angles".
-    detail : in words: file format, frame, columns.
-    rate : samples per second, None where states came averaged.
-    sigma : standard uncertainties with unit as they are to be printed, e.g. "0.016 mm, 0.03 mrad"; "" where not given.
-    """
+    """A sensor's signal, one line of the table of instruments."""
 
     source: str
+    """The source's name in the manifest."""
     measures: str
+    """What it measures, in words: "force and moment", "pose of target", "joint angles"."""
     detail: str = ""
+    """In words: file format, frame, columns."""
     rate: float | None = None
+    """Samples per second, None where states came averaged."""
     sigma: str = ""
+    """Standard uncertainties with unit as they are to be printed, e.g. "0.016 mm, 0.03 mrad"; "" where not given."""
 
 
 @dataclass(frozen=True)
 class ReportRun:
-    """One run: a pose in which loads were applied.
-
-    Attributes
-    ----------
-    name : the run's id.
-    joints : (L,) rad, the logged joint angles, mean over the run.
-    stick : (K, 3) m in base axes: base origin, joint origins from base to wrist, flange (K = J + 2).
-    target : (3,) m in base axes: the measured point, where residual arrows start; None where not known.
-    holdout : never used to fit.
-    tags : the manifest's words. kind : of experiment: "load", "clamped", "friction", "free".
-    """
+    """One run: a pose in which loads were applied."""
 
     name: str
+    """The run's id."""
     joints: Floats
+    """(L,) rad, the logged joint angles, mean over the run."""
     stick: Floats | None = None
+    """(K, 3) m in base axes: base origin, joint origins from base to wrist, flange (K = J + 2)."""
     target: Floats | None = None
+    """(3,) m in base axes: the measured point, where residual arrows start; None where not known."""
     holdout: bool = False
+    """Never used to fit."""
     tags: tuple[str, ...] = ()
+    """The manifest's words. ``kind``: of experiment: "load", "clamped", "friction", "free"."""
     kind: str = "load"
 
 
 @dataclass(frozen=True)
 class SetAsideRows:
-    """States that were not used, with the reason.
-
-    Attributes
-    ----------
-    run : the run's name, "" where it concerns a whole source.
-    rows : data rows of the table or numbers of the holds, from 1.
-    why : in words.
-    """
+    """States that were not used, with the reason."""
 
     run: str
+    """The run's name, "" where it concerns a whole source."""
     rows: tuple[int, ...]
+    """Data rows of the table or numbers of the holds, from 1."""
     why: str
+    """In words."""
 
 
 @dataclass(frozen=True)
 class ReportStates:
-    """n load states, grouped by run and in the order in which they were reached.
-
-    Attributes
-    ----------
-    run : (n,) index into ``ReportContent.runs``.
-    force : (n, 3) N, base axes, what the surroundings do to the robot, less the force in the run's reference state.
-    load : (n,) N, the magnitude that loads are sorted by.
-    direction : (n,) label of the load's direction within its run, e.g. "1" or "+x"; opposite directions are two labels;
-        "" for a state without load at the run's start. Labels are drawn apart by colour and marker.
-    branch : (n,) "loading", "unloading" or "" where there is none (single states, reference).
-    measured : (n, 3) m or (n, 6) m, rad, base axes: displacement since the run's reference; NaN where not seen.
-    predicted : the same shape; the fit's model at these states, the run's own offset (the reference reading's error)
-        added, so that measured minus predicted is the fit's residual.
-    predicted_heldout : the same shape, the run's offset added; each run by a fit that has not seen its pose; None where
-        not validated.
-    set_aside : (n,) why a state was not used, "" where it was. Such states are drawn as crosses.
-    reference : (n,) True for the run's reference state; it carries no information of its own.
-    along : (n, 3) unit vectors along which alone displacements were read (gauges, a load-displacement device), base
-        axes; None where all components were. Displacements across it are zero then, and mean nothing.
-    """
+    """n load states, grouped by run and in the order in which they were reached."""
 
     run: Integers
+    """(n,) index into ``ReportContent.runs``."""
     force: Floats
+    """(n, 3) N, base axes, what the surroundings do to the robot, less the force in the run's reference state."""
     load: Floats
+    """(n,) N, the magnitude that loads are sorted by."""
     direction: Strings
+    """(n,) label of the load's direction within its run, e.g. "1" or "+x"; opposite directions are two labels; "" for a
+    state without load at the run's start. Labels are drawn apart by colour and marker.
+    """
     branch: Strings
+    """(n,) "loading", "unloading" or "" where there is none (single states, reference)."""
     measured: Floats
+    """(n, 3) m or (n, 6) m, rad, base axes: displacement since the run's reference; NaN where not seen."""
     predicted: Floats
+    """The same shape; the fit's model at these states, the run's own offset (the reference reading's error) added, so
+    that measured minus predicted is the fit's residual.
+    """
     predicted_heldout: Floats | None = None
+    """The same shape, the run's offset added; each run by a fit that has not seen its pose; None where not validated.
+    """
     set_aside: Strings | None = None
+    """(n,) why a state was not used, "" where it was. Such states are drawn as crosses."""
     reference: NDArray[np.bool_] | None = None
+    """(n,) True for the run's reference state; it carries no information of its own."""
     along: Floats | None = None
+    """(n, 3) unit vectors along which alone displacements were read (gauges, a load-displacement device), base axes;
+    None where all components were. Displacements across it are zero then, and mean nothing.
+    """
 
     def __len__(self) -> int:
         return int(self.run.shape[0])
@@ -198,42 +179,34 @@ class ReportStates:
 
 @dataclass(frozen=True)
 class ResidualCovariate:
-    """Something a residual might follow: a joint torque, time, a temperature.
-
-    Attributes
-    ----------
-    name : what it is, e.g. "torque on joint 4".
-    unit : e.g. "N·m".
-    values : (n,) one per load state, in that unit (printed as it is).
-    """
+    """Something a residual might follow: a joint torque, time, a temperature."""
 
     name: str
+    """What it is, e.g. "torque on joint 4"."""
     unit: str
+    """e.g. "N·m"."""
     values: Floats
+    """(n,) one per load state, in that unit (printed as it is)."""
 
 
 @dataclass(frozen=True)
 class EffectPicture:
-    """What an effect does on a simple example: one curve without it, one with it.
-
-    Attributes
-    ----------
-    effect : its name.
-    x_label, y_label : what is drawn, with units.
-    x : (n,) in the order in which the states were reached.
-    without, with_effect : (n,) in the unit of ``y_label``.
-    unloading : (n,) True where the load was going back; all False where it makes no difference.
-    caption : what is seen, and of what example.
-    """
+    """What an effect does on a simple example: one curve without it, one with it."""
 
     effect: str
+    """Its name."""
     x_label: str
     y_label: str
+    """``x_label``, ``y_label``: what is drawn, with units."""
     x: Floats
+    """(n,) in the order in which the states were reached."""
     without: Floats
     with_effect: Floats
+    """``without``, ``with_effect``: (n,) in the unit of ``y_label``."""
     unloading: Booleans
+    """(n,) True where the load was going back; all False where it makes no difference."""
     caption: str
+    """What is seen, and of what example."""
 
 
 @dataclass(frozen=True)
@@ -282,47 +255,43 @@ class EvidenceFigure:
 
 @dataclass(frozen=True)
 class ReportContent:
-    """All that a report shows.
-
-    Attributes
-    ----------
-    provenance : title page.
-    runs : the runs, in the manifest's order.
-    joint_names : names of the logged joints (L).
-    states : the load states; None where there are none (then all curves are left out).
-    identify : the present fit; None where nothing is fitted.
-    validate, history : JSON documents of the interface, section 4; None where not made.
-    ingest : how the load states came about; None where that is not known.
-    instruments : the sensors.
-    set_aside : what was not used and why.
-    covariates : what residuals are to be plotted against, most telling first.
-    load_paths : predicted paths of loads.
-    diagnose : what `diagnose` answers of the present fit; None where there is no such answer.
-    not_diagnosed : why there is none, in words.
-    earlier_diagnoses : the diagnoses that led to the present model, oldest first.
-    evidence : what speaks for each effect that is missing, or in the model beyond the joints' compliances.
-    pages : what the kinds of experiment show.
-    extra : documents and arrays of later sections, by section name.
-    """
+    """All that a report shows."""
 
     provenance: ReportProvenance
+    """Title page."""
     runs: tuple[ReportRun, ...]
+    """The runs, in the manifest's order."""
     joint_names: tuple[str, ...]
+    """Names of the logged joints (L)."""
     states: ReportStates | None = None
+    """The load states; None where there are none (then all curves are left out)."""
     identify: IdentifyResult | None = None
+    """The present fit; None where nothing is fitted."""
     validate: Document | None = None
     history: Document | None = None
+    """``validate``, ``history``: JSON documents of the interface, section 4; None where not made."""
     ingest: IngestResult | None = None
+    """How the load states came about; None where that is not known."""
     instruments: tuple[Instrument, ...] = ()
+    """The sensors."""
     set_aside: tuple[SetAsideRows, ...] = ()
+    """What was not used and why."""
     covariates: tuple[ResidualCovariate, ...] = ()
+    """What residuals are to be plotted against, most telling first."""
     load_paths: tuple[LoadPath, ...] = ()
+    """Predicted paths of loads."""
     diagnose: DiagnoseResult | None = None
+    """What `diagnose` answers of the present fit; None where there is no such answer."""
     not_diagnosed: str = "the model has not been diagnosed yet: run “stiffcal diagnose”"
+    """Why there is none, in words."""
     earlier_diagnoses: tuple[EarlierDiagnosis, ...] = ()
+    """The diagnoses that led to the present model, oldest first."""
     evidence: tuple[EvidenceFigure, ...] = ()
+    """The evidence for each effect that is missing, or in the model beyond the joints' compliances."""
     pages: tuple[Page, ...] = ()
+    """What the kinds of experiment show."""
     extra: dict[str, Any] = field(default_factory=dict)
+    """Documents and arrays of later sections, by section name."""
 
     @property
     def parameters_on_pages(self) -> frozenset[str]:

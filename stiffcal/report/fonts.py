@@ -2,7 +2,8 @@ r"""Fonts for pages and pictures: matplotlib's own DejaVu, and for letters that 
 
 Names of robots and runs may be Chinese or Japanese, or hold an emoji. DejaVu has Latin, Greek, Cyrillic, Arabic and
 Hebrew letters; for others the fonts of the system are searched, and only then: a report without such letters has the
-same bytes on every machine. A letter that no font has is written out as ``\u59ff``, as a box would say nothing.
+same bytes on every machine. A letter that no font has is written out as ``\u59ff``, as an empty box would not identify
+it.
 """
 
 from __future__ import annotations

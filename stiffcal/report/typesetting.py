@@ -23,7 +23,7 @@ def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
     Parameters
     ----------
     pages : what the template reads as ``content.json``.
-    folder : holds the pictures; the template and the fonts are put beside them.
+    folder : holds the pictures; the template and the fonts are put into it.
     day : ISO date (or date and time, UTC) that the PDF carries as its own.
 
     Returns

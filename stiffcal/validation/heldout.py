@@ -30,22 +30,18 @@ SAME_POSE = np.radians(1.0)
 
 @dataclass(frozen=True)
 class HeldoutResiduals:
-    """Residuals in unseen poses.
-
-    Attributes
-    ----------
-    scheme : "leave-one-pose-out", "holdout" (the manifest's runs), or "none" where there is a single pose.
-    residual : (m, n) measured minus predicted, the run's own offset taken out and √(n/(n − 1)) applied; base axes.
-    displacement : (m, n) measured displacement, its run's mean taken out in the same way: what no model at all leaves.
-    data : the observations judged.
-    fold : (n,) number of the pose.
-    """
+    """Residuals in unseen poses."""
 
     scheme: str
+    """"leave-one-pose-out", "holdout" (the manifest's runs), or "none" where there is a single pose."""
     residual: Floats
+    """(m, n) measured minus predicted, the run's own offset taken out and √(n/(n − 1)) applied; base axes."""
     displacement: Floats
+    """(m, n) measured displacement, its run's mean taken out in the same way: what no model at all leaves."""
     data: Observations
+    """The observations judged."""
     fold: Integers
+    """(n,) number of the pose."""
 
 
 def pose_folds(data: Observations) -> Integers:

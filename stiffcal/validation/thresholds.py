@@ -24,37 +24,29 @@ Document = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Check:
-    """One threshold, judged.
-
-    Attributes
-    ----------
-    threshold : its key. where : the joint's name, "" for the whole campaign.
-    limit, value : in `unit`; value None where it is not known.
-    held : None where it cannot be judged.
-    says : in words.
-    """
+    """One threshold, judged."""
 
     threshold: str
+    """Its key. ``where``: the joint's name, "" for the whole campaign."""
     where: str
     limit: float
     value: float | None
+    """``limit``, ``value``: in `unit`; value None where it is not known."""
     unit: str
     held: bool | None
+    """None where it cannot be judged."""
     says: str
+    """The result in words."""
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """An earlier fit of the same robot.
-
-    Attributes
-    ----------
-    name : how the user calls it.
-    parameters : of its fit, by name.
-    """
+    """An earlier fit of the same robot."""
 
     name: str
+    """How the user calls it."""
     parameters: dict[str, IdentifiedParameter]
+    """Of its fit, by name."""
 
 
 def judge(
@@ -85,7 +77,7 @@ def judge(
 
 
 def not_counted(checks: Sequence[Check], why: str) -> list[Check]:
-    """Return the checks of results that do not count: none is judged, and one that is not held says why."""
+    """Return the checks of results that do not count: none is judged, and a failed one gives the reason."""
     says = f"{why}: no threshold can be judged"
     left = [
         replace(check, held=None, says=f"{check.threshold} {check.where}".strip() + " is not judged")
@@ -95,7 +87,7 @@ def not_counted(checks: Sequence[Check], why: str) -> list[Check]:
 
 
 def verdict(checks: Sequence[Check], limits: Thresholds) -> dict[str, Any]:
-    """Return what a `validate` document says of its thresholds."""
+    """Return the part of a `validate` document about its thresholds."""
     failed = [check.says for check in checks if check.held is False]
     return {
         "passed": not failed,

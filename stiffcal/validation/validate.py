@@ -25,47 +25,42 @@ ANGLE_BINS = 4
 
 @dataclass(frozen=True)
 class Slice:
-    """The error in a part of the data.
-
-    Attributes
-    ----------
-    label : what part, in words.
-    low, high : the part's range, NaN where it has none.
-    n : states.
-    rms, largest : {"translation", "rotation"} of the residual's length, m and rad; with rods "length", m.
-    zero_model : the displacement itself, likewise; None where it is not asked for.
-    """
+    """The error in a part of the data."""
 
     label: str
+    """What part, in words."""
     low: float
     high: float
+    """``low``, ``high``: the part's range, NaN where it has none."""
     n: int
+    """States."""
     rms: dict[str, float | None]
     largest: dict[str, float | None]
+    """``rms``, ``largest``: {"translation", "rotation"} of the residual's length, m and rad; with rods "length", m."""
     zero_model: dict[str, float | None] | None = None
+    """The displacement itself, likewise; None where it is not asked for."""
 
 
 @dataclass(frozen=True)
 class Validation:
-    """The model in unseen poses.
-
-    Attributes
-    ----------
-    heldout : residuals state by state.
-    rms, largest, noise, relative, zero_model : {"translation", "rotation"}, with rods "length" too.
-    by : "run", "direction", "load", "branch", "joint_angle" to slices; "body" too where several bodies are tracked.
-    worst : indices of the states with the largest residual, worst first (into the campaign's load states), with its
-        length in m.
-    """
+    """The model in unseen poses."""
 
     heldout: HeldoutResiduals
+    """Residuals state by state."""
     rms: dict[str, float | None]
     largest: dict[str, float | None]
     noise: dict[str, float | None]
     relative: dict[str, float | None]
     zero_model: dict[str, float | None]
+    """``rms``, ``largest``, ``noise``, ``relative``, ``zero_model``: {"translation", "rotation"}, with rods "length"
+    too.
+    """
     by: dict[str, list[Slice]]
+    """"run", "direction", "load", "branch", "joint_angle" to slices; "body" too where several bodies are tracked."""
     worst: list[tuple[int, float]]
+    """Indices of the states with the largest residual, worst first (into the campaign's load states), with its length
+    in m.
+    """
 
 
 def lengths(values: Floats, data: Observations, measure: str = "translation") -> Floats:
@@ -102,7 +97,7 @@ def _slice(label: str, low: float, high: float, members: Booleans | Integers, he
 
 
 def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None = None) -> Validation:
-    """Judge a fit in unseen poses and say where it fails.
+    """Judge a fit in unseen poses and find where it fails.
 
     Parameters
     ----------

@@ -15,23 +15,19 @@ from stiffcal.identification.rows import TRANSLATION
 
 @dataclass(frozen=True)
 class Offset:
-    """A displacement that one state of a run has beyond the others, or all states from one on.
-
-    Attributes
-    ----------
-    state : its place among the n states of the readings. step : True where all later states of the run have it too.
-    size_m : its length, NaN where no translation is measured.
-    gain : by how much it lowers the run's squared misfit.
-    dof : how many components it has.
-    penalty : how much less likely it is than a mistake without a free size, as a difference of squared misfits.
-    """
+    """A displacement that one state of a run has beyond the others, or all states from one on."""
 
     state: int
+    """Its place among the n states of the readings. ``step``: True where all later states of the run have it too."""
     step: bool
     size_m: float
+    """Its length, NaN where no translation is measured."""
     gain: float
+    """By how much it lowers the run's squared misfit."""
     dof: int
+    """How many components it has."""
     penalty: float
+    """How much less likely it is than a mistake without a free size, as a difference of squared misfits."""
 
 
 def best_offset(held: Held, run: int, left_out: Sequence[int]) -> Offset | None:
@@ -39,7 +35,7 @@ def best_offset(held: Held, run: int, left_out: Sequence[int]) -> Offset | None:
 
     Parameters
     ----------
-    held : the readings. run : which run. left_out : runs that, with ``run``, say nothing of the parameters.
+    held : the readings. run : which run. left_out : runs that, with ``run``, are left out of the parameters.
     """
     own = held.members[run]
     if not len(own):

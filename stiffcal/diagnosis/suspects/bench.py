@@ -22,27 +22,23 @@ from stiffcal.model.effect import ParameterRole
 
 @dataclass(frozen=True)
 class Held:
-    """Readings against a model: whitened rows, run by run.
-
-    Attributes
-    ----------
-    data : the observations. members : per run their places among the n states of ``data``.
-    projection : whitens, and takes the runs' offsets out.
-    rows : (p + 1, m, n) whitened columns of the free parameters, then the residual.
-    residual : (m, n) measured minus predicted, offsets left in.
-    basis : of the parameters. blocks : the rows in this basis, summed over each run.
-    """
+    """Readings against a model: whitened rows, run by run."""
 
     data: Observations
+    """The observations. ``members``: per run their places among the n states of ``data``."""
     members: tuple[Integers, ...]
     projection: Projection
+    """Whitens, and takes the runs' offsets out."""
     rows: Floats
+    """(p + 1, m, n) whitened columns of the free parameters, then the residual."""
     residual: Floats
+    """(m, n) measured minus predicted, offsets left in."""
     basis: Basis
+    """Of the parameters. ``blocks``: the rows in this basis, summed over each run."""
     blocks: RunBlocks
 
     def scores(self, left_out: Sequence[int]) -> Floats:
-        """Return (R,) the deleted residual of each run over its uncertainty; zero where a run says nothing."""
+        """Return (R,) the deleted residual of each run over its uncertainty; zero where a run has no influence."""
         freedom = self.blocks.freedom(left_out)
         deleted = self.blocks.deleted(left_out)
         return np.asarray(np.sqrt(np.where(freedom > 0, deleted / np.maximum(freedom, 1), 0.0)))
@@ -50,22 +46,18 @@ class Held:
 
 @dataclass(frozen=True)
 class Bench:
-    """A model and a noise against which states can be held.
-
-    Attributes
-    ----------
-    robot : every parameter valued.
-    fixed : full names of parameters that are not free.
-    noise : of the readings.
-    basis : combinations of the free parameters.
-    noise_known : False where the noise is what the fit left.
-    """
+    """A model and a noise against which states can be held."""
 
     robot: CompliantRobot
+    """Every parameter valued."""
     fixed: frozenset[str]
+    """Full names of parameters that are not free."""
     noise: Noise
+    """Of the readings."""
     basis: Basis
+    """Combinations of the free parameters."""
     noise_known: bool
+    """False where the noise is what the fit left."""
 
     @classmethod
     def of(cls, fit: Fit, fixed: frozenset[str], states: LoadStates) -> tuple[Bench, Held]:

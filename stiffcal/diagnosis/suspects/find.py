@@ -38,7 +38,7 @@ WITHIN_NOISE, UNEXPLAINED_GAP_BEYOND = 2.6, 4.0
 MUTUAL = 20.0
 # Of two runs that are exchanged both are wrong; where the other one is right, another mistake that fits goes first.
 ONE_SIDED = 12.0
-# Squared misfits that differ by less are told apart by one reading more: odds of twenty to one (2 log 20).
+# Squared misfits that differ by less are distinguished by one reading more: odds of twenty to one (2 log 20).
 NEARLY_AS_LIKELY = 6.0
 # A run's place stands apart beyond five times what the runs have in common, and twice the next one's.
 PLACE_LEVEL, PLACE_GAP = 5.0, 2.0
@@ -51,48 +51,40 @@ ROUNDS = 4
 
 @dataclass(frozen=True)
 class FoundSuspect:
-    """A run that disagrees with all the others.
-
-    Attributes
-    ----------
-    run : its number. state : index of the state that is off, among all states; None where the whole run is.
-    kind : what is wrong. variant : the mistake that explains it, None where none does.
-    also : other mistakes that explain it nearly as well.
-    offset : the displacement that explains it, None where something else does.
-    score : root mean square of the deleted residual over its uncertainty.
-    next_score : that of the worst run that is not a suspect.
-    miss_m : rms of the residual's translation; NaN where none is measured.
-    place_m : how far the place is from where the joint angles put it, m; 0 where that is as in other runs.
-    copied : number of the run whose joint angles this one has word for word, None where there is none.
-    """
+    """A run that disagrees with all the others."""
 
     run: int
+    """Its number. ``state``: index of the state that is off, among all states; None where the whole run is."""
     state: int | None
     kind: SuspectKind
+    """What is wrong. ``variant``: the mistake that explains it, None where none does."""
     variant: Variant | None
     also: tuple[Variant, ...]
+    """Other mistakes that explain it nearly as well."""
     offset: Offset | None
+    """The displacement that explains it, None where something else does."""
     score: float
+    """Root mean square of the deleted residual over its uncertainty."""
     next_score: float
+    """That of the worst run that is not a suspect."""
     miss_m: float
+    """Rms of the residual's translation; NaN where none is measured."""
     place_m: float
+    """How far the place is from where the joint angles put it, m; 0 where that is as in other runs."""
     copied: int | None = None
+    """Number of the run whose joint angles this one has word for word, None where there is none."""
 
 
 @dataclass(frozen=True)
 class Suspicion:
-    """What was found.
-
-    Attributes
-    ----------
-    suspects : best supported first.
-    fit : the present model without them; None where there are none.
-    checked : False where there are too few runs to compare, or too many states.
-    """
+    """What was found."""
 
     suspects: tuple[FoundSuspect, ...] = ()
+    """Best supported first."""
     fit: Fit | None = None
+    """The present model without them; None where there are none."""
     checked: bool = True
+    """False where there are too few runs to compare, or too many states."""
 
     def keep(self, states: LoadStates) -> Booleans:
         """Return (n,) True for the states that are not a suspect's."""
@@ -221,7 +213,7 @@ class _Search:
         scores: Floats,
         partner: tuple[SuspectKind, int] | None = None,
     ) -> FoundSuspect | None:
-        """Return what is wrong with a run, None where it does not stand clear enough for what explains it.
+        """Return the fault of a run, None where it does not stand clear enough for what explains it.
 
         Parameters
         ----------

@@ -28,14 +28,10 @@ RIDGE = 1e-10
 
 @dataclass(frozen=True)
 class Basis:
-    """Combinations of the parameters in which all runs together know each direction equally well.
-
-    Attributes
-    ----------
-    combination : (p, q) of the p columns.
-    """
+    """Combinations of the parameters in which all runs together know each direction equally well."""
 
     combination: Floats
+    """(p, q) of the p columns."""
 
     @classmethod
     def of(cls, rows: Floats) -> Basis:
@@ -51,18 +47,14 @@ class Basis:
 
 @dataclass(frozen=True)
 class RunBlocks:
-    """What each of R runs says of q combinations of parameters.
-
-    Attributes
-    ----------
-    gram : (R, q, q) AᵀA. right : (R, q) Aᵀb. square : (R,) bᵀb.
-    dof : (R,) readings less what the run's own offset takes.
-    """
+    """The contribution of each of R runs to q combinations of parameters."""
 
     gram: Floats
+    """(R, q, q) AᵀA. ``right``: (R, q) Aᵀb. ``square``: (R,) bᵀb."""
     right: Floats
     square: Floats
     dof: Integers
+    """(R,) readings less what the run's own offset takes."""
 
     @classmethod
     def of(cls, rows: Floats, basis: Basis, members: Sequence[Integers], dof: Integers) -> RunBlocks:
@@ -99,7 +91,7 @@ class RunBlocks:
         Parameters
         ----------
         run : the run that they stand for. readings, number : whose run ``number`` they are.
-        left_out : runs that, with ``run``, say nothing of the parameters.
+        left_out : runs that, with ``run``, are left out of the parameters.
         """
         total, x = self.without(sorted({*left_out, run}))
         gram, right = readings.gram[number], readings.right[number]

@@ -50,33 +50,30 @@ LARGEST_LOAD = 1e5  # N, N·m: beyond it no reading of a robot's load is, in any
 
 @dataclass(frozen=True)
 class Variant:
-    """A run's states with one mistake taken back.
-
-    Attributes
-    ----------
-    kind : what the mistake was.
-    likely : cause and cure, in words.
-    factor : by what readings are multiplied; None where nothing is.
-    joints, wrench, position, rotation, deflection : of the run's states, None where as read.
-    other : the run that has the readings that belong here; None where no other run takes part.
-    penalty : how much less likely it is before any look at the numbers, as a difference of squared misfits: twice the
-        logarithm of how many like mistakes there are to choose from.
-    """
+    """A run's states with one mistake taken back."""
 
     kind: SuspectKind
+    """What the mistake was."""
     likely: str
+    """Cause and cure, in words."""
     factor: float | None = None
+    """By what readings are multiplied; None where nothing is."""
     joints: Floats | None = None
     wrench: Floats | None = None
     position: Floats | None = None
     rotation: Floats | None = None
     deflection: Floats | None = None
+    """``joints``, ``wrench``, ``position``, ``rotation``, ``deflection``: of the run's states, None where as read."""
     other: int | None = None
+    """The run that has the readings that belong here; None where no other run takes part."""
     penalty: float = 0.0
+    """How much less likely it is before any look at the numbers, as a difference of squared misfits: twice the
+    logarithm of how many like mistakes there are to choose from.
+    """
 
 
 def variants_of(states: LoadStates, members: Sequence[Integers], run: int, chain: Chain) -> list[Variant]:
-    """Return what may be wrong with a run.
+    """Return the possible faults of a run.
 
     Parameters
     ----------
@@ -217,8 +214,8 @@ def _of_others(states: LoadStates, members: Sequence[Integers], run: int) -> Ite
         if not _alike(states.joints[own], states.joints[other_states]):
             yield Variant(
                 SuspectKind.MISLABELLED, f'the joint angles that belong here are those of run "{name}": the two are '
-                "mixed up; correct the angles, or leave the run out", joints=states.joints[other_states], other=other_run,
-                penalty=penalty,
+                "mixed up; correct the angles, or leave the run out", joints=states.joints[other_states],
+                other=other_run, penalty=penalty,
             )  # fmt: skip
         if not _alike(states.wrench[own], states.wrench[other_states]):
             yield Variant(

@@ -129,7 +129,7 @@ def in_legend(name: str) -> str:
 def thinned(size: Floats, limit: int) -> Integers:
     """Pick at most about `limit` of the entries to draw: evenly spread ones, and always the twenty largest of `size`.
 
-    A vector picture of 200 000 markers helps nobody; captions say how many are shown.
+    A vector picture of 200 000 markers helps nobody; captions give the number that is drawn.
     """
     n = int(size.shape[0])
     if n <= limit:

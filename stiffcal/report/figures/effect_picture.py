@@ -21,7 +21,7 @@ def draw_effect_picture(picture: EffectPicture) -> Figure:
 
     Returns
     -------
-    Figure; units as the picture's labels say.
+    Figure; units as in the picture's labels.
     """
     figure = canvas.new_figure(90, 68)
     axes = figure.subplots()
@@ -46,8 +46,8 @@ def draw_on(axes: Axes, picture: EffectPicture) -> None:
     loading, back = _parts(picture.unloading)
     blank = np.full_like(picture.with_effect, np.nan)
     axes.plot(
-        picture.x, np.where(loading, picture.with_effect, blank), color=canvas.COLOURS[0], linewidth=1.3, label="with it",
-        zorder=3,
+        picture.x, np.where(loading, picture.with_effect, blank), color=canvas.COLOURS[0], linewidth=1.3,
+        label="with it", zorder=3,
     )  # fmt: skip
     if picture.unloading.any():
         axes.plot(

@@ -1,4 +1,4 @@
-"""The evidence for an effect: residual over its driver without and with it, beside what such an effect does."""
+"""The evidence for an effect: residual over its driver without and with it, next to the course of such an effect."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def _words(curve: JointCurve) -> str:
 
 
 def _scales(curve: JointCurve) -> tuple[float, float]:
-    """Return what SI is multiplied with: kN and mm, N·m and mrad."""
+    """Return the factors from SI: kN and mm, N·m and mrad."""
     return (1.0, 1e3) if curve.component[0] == "r" else (1e-3, 1e3)
 
 

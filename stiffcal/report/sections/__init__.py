@@ -23,7 +23,7 @@ class SectionModule(Protocol):
     ORDER: int
 
     def section(self, content: ReportContent) -> ReportSection | LeftOut | tuple[ReportSection | LeftOut, ...] | None:
-        """Lay out the section, or several, or say why it is left out."""
+        """Lay out the section, or several, or give the reason why it is left out."""
 
 
 def all_sections() -> list[SectionModule]:

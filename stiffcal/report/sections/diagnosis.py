@@ -44,7 +44,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 
 def _meaning(diagnosis: DiagnoseResult) -> str:
-    """Say what the answer means for whoever has to act on it."""
+    """Describe the consequences of the result for the next step."""
     n = diagnosis.n_candidates
     tried = f"{wording.count(n, 'effect')} at their places were tried beside the present model, " if n else ""
     tried += "everything else fitted again with each, judged in poses the fit had not seen."

@@ -1,4 +1,4 @@
-"""Joint springs in paper 003's form: beside the matrix form, and its eq. 35 as printed apart."""
+"""Joint springs in paper 003's form: next to the matrix form, and its eq. 35 as printed apart."""
 
 from __future__ import annotations
 

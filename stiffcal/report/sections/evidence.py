@@ -15,12 +15,12 @@ from stiffcal.report.figures.evidence import MOST_POINTS, draw_errors_by_run, dr
 
 ORDER = 74
 _TITLE = "The evidence, effect by effect"
-# A chart with more runs than this has marks too close to tell.
+# A chart with more runs than this has marks too close to distinguish.
 _MOST_RUNS = 60
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
-    """Lay out what speaks for each effect that is missing, or that the model gained."""
+    """Lay out the evidence for each effect that is missing, or that the model gained."""
     if content.diagnose is None:
         return LeftOut(_TITLE, content.not_diagnosed)
     if not content.evidence:

@@ -97,7 +97,7 @@ def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
 
 
 def _couplings(joints: tuple[JointPicture, ...]) -> str:
-    """Say what the whole 6×6 of each joint holds beside the diagonal."""
+    """Describe the entries off the diagonal of each joint's whole 6×6."""
     full = [joint for joint in joints if joint.couplings is not None]
     if not full:
         return "The loads do not turn all six directions of any joint: its whole 6×6 compliance cannot be told."

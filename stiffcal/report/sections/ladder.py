@@ -15,7 +15,7 @@ _MOST_STEPS = 25
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
-    """Lay out every fit with its error in unseen poses, beside the noise."""
+    """Lay out every fit with its error in unseen poses, next to the noise."""
     fits = list((content.history or {}).get("fits", []))
     if not fits:
         return LeftOut(_TITLE, "the history holds no fit yet")

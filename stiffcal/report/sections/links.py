@@ -147,8 +147,8 @@ def _rods_caption(picture: LinkPicture) -> str:
         run, size = picture.runs[picture.shown[int(np.argmax(reads))]], max(reads)
         apart = np.abs(run.lengths[:, first] + run.lengths[:, second]).max()
         text += (
-            f" {picture.rods[first]} and {picture.rods[second]} are on opposite sides: in run {run.name} they mirror each "
-            f"other within {wording.percent(float(apart / size))} of their reading."
+            f" {picture.rods[first]} and {picture.rods[second]} are on opposite sides: in run {run.name} they mirror "
+            f"each other within {wording.percent(float(apart / size))} of their reading."
         )
     return text
 

@@ -21,7 +21,7 @@ _MOST_SINGLES = 50
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
-    """Lay out the curves, and say how the runs shown large were chosen."""
+    """Lay out the curves, and describe how the runs shown large were chosen."""
     states = content.states
     if states is None or not states.used.any():
         return LeftOut(_TITLE, "there are no load states to draw")

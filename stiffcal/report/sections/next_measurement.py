@@ -1,4 +1,4 @@
-"""What to measure next: the pose and load that would tell look-alikes apart, and what else would help."""
+"""What to measure next: the pose and load that would distinguish look-alikes, and what else would help."""
 
 from __future__ import annotations
 

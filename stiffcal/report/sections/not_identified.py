@@ -1,4 +1,4 @@
-"""What the data cannot tell: parameters and combinations that stay open."""
+"""What the data cannot identify: parameters and combinations that stay open."""
 
 from __future__ import annotations
 

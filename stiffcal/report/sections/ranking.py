@@ -19,7 +19,7 @@ from stiffcal.report.content import ReportContent
 ORDER = 76
 _TITLE = "Every effect that was tried"
 _MOST_ROWS = 15
-# Where every candidate is rejected, the first few say all.
+# Where every candidate is rejected, the first few are enough.
 _FEW_ROWS = 8
 _MOST_ALIKE = 1
 _COLUMNS = (
@@ -36,7 +36,7 @@ _COLUMNS = (
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
-    """Lay out the ranking beside the present model, those of the earlier steps, and what was not tried."""
+    """Lay out the ranking of additions to the present model, those of the earlier steps, and what was not tried."""
     diagnosis = content.diagnose
     if diagnosis is None:
         return LeftOut(_TITLE, content.not_diagnosed)

@@ -69,7 +69,7 @@ def _translation(entry: dict[str, Any]) -> float:
 
 
 def _extremes(entries: list[dict[str, Any]], kind: str = "") -> str:
-    """Name the entries with the largest and the smallest residual, or say that all are alike."""
+    """Name the entries with the largest and the smallest residual, or state that all are alike."""
     low, high = min(entries, key=_translation), max(entries, key=_translation)
     least, most = _translation(low), _translation(high)
     if len(entries) < 2 or least <= 0:
@@ -140,12 +140,12 @@ def _plain(title: str) -> str:
 
 
 def _joint_of(entry: dict[str, Any]) -> str:
-    """Which joint an entry of ``by_joint_angle`` is about: what its label says before the colon."""
+    """Which joint an entry of ``by_joint_angle`` is about: its label before the colon."""
     return str(entry["label"]).partition(":")[0]
 
 
 def _short(entries: list[dict[str, Any]], unit: str) -> list[dict[str, Any]]:
-    """Write ranges as labels of whole numbers, degrees where `unit` says so; other labels stay."""
+    """Write ranges as labels of whole numbers, degrees where `unit` is degrees; other labels stay."""
     factor = 180.0 / math.pi if unit == "°" else 1.0
     ranged = [entry for entry in entries if entry.get("low") is not None and entry.get("high") is not None]
     labels = {

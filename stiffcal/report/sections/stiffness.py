@@ -109,7 +109,7 @@ def _verdict(parameter: IdentifiedParameter) -> str:
 
 
 def _is_poorly_known(parameter: IdentifiedParameter) -> bool:
-    """Return whether a value was found, above the noise and off its bounds, with an interval that says little."""
+    """Return whether a value was found, above the noise and off its bounds, with a wide interval."""
     estimated = parameter.identifiable and parameter.value is not None and not parameter.fixed
     if not estimated or parameter.at_bound or parameter.above_noise is False:
         return False

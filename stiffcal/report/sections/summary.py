@@ -79,7 +79,7 @@ def _heldout_readings(validation: Document) -> list[str]:
 
 
 def _heldout_sentences(validation: Document | None) -> list[str]:
-    """Say what error to expect in new poses, beside the deflection itself and the noise."""
+    """Give the error to expect in new poses, with the deflection itself and the noise."""
     if validation is None:
         return ["What error to expect in new poses has not been tested yet (no validation)."]
     rms, zero = validation.get("rms"), validation.get("zero_model")
