@@ -125,13 +125,13 @@ class ReportStates:
     branch: Strings
     """(n,) "loading", "unloading" or "" where there is none (single states, reference)."""
     measured: Floats
-    """(n, 3) m or (n, 6) m, rad, base axes: displacement since the run's reference; NaN where not seen."""
+    """(n, 3) m or (n, 6) m, rad, base axes: displacement since the run's reference; NaN where not measured."""
     predicted: Floats
     """The same shape; the fit's model at these states, the run's own offset (the reference reading's error) added, so
     that measured minus predicted is the fit's residual.
     """
     predicted_heldout: Floats | None = None
-    """The same shape, the run's offset added; each run by a fit that has not seen its pose; None where not validated.
+    """The same shape, the run's offset added; each run by a fit without its pose; None where not validated.
     """
     set_aside: Strings | None = None
     """(n,) why a state was not used, "" where it was. Such states are drawn as crosses."""
@@ -139,7 +139,7 @@ class ReportStates:
     """(n,) True for the run's reference state; it carries no information of its own."""
     along: Floats | None = None
     """(n, 3) unit vectors along which alone displacements were read (gauges, a load-displacement device), base axes;
-    None where all components were. Displacements across it are zero then, and mean nothing.
+    None where all components were. Displacements across it are zero then, without being measured.
     """
 
     def __len__(self) -> int:
@@ -206,7 +206,7 @@ class EffectPicture:
     unloading: Booleans
     """(n,) True where the load was going back; all False where it makes no difference."""
     caption: str
-    """What is seen, and of what example."""
+    """What the picture shows, and the example."""
 
 
 @dataclass(frozen=True)
@@ -277,11 +277,11 @@ class ReportContent:
     set_aside: tuple[SetAsideRows, ...] = ()
     """What was not used and why."""
     covariates: tuple[ResidualCovariate, ...] = ()
-    """What residuals are to be plotted against, most telling first."""
+    """What residuals are to be plotted against, most informative first."""
     load_paths: tuple[LoadPath, ...] = ()
     """Predicted paths of loads."""
     diagnose: DiagnoseResult | None = None
-    """What `diagnose` answers of the present fit; None where there is no such answer."""
+    """The result of `diagnose` for the present fit; None where there is none."""
     not_diagnosed: str = "the model has not been diagnosed yet: run “stiffcal diagnose”"
     """Why there is none, in words."""
     earlier_diagnoses: tuple[EarlierDiagnosis, ...] = ()

@@ -9,7 +9,7 @@ from stiffcal.arrays import Booleans, Floats
 
 @dataclass(frozen=True)
 class LinkRun:
-    """One run, as a link with rods saw it: n states in the order in which they were reached."""
+    """One run, of a link with rods: n states in the order in which they were reached."""
 
     name: str
     """The run's id. ``along``: the direction of its load in words, base axes."""

@@ -46,10 +46,10 @@ class Held:
 
 @dataclass(frozen=True)
 class Bench:
-    """A model and a noise against which states can be held."""
+    """A model and a noise against which states can be compared."""
 
     robot: CompliantRobot
-    """Every parameter valued."""
+    """With a value of every parameter."""
     fixed: frozenset[str]
     """Full names of parameters that are not free."""
     noise: Noise
